@@ -1,0 +1,1 @@
+//! Distances on grids alone: the exact Euclidean transform, nearest features, the reverse transform, the ridge.

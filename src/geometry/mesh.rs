@@ -1,0 +1,145 @@
+//! Triangle meshes.
+
+use super::vector::{Vec3, along, bounds, cross, dot, norm, sub, unit};
+use rustc_hash::FxHashMap;
+
+/// An indexed triangle mesh in millimetres; facets are wound so that their normals point out of the material.
+///
+/// Nothing is promised about closedness: [`super::health`] measures that.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TriangleMesh {
+    /// Corner positions, millimetres.
+    pub vertices: Vec<Vec3>,
+    /// Corner indices, counter-clockwise seen from outside; every index is below `vertices.len()`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl TriangleMesh {
+    /// The mesh of a facet soup, welded exactly: corners are one vertex if and only if their coordinates are
+    /// equal (0.0 = −0.0). Facets keep their order; facets whose corners coincide are kept.
+    ///
+    /// # Cost
+    /// O(facets), one hash look-up per corner.
+    pub fn weld(facets: impl IntoIterator<Item = [Vec3; 3]>) -> Self {
+        let mut mesh = TriangleMesh::default();
+        let mut known: FxHashMap<[u64; 3], u32> = FxHashMap::default();
+        for facet in facets {
+            let corners = facet.map(|p| {
+                let p = p.map(|x| x + 0.0);
+                *known.entry(p.map(f64::to_bits)).or_insert_with(|| {
+                    mesh.vertices.push(p);
+                    (mesh.vertices.len() - 1) as u32
+                })
+            });
+            mesh.triangles.push(corners);
+        }
+        mesh
+    }
+
+    /// The corners of a facet.
+    pub fn corners(&self, facet: usize) -> [Vec3; 3] {
+        self.triangles[facet].map(|v| self.vertices[v as usize])
+    }
+
+    /// Twice the vector area of a facet: its direction is the outward normal.
+    pub fn area_vector(&self, facet: usize) -> Vec3 {
+        let [a, b, c] = self.corners(facet);
+        cross(sub(b, a), sub(c, a))
+    }
+
+    /// Outward unit normal of a facet, or zero for a facet without area.
+    pub fn normal(&self, facet: usize) -> Vec3 {
+        unit(self.area_vector(facet))
+    }
+
+    /// Area of a facet, mm².
+    pub fn facet_area(&self, facet: usize) -> f64 {
+        0.5 * norm(self.area_vector(facet))
+    }
+
+    /// Area of all facets, mm².
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len()).map(|f| self.facet_area(f)).sum()
+    }
+
+    /// Signed volume ∫ x·n dA / 3 in mm³, about the centre of the box so that a far origin costs no digits.
+    pub fn signed_volume(&self) -> f64 {
+        let Some((lo, hi)) = self.bounds() else { return 0.0 };
+        let centre = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        (0..self.triangles.len())
+            .map(|f| {
+                let [a, b, c] = self.corners(f).map(|p| sub(p, centre));
+                dot(a, cross(b, c)) / 6.0
+            })
+            .sum()
+    }
+
+    /// Least and greatest corner of the vertices that facets use, or `None` without facets.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        bounds(self.triangles.iter().flatten().map(|&v| self.vertices[v as usize]))
+    }
+
+    /// The same mesh after `p ↦ R·p + t`; winding is reversed where R mirrors.
+    pub fn transformed(&self, rotation: [[f64; 3]; 3], translation: Vec3) -> Self {
+        let image = |p: Vec3| [0, 1, 2].map(|r| dot(rotation[r], p) + translation[r]);
+        let mirrors = dot(rotation[0], cross(rotation[1], rotation[2])) < 0.0;
+        TriangleMesh {
+            vertices: self.vertices.iter().map(|&p| image(p)).collect(),
+            triangles: self.triangles.iter().map(|&[a, b, c]| if mirrors { [a, c, b] } else { [a, b, c] }).collect(),
+        }
+    }
+
+    /// The same mesh turned inside out.
+    pub fn flipped(&self) -> Self {
+        TriangleMesh {
+            vertices: self.vertices.clone(),
+            triangles: self.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+        }
+    }
+
+    /// The same mesh with all coordinates multiplied.
+    pub fn scaled(&self, factor: f64) -> Self {
+        TriangleMesh {
+            vertices: self.vertices.iter().map(|&p| p.map(|x| x * factor)).collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+
+    /// This mesh and another as one, their vertices kept apart.
+    pub fn joined(mut self, other: &TriangleMesh) -> Self {
+        let shift = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(&other.vertices);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + shift)));
+        self
+    }
+
+    /// The centroid of a facet.
+    pub fn centroid(&self, facet: usize) -> Vec3 {
+        let [a, b, c] = self.corners(facet);
+        along(along(super::vector::scale(a, 1.0 / 3.0), b, 1.0 / 3.0), c, 1.0 / 3.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tetrahedron() -> TriangleMesh {
+        let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.0, 0.0, 1.0]];
+        TriangleMesh::weld([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]].map(|t: [usize; 3]| t.map(|v| p[v])))
+    }
+
+    #[test]
+    fn welding_joins_equal_corners_and_both_zeros() {
+        let m = tetrahedron();
+        assert_eq!((m.vertices.len(), m.triangles.len()), (4, 4));
+        assert!((m.signed_volume() - 1.0 / 6.0).abs() < 1e-15);
+        assert!((m.flipped().signed_volume() + 1.0 / 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn mirroring_keeps_the_volume_positive() {
+        let mirrored = tetrahedron().transformed([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [1e6, 0.0, 0.0]);
+        assert!((mirrored.signed_volume() - 1.0 / 6.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,6 @@
+//! Meshes: their health, their voxels, and exact distances to them.
+
+pub mod mesh;
+pub mod vector;
+
+pub use mesh::TriangleMesh;

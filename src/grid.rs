@@ -1,0 +1,204 @@
+//! The lattice of samples every field lives on.
+
+use crate::error::{Error, Result};
+use crate::units::{Length, Volume};
+use serde::{Deserialize, Serialize};
+
+/// A cubic lattice of samples: sample `[i, j, k]` stands at `origin + h·[i, j, k]`.
+///
+/// `origin` is the world position, in millimetres, of the **centre** of sample `[0, 0, 0]`, so that the
+/// origin of a convolution is the sum of the operands' origins. Storage is x fastest, then y, then z:
+/// the arrays have shape `(nz, ny, nx)` and a layer is one contiguous plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    origin: [f64; 3],
+    spacing: Length,
+    dims: [usize; 3],
+}
+
+impl Grid {
+    /// A grid from the centre of its first sample, its spacing and its counts along x, y, z.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] if the spacing is not positive and finite, the origin not finite, a count zero,
+    /// or the number of samples does not fit an address.
+    pub fn new(origin: [f64; 3], spacing: Length, dims: [usize; 3]) -> Result<Self> {
+        let h = spacing.as_mm();
+        let problem = if !(h.is_finite() && h > 0.0) {
+            Some(format!("spacing {h} mm is not positive"))
+        } else if origin.iter().any(|x| !x.is_finite()) {
+            Some(format!("origin {origin:?} is not finite"))
+        } else if dims.contains(&0) {
+            Some(format!("counts {dims:?} include zero"))
+        } else if samples_of(dims) > isize::MAX as u128 {
+            Some(format!("counts {dims:?} are more than can be addressed"))
+        } else {
+            None
+        };
+        match problem {
+            Some(problem) => Err(Error::Operand {
+                operation: "grid",
+                problem,
+                remedy: "choose a positive spacing and a box with extent".into(),
+            }),
+            None => Ok(Grid { origin, spacing, dims }),
+        }
+    }
+
+    /// The grid whose samples are the centres of cubes that tile the box `[min, max]` and a margin around it.
+    ///
+    /// The box lies centred in the grid, so that a shifted or mirrored part sees the same samples; `phase`, in
+    /// units of the spacing and below one half, is what tests vary.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn covering(
+        min: [f64; 3],
+        max: [f64; 3],
+        spacing: Length,
+        margin_samples: usize,
+        phase: [f64; 3],
+    ) -> Result<Self> {
+        let h = spacing.as_mm();
+        let mut origin = [0.0; 3];
+        let mut dims = [0usize; 3];
+        for a in 0..3 {
+            let extent = max[a] - min[a];
+            if !(extent >= 0.0 && extent.is_finite() && h > 0.0) {
+                return Grid::new([f64::NAN; 3], spacing, [1; 3]);
+            }
+            let cells = (extent / h).ceil().max(1.0) + 1.0 + 2.0 * margin_samples as f64;
+            if cells > 1e12 {
+                return Grid::new(min, spacing, [usize::MAX; 3]);
+            }
+            dims[a] = cells as usize;
+            let slack = cells * h - extent;
+            origin[a] = min[a] - 0.5 * slack + (phase[a] + 0.5) * h;
+        }
+        Grid::new(origin, spacing, dims)
+    }
+
+    /// World position of the centre of sample `[0, 0, 0]`, millimetres.
+    pub fn origin(&self) -> [f64; 3] {
+        self.origin
+    }
+
+    /// Edge of a sample's cube.
+    pub fn spacing(&self) -> Length {
+        self.spacing
+    }
+
+    /// Edge of a sample's cube in millimetres.
+    pub fn h(&self) -> f64 {
+        self.spacing.as_mm()
+    }
+
+    /// Counts along x, y, z.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// Shape of an array on this grid: `(nz, ny, nx)`.
+    pub fn shape(&self) -> (usize, usize, usize) {
+        (self.dims[2], self.dims[1], self.dims[0])
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.dims[0] * self.dims[1] * self.dims[2]
+    }
+
+    /// Volume of one sample's cube.
+    pub fn sample_volume(&self) -> Volume {
+        self.spacing * self.spacing * self.spacing
+    }
+
+    /// World position of the centre of a sample, millimetres.
+    pub fn position(&self, index: [usize; 3]) -> [f64; 3] {
+        let h = self.h();
+        [0, 1, 2].map(|a| self.origin[a] + h * index[a] as f64)
+    }
+
+    /// Continuous index of a world position: whole numbers are sample centres.
+    pub fn continuous_index(&self, position_mm: [f64; 3]) -> [f64; 3] {
+        let h = self.h();
+        [0, 1, 2].map(|a| (position_mm[a] - self.origin[a]) / h)
+    }
+
+    /// The sample whose cube holds a world position, if it is on the grid.
+    pub fn sample_at(&self, position_mm: [f64; 3]) -> Option<[usize; 3]> {
+        let mut index = [0; 3];
+        for (a, &c) in self.continuous_index(position_mm).iter().enumerate() {
+            let rounded = (c + 0.5).floor();
+            if !(rounded >= 0.0 && rounded < self.dims[a] as f64) {
+                return None;
+            }
+            index[a] = rounded as usize;
+        }
+        Some(index)
+    }
+
+    /// Position of a sample in storage: x fastest, then y, then z.
+    pub fn offset(&self, [i, j, k]: [usize; 3]) -> usize {
+        (k * self.dims[1] + j) * self.dims[0] + i
+    }
+
+    /// The sample at a position in storage.
+    pub fn index(&self, offset: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.dims;
+        [offset % nx, offset / nx % ny, offset / (nx * ny)]
+    }
+
+    /// The same lattice with `before` more samples in front and `after` more behind along each axis.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn padded(&self, before: [usize; 3], after: [usize; 3]) -> Result<Self> {
+        let h = self.h();
+        Grid::new(
+            [0, 1, 2].map(|a| self.origin[a] - h * before[a] as f64),
+            self.spacing,
+            [0, 1, 2].map(|a| self.dims[a].saturating_add(before[a]).saturating_add(after[a])),
+        )
+    }
+}
+
+/// Number of samples of a box of counts, without overflow.
+pub fn samples_of(dims: [usize; 3]) -> u128 {
+    dims.iter().map(|&n| n as u128).fold(1, u128::saturating_mul)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_and_indices_are_inverse() {
+        let g = Grid::new([1.0, 2.0, 3.0], Length::mm(0.5), [4, 5, 6]).unwrap();
+        for offset in 0..g.samples() {
+            let index = g.index(offset);
+            assert_eq!(g.offset(index), offset);
+            assert_eq!(g.sample_at(g.position(index)), Some(index));
+        }
+        assert_eq!(g.sample_at([0.7, 2.0, 3.0]), None);
+        assert_eq!(g.shape(), (6, 5, 4));
+    }
+
+    #[test]
+    fn covering_holds_the_box_with_its_margin() {
+        let g = Grid::covering([0.0; 3], [10.0, 1.0, 0.05], Length::mm(0.3), 2, [0.0; 3]).unwrap();
+        let [last_x, last_y, last_z] = g.dims().map(|n| n - 1);
+        let (first, last) = (g.position([0, 0, 0]), g.position([last_x, last_y, last_z]));
+        for (a, extent) in [10.0, 1.0, 0.05].into_iter().enumerate() {
+            assert!(first[a] <= -0.3 * 1.5 && last[a] >= extent + 0.3 * 1.5, "axis {a}: {first:?} {last:?}");
+        }
+    }
+
+    #[test]
+    fn impossible_grids_are_refused() {
+        assert!(Grid::new([0.0; 3], Length::mm(0.0), [1; 3]).is_err());
+        assert!(Grid::new([f64::NAN; 3], Length::mm(1.0), [1; 3]).is_err());
+        assert!(Grid::new([0.0; 3], Length::mm(1.0), [0, 1, 1]).is_err());
+        assert!(Grid::covering([0.0; 3], [1e300; 3], Length::mm(1e-9), 1, [0.0; 3]).is_err());
+    }
+}

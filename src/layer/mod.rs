@@ -1,0 +1,1 @@
+//! What a layer rests on: downward surface, islands, supports.

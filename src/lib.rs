@@ -1,0 +1,40 @@
+//! amcheck: can this part be printed, where not, how sure is that, and what should change.
+//!
+//! # Conventions
+//!
+//! * Lengths are millimetres; angles are degrees at the edges and radians inside. f64 in geometry, f32 in fields.
+//! * Right-handed x, y, z; the build direction is +z once the part is posed. The plate is at its lowest point.
+//! * A [`grid::Grid`] has the world position of the *centre* of sample `[0,0,0]`, one cubic spacing, and counts.
+//!   Arrays have shape `(nz, ny, nx)`: x fastest, a layer is a contiguous plane.
+//! * Defining functions are positive inside; a signed distance is **negative inside**. Every field has a background,
+//!   its value everywhere outside its grid. Touching is not collision.
+//! * *Convolve* and *correlate* are different words: erosion correlates.
+//! * Overhang angles are measured from the horizontal: 0° is a flat ceiling, 90° a vertical wall.
+//! * Comparison with a limit is strict on the bracket; equal to the limit passes.
+//! * Same input, same bytes, for any number of threads.
+//!
+//! # Layers
+//!
+//! A module uses only modules of a lower layer or of its own folder; a test reads the `use` lines and says so:
+//! error and notice, units, grid, field, {geometry, distance, convolution}, {io, morphology, medial, topology,
+//! layer, process}, access, part, check, report, analyze, cli.
+
+pub mod check;
+pub mod convolution;
+pub mod distance;
+pub mod error;
+pub mod field;
+pub mod geometry;
+pub mod grid;
+pub mod io;
+pub mod layer;
+pub mod medial;
+pub mod morphology;
+pub mod notice;
+pub mod process;
+#[cfg(feature = "report")]
+pub mod report;
+pub mod topology;
+pub mod units;
+
+pub use error::{Error, Result};

@@ -1,0 +1,3 @@
+//! The `amcheck` command.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Where grid and mesh meet: medial balls, feature pairs, witnesses and covers.

@@ -1,0 +1,37 @@
+//! What a stage noticed on its way and the report must repeat: never an error, never silent.
+
+use serde::{Deserialize, Serialize};
+
+/// One remark about the input or about how it was analysed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Notice {
+    /// Stable short name, such as `open-edges` or `units-guess`.
+    pub code: String,
+    /// One sentence for a person, with the numbers in it.
+    pub message: String,
+    /// How many of the thing there are, where it can be counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub count: Option<u64>,
+    /// The worst place in the frame of the input file, millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_mm: Option<[f64; 3]>,
+}
+
+impl Notice {
+    /// A notice without count or place.
+    pub fn new(code: &str, message: impl Into<String>) -> Self {
+        Notice { code: code.into(), message: message.into(), count: None, at_mm: None }
+    }
+
+    /// The same notice with a count.
+    pub fn counted(mut self, count: u64) -> Self {
+        self.count = Some(count);
+        self
+    }
+
+    /// The same notice with a place in millimetres.
+    pub fn at(mut self, place_mm: [f64; 3]) -> Self {
+        self.at_mm = Some(place_mm);
+        self
+    }
+}

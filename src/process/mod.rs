@@ -1,0 +1,1 @@
+//! Processes: limits with value, unit, basis and source.

@@ -1,0 +1,55 @@
+//! What pictures need beyond the report: a display mesh with a value at every corner, and slices.
+
+use crate::check::Sense;
+use crate::geometry::vector::Vec3;
+
+/// The part for display: corners are not shared, three per facet, so that a map may differ across an edge.
+///
+/// Facets are split until none is longer than the resolution, so that a large triangle shows the variation inside it.
+#[derive(Debug, Clone, Default)]
+pub struct Exhibit {
+    /// Three corners per facet, in the frame of the build (z up, plate at the lowest point), millimetres.
+    pub corners: Vec<Vec3>,
+    /// One map per check that has one.
+    pub maps: Vec<SurfaceMap>,
+    /// Slices through the worst finding, one per axis.
+    pub slices: Vec<Slice>,
+    /// Facets that were left out of the display copy; 0 unless the part is very large.
+    pub facets_left_out: usize,
+}
+
+/// A scalar at every corner of the exhibit.
+#[derive(Debug, Clone)]
+pub struct SurfaceMap {
+    /// Name of the check, such as `thin-wall`.
+    pub check: String,
+    /// What is shown, such as `Wall thickness`.
+    pub title: String,
+    /// `mm` or `deg`.
+    pub unit: String,
+    pub sense: Sense,
+    pub fail: Option<f64>,
+    pub warn: Option<f64>,
+    /// Values beyond this end of the scale are only known to be beyond it.
+    pub open_end: f64,
+    /// One value per corner; NaN where nothing is measured.
+    pub values: Vec<f32>,
+}
+
+/// A picture of one plane through the part.
+#[derive(Debug, Clone)]
+pub struct Slice {
+    /// 0, 1, 2 for planes across x, y, z.
+    pub axis: usize,
+    /// Position of the plane along its axis, millimetres.
+    pub at_mm: f64,
+    /// World position of the centre of the first pixel, along the two axes that remain, in increasing order.
+    pub origin_mm: [f64; 2],
+    pub spacing_mm: f64,
+    pub width: usize,
+    pub height: usize,
+    /// Solid fraction of each pixel, rows along the first remaining axis.
+    pub density: Vec<f32>,
+    /// Findings that lie in or near the plane: number as in the report (from 1), and position in the plane.
+    pub pins: Vec<(usize, [f64; 2])>,
+}

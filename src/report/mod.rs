@@ -1,0 +1,12 @@
+//! The press: one [`Report`], printed as JSON, terminal text, pictures and one HTML page.
+//!
+//! A [`Report`] is plain data with a published, versioned schema; the same input gives the same bytes. What
+//! pictures need beyond it (meshes with a value at every corner, slices) is an [`Exhibit`].
+
+mod exhibit;
+mod schema;
+
+pub use exhibit::{Exhibit, Slice, SurfaceMap};
+pub use schema::{
+    Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict, WorstReport,
+};

@@ -1,0 +1,153 @@
+//! The report as data: the keys that pipelines rely on.
+
+use crate::check::{Bracket, Finding, Sense, State};
+use crate::notice::Notice;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Name and major version of the schema; keys are added within a major version, never changed.
+pub const SCHEMA: &str = "amcheck-report/1";
+
+/// The answer in one word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    Pass,
+    Warn,
+    Undecided,
+    Fail,
+}
+
+/// Three numbers along x, y, z.
+pub type Axis3 = [f64; 3];
+
+/// The tool that wrote the report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tool {
+    pub name: String,
+    pub version: String,
+}
+
+/// The part as it was read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PartReport {
+    /// File name without its folders.
+    pub file: String,
+    pub sha256: String,
+    pub triangles: u64,
+    pub bodies: u64,
+    pub box_mm: [Axis3; 2],
+    pub volume_mm3: Bracket,
+    pub area_mm2: f64,
+    /// Unit of the file's numbers.
+    pub units: String,
+    /// How the unit is known: `assumed`, `option`, `file`.
+    pub units_from: String,
+    pub watertight: bool,
+    /// Rows of the 4×4 matrix that poses the part for the build.
+    pub pose: [[f64; 4]; 4],
+}
+
+/// One limit of the process as it was applied.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LimitReport {
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub fail: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub warn: Option<f64>,
+    pub sense: Sense,
+    pub unit: String,
+    /// `sourced`, `convention` or `user`.
+    pub basis: String,
+    pub source: String,
+    pub overridden: bool,
+}
+
+/// The process in full.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProcessReport {
+    pub name: String,
+    pub title: String,
+    pub layer_height_mm: f64,
+    pub build_volume_mm: Axis3,
+    pub prints_supports: bool,
+    /// Keyed by the name of the check, or `check/kind` where a check has several.
+    pub limits: BTreeMap<String, LimitReport>,
+}
+
+/// The grid that the fields were sampled on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GridReport {
+    pub spacing_mm: f64,
+    pub dims: [u64; 3],
+    pub samples: u64,
+    /// Bytes that the fields were allowed to take, known before they were taken.
+    pub memory_bytes: u64,
+    /// Samples and ball evaluations spent on deciding what the grid left open.
+    pub refined: u64,
+    /// The budget for that.
+    pub refine_budget: u64,
+}
+
+/// The worst value a check met.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WorstReport {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    pub unit: String,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub at_mm: Option<Axis3>,
+}
+
+/// One check's answer, passes too.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CheckReport {
+    pub code: String,
+    pub name: String,
+    /// What is measured, one line.
+    pub title: String,
+    pub state: State,
+    /// Why it is not applicable, not run or broken.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub why: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub worst: Option<WorstReport>,
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub limit: Option<LimitReport>,
+    /// What was searched and how sure a pass is, one sentence.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub cover: Option<String>,
+    pub findings: Vec<Finding>,
+}
+
+/// Everything amcheck says about a part. Same input, same bytes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    pub schema: String,
+    pub tool: Tool,
+    pub verdict: Verdict,
+    /// The verdict as a sentence: number, consequence, remedy.
+    pub summary: String,
+    pub part: PartReport,
+    pub process: ProcessReport,
+    pub grid: GridReport,
+    /// In the order of the registry.
+    pub checks: Vec<CheckReport>,
+    pub warnings: Vec<Notice>,
+}
+
+impl Report {
+    /// All findings that are not passes, worst first.
+    pub fn findings(&self) -> Vec<&Finding> {
+        let mut all: Vec<&Finding> =
+            self.checks.iter().flat_map(|c| &c.findings).filter(|f| f.state > State::Pass).collect();
+        all.sort_by(|a, b| Finding::worst_first(a, b));
+        all
+    }
+
+    /// Number of checks in a state.
+    pub fn count(&self, state: State) -> usize {
+        self.checks.iter().filter(|c| c.state == state).count()
+    }
+}

@@ -1,0 +1,1 @@
+//! Components, Betti numbers and escape diameters of sets of samples.

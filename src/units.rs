@@ -1,0 +1,246 @@
+//! Lengths, areas, volumes and angles as types, so that no bare number has to be trusted.
+//!
+//! Inside, lengths are millimetres and angles radians; text such as `0.4mm`, `400um` or `45deg` is read
+//! at the edges only. There is no `From<f64>`: a unit is always said.
+
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+macro_rules! quantity {
+    ($(#[$doc:meta])* $name:ident, $make:ident, $read:ident, $suffix:literal) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default, Serialize, Deserialize)]
+        #[serde(transparent)]
+        pub struct $name(f64);
+
+        impl $name {
+            /// The quantity from its number in the unit of this constructor.
+            pub const fn $make(value: f64) -> Self {
+                Self(value)
+            }
+            /// The number in the unit of this accessor.
+            pub const fn $read(self) -> f64 {
+                self.0
+            }
+            /// The smaller of the two.
+            pub fn min(self, other: Self) -> Self {
+                Self(self.0.min(other.0))
+            }
+            /// The larger of the two.
+            pub fn max(self, other: Self) -> Self {
+                Self(self.0.max(other.0))
+            }
+        }
+        impl Add for $name {
+            type Output = Self;
+            fn add(self, o: Self) -> Self { Self(self.0 + o.0) }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            fn sub(self, o: Self) -> Self { Self(self.0 - o.0) }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            fn neg(self) -> Self { Self(-self.0) }
+        }
+        impl Mul<f64> for $name {
+            type Output = Self;
+            fn mul(self, k: f64) -> Self { Self(self.0 * k) }
+        }
+        impl Div<f64> for $name {
+            type Output = Self;
+            fn div(self, k: f64) -> Self { Self(self.0 / k) }
+        }
+        impl Div for $name {
+            type Output = f64;
+            fn div(self, o: Self) -> f64 { self.0 / o.0 }
+        }
+    };
+}
+
+quantity!(
+    /// A length in millimetres.
+    Length, mm, as_mm, "mm"
+);
+quantity!(
+    /// An area in square millimetres.
+    Area, mm2, as_mm2, "mm²"
+);
+quantity!(
+    /// A volume in cubic millimetres.
+    Volume, mm3, as_mm3, "mm³"
+);
+quantity!(
+    /// An angle in radians.
+    Angle, radians, as_radians, "rad"
+);
+
+impl Mul for Length {
+    type Output = Area;
+    fn mul(self, o: Length) -> Area {
+        Area(self.0 * o.0)
+    }
+}
+impl Mul<Length> for Area {
+    type Output = Volume;
+    fn mul(self, o: Length) -> Volume {
+        Volume(self.0 * o.0)
+    }
+}
+
+impl Angle {
+    /// An angle from degrees.
+    pub fn degrees(value: f64) -> Self {
+        Angle(value.to_radians())
+    }
+    /// The angle in degrees.
+    pub fn as_degrees(self) -> f64 {
+        self.0.to_degrees()
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm", short(self.0))
+    }
+}
+impl fmt::Display for Area {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm²", short(self.0))
+    }
+}
+impl fmt::Display for Volume {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm³", short(self.0))
+    }
+}
+impl fmt::Display for Angle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}°", short(self.as_degrees()))
+    }
+}
+
+/// A number for people: at most four decimals, no trailing zeros, never `-0`.
+///
+/// ```
+/// assert_eq!(amcheck::units::short(0.3500), "0.35");
+/// assert_eq!(amcheck::units::short(46591.9081), "46591.9");
+/// assert_eq!(amcheck::units::short(-0.0), "0");
+/// ```
+pub fn short(value: f64) -> String {
+    let decimals = match value.abs() {
+        v if v >= 1000.0 => 1,
+        v if v >= 100.0 => 2,
+        v if v >= 10.0 => 3,
+        _ => 4,
+    };
+    let text = format!("{value:.decimals$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+/// A number rounded to the report's resolution of 1e-6, so that reports are equal byte for byte.
+pub fn report_digits(value: f64) -> f64 {
+    let rounded = (value * 1e6).round() / 1e6;
+    if rounded == 0.0 { 0.0 } else { rounded }
+}
+
+impl Length {
+    /// A positive or zero length from text with a unit: `0.4mm`, `400um`, `2in`, `1cm`, `0.1m`.
+    ///
+    /// A bare number is millimetres.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for anything that is not a finite number with a known unit.
+    ///
+    /// ```
+    /// use amcheck::units::Length;
+    /// assert_eq!(Length::parse("400um").unwrap().as_mm(), 0.4);
+    /// assert!(Length::parse("1,5mm").is_err());
+    /// ```
+    pub fn parse(text: &str) -> Result<Self> {
+        let (number, unit) = split_unit(text)?;
+        let scale = match unit {
+            "" | "mm" => 1.0,
+            "um" | "µm" | "micron" => 1e-3,
+            "cm" => 10.0,
+            "m" => 1000.0,
+            "in" | "inch" => 25.4,
+            _ => return Err(bad_quantity(text, "a length such as 0.4mm, 400um, 1in")),
+        };
+        // Division keeps 400um == 0.4 exactly, where multiplying by 1e-3 would not.
+        Ok(Length(if scale == 1e-3 { number / 1000.0 } else { number * scale }))
+    }
+}
+
+impl Angle {
+    /// An angle from text: `45deg`, `45°`, `0.7rad`; a bare number is degrees.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for anything that is not a finite number with a known unit.
+    pub fn parse(text: &str) -> Result<Self> {
+        let (number, unit) = split_unit(text)?;
+        match unit {
+            "" | "deg" | "°" => Ok(Angle::degrees(number)),
+            "rad" => Ok(Angle(number)),
+            _ => Err(bad_quantity(text, "an angle such as 45deg")),
+        }
+    }
+}
+
+/// Splits `0.4mm` into its finite number and its unit.
+pub fn split_unit(text: &str) -> Result<(f64, &str)> {
+    let text = text.trim();
+    let at = text
+        .char_indices()
+        .find(|&(i, c)| {
+            let numeric = c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
+            let in_exponent = matches!(c, 'e' | 'E') && exponent(&text[i..]);
+            !numeric && !in_exponent
+        })
+        .map_or(text.len(), |(i, _)| i);
+    let number: f64 =
+        text[..at].parse().map_err(|_| bad_quantity(text, "a number with a unit, such as 0.4mm or 45deg"))?;
+    if !number.is_finite() {
+        return Err(bad_quantity(text, "a finite number"));
+    }
+    Ok((number, text[at..].trim()))
+}
+
+/// Whether the text starts an exponent (`e-3`) rather than a unit.
+fn exponent(text: &str) -> bool {
+    text[1..].trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit())
+}
+
+fn bad_quantity(text: &str, expected: &str) -> Error {
+    Error::Usage {
+        problem: format!("`{}` is not a quantity", crate::error::printable(text)),
+        remedy: format!("write {expected}; the decimal sign is a point"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_read_with_their_unit() {
+        for (text, mm) in [("0.4mm", 0.4), ("0.4", 0.4), ("400um", 0.4), ("1in", 25.4), ("1e-1 mm", 0.1), ("2cm", 20.0)]
+        {
+            assert_eq!(Length::parse(text).unwrap().as_mm(), mm, "{text}");
+        }
+        for text in ["", "mm", "1,5", "nan", "inf", "0x10", "4 parsecs", "1e400"] {
+            assert!(Length::parse(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn products_carry_their_dimension() {
+        let edge = Length::mm(2.0);
+        assert_eq!((edge * edge).as_mm2(), 4.0);
+        assert_eq!((edge * edge * edge).as_mm3(), 8.0);
+        assert!((Angle::parse("45deg").unwrap().as_radians() - std::f64::consts::FRAC_PI_4).abs() < 1e-15);
+    }
+}
