@@ -23,6 +23,8 @@ pub struct Node {
     hi: [f32; 3],
     axis: [f32; 3],
     spread: f32,
+    /// Sine and cosine of the half-angle.
+    turn: [f32; 2],
     first: u32,
     count: u32,
 }
@@ -57,10 +59,18 @@ impl Node {
         (self.lo.map(f64::from), self.hi.map(f64::from))
     }
 
-    /// Axis and half-angle of the cone of normals.
+    /// Whether the cone may hold a normal at an angle of at least `least` to the unit vector `direction`.
+    ///
+    /// `least` comes as (sine, cosine, value) so that no angle is computed in the walk; rounding only lets more through.
     #[inline]
-    pub fn cone(&self) -> (Vec3, f64) {
-        (self.axis.map(f64::from), f64::from(self.spread))
+    pub fn may_turn_from(&self, direction: Vec3, (sin, cos, least): (f64, f64, f64)) -> bool {
+        let spread = f64::from(self.spread);
+        if spread >= least {
+            return true;
+        }
+        // angle(direction, axis) ≥ least − spread
+        let bound = cos * f64::from(self.turn[1]) + sin * f64::from(self.turn[0]);
+        dot(direction, self.axis.map(f64::from)) <= bound + 1e-5
     }
 
     /// Whether a ray `p + s·d`, `0 ≤ s ≤ far`, may meet the box; `inverse` is 1/d per axis.
@@ -203,6 +213,7 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize) -> (Node, Vec<Node
         hi: [0, 1, 2].map(|a| l.hi[a].max(r.hi[a])),
         axis: axis.map(|x| x as f32),
         spread: spread as f32 + 1e-6,
+        turn: turn(spread),
         first: 0,
         count: 0,
     };
@@ -233,9 +244,15 @@ fn leaf(bounds: &[Bounds], order: &[u32], offset: usize) -> Node {
         hi: hi.map(|x| (x as f32).next_up()),
         axis: axis.map(|x| x as f32),
         spread: spread as f32 + 1e-6,
+        turn: turn(spread),
         first: offset as u32,
         count: order.len() as u32,
     }
+}
+
+fn turn(spread: f64) -> [f32; 2] {
+    let (sin, cos) = (spread + 1e-6).sin_cos();
+    [sin as f32, cos as f32]
 }
 
 /// A cone that holds both cones.
