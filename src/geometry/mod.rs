@@ -1,6 +1,16 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
 pub mod mesh;
+pub mod solid;
 pub mod vector;
+pub mod voxelize;
+mod voxelize_crossings;
+mod voxelize_fraction;
+mod voxelize_lattice;
+mod voxelize_shell;
+#[cfg(test)]
+mod voxelize_tests;
 
 pub use mesh::TriangleMesh;
+pub use solid::{Doubt, InsideRule, Solid};
+pub use voxelize::{occupancy, voxelize};
