@@ -10,7 +10,10 @@ mod voxelize_lattice;
 mod voxelize_shell;
 #[cfg(test)]
 mod voxelize_tests;
+mod voxelize_winding;
+pub mod winding;
 
 pub use mesh::TriangleMesh;
 pub use solid::{Doubt, InsideRule, Solid};
 pub use voxelize::{occupancy, voxelize};
+pub use winding::Winding;

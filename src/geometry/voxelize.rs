@@ -1,10 +1,10 @@
 //! Casting a mesh onto a grid.
 
-use super::solid::{InsideRule, Solid};
+use super::solid::{Doubt, InsideRule, Solid};
 use super::voxelize_crossings::Crossings;
 use super::voxelize_lattice::{Lattice, ceil_shift, span};
-use super::{TriangleMesh, voxelize_fraction, voxelize_shell};
-use crate::error::{Error, Result};
+use super::{TriangleMesh, Winding, voxelize_fraction, voxelize_shell, voxelize_winding};
+use crate::error::Result;
 use crate::field::{Density, Field, Indicator};
 use crate::grid::Grid;
 use rayon::prelude::*;
@@ -19,10 +19,15 @@ use std::ops::Range;
 /// by the rounding. `density` is min(1, ∫ w) over each cube: exact but for f32 rounding, save where the surfaces of
 /// two overlapping bodies cut one cube, where it may count their overlap twice.
 ///
+/// With [`InsideRule::Winding`], S = { p : w(p) ≥ ½ } with the generalized winding number ([`Winding`]): exact at
+/// samples near facets, probed every 16 samples elsewhere. `inner` and `outer` then hold for the facets, not for what
+/// closes the holes between them, and `density` counts facets where the row across them is complete and samples where it
+/// is not. [`Solid::doubt`] says how much of it is a guess. A mesh that is inside out as a whole comes out empty.
+///
 /// The grid may be a window of the part: what lies outside it still decides what is inside.
 ///
 /// # Errors
-/// [`Error::Operand`] if the surface has a boundary (use [`InsideRule::Winding`]) or lies beyond 2^24 samples from the
+/// [`crate::Error::Operand`] if the surface has a boundary (use [`InsideRule::Winding`]) or lies beyond 2^24 samples from the
 /// grid.
 ///
 /// # Cost
@@ -43,14 +48,22 @@ use std::ops::Range;
 /// ```
 pub fn voxelize(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<Solid> {
     let lattice = Lattice::new(mesh, grid)?;
-    match rule {
-        InsideRule::Crossings => by_crossings(&lattice, grid),
-        InsideRule::Winding => Err(Error::Operand {
-            operation: "voxelize",
-            problem: "this surface needs its winding number".into(),
-            remedy: "close the surface first".into(),
-        }),
-    }
+    let layers = slab_layers(grid);
+    let mut parts = Parts::new(grid);
+    let doubt = match rule {
+        InsideRule::Crossings => {
+            parts.mark_surface(&lattice, layers);
+            let crossings = Crossings::of(&lattice, layers);
+            fill(&crossings, layers, &mut parts.centres)?;
+            None
+        }
+        InsideRule::Winding => {
+            parts.mark_surface(&lattice, layers);
+            let winding = Winding::new(mesh);
+            Some(voxelize_winding::classify(&winding, grid, parts.outer.words(), parts.centres.words_mut()))
+        }
+    };
+    parts.settle(rule, doubt)
 }
 
 /// The samples inside a mesh: the `centres` of [`voxelize`] with [`InsideRule::Crossings`], and nothing else.
@@ -65,12 +78,7 @@ pub fn occupancy(mesh: &TriangleMesh, grid: &Grid) -> Result<Indicator> {
     let layers = slab_layers(grid);
     let crossings = Crossings::of(&lattice, layers);
     let mut set = Indicator::empty(*grid);
-    let [nx, ny, _] = grid.dims();
-    let words = set.words_per_row();
-    set.words_mut()
-        .par_chunks_mut(words * ny * layers)
-        .enumerate()
-        .try_for_each(|(slab, words)| crossings.fill(slab, slab * layers * ny, nx, words))?;
+    fill(&crossings, layers, &mut set)?;
     Ok(set)
 }
 
@@ -81,41 +89,64 @@ fn slab_layers(grid: &Grid) -> usize {
     cached.clamp(1, nz.div_ceil(32).max(1))
 }
 
-fn by_crossings(lattice: &Lattice, grid: &Grid) -> Result<Solid> {
-    let layers = slab_layers(grid);
-    let [nx, ny, nz] = grid.dims();
-    let crossings = Crossings::of(lattice, layers);
-    let facets = facets_by_slab(lattice, layers);
-    let (mut inner, mut centres) = (Indicator::empty(*grid), Indicator::empty(*grid));
-    let mut outer = Indicator::empty(*grid);
-    let mut density = vec![0.0f32; grid.samples()];
-    let words_per_row = centres.words_per_row();
-    let slab_words = words_per_row * ny * layers;
-    (inner.words_mut().par_chunks_mut(slab_words))
-        .zip(centres.words_mut().par_chunks_mut(slab_words))
-        .zip(outer.words_mut().par_chunks_mut(slab_words))
-        .zip(density.par_chunks_mut(nx * ny * layers))
-        .enumerate()
-        .try_for_each(|(slab, (((inner, centres), shell), density))| {
+/// Sets the samples with winding number ≥ 1, slab by slab.
+fn fill(crossings: &Crossings, layers: usize, set: &mut Indicator) -> Result<()> {
+    let [nx, ny, _] = set.grid().dims();
+    let slab_words = set.words_per_row() * ny * layers;
+    let slabs = set.words_mut().par_chunks_mut(slab_words).enumerate();
+    slabs.try_for_each(|(slab, words)| crossings.fill(slab, slab * layers * ny, nx, words))
+}
+
+/// A solid in the making: `outer` is the shell alone and `density` the change along rows, until [`Parts::settle`].
+struct Parts {
+    inner: Indicator,
+    centres: Indicator,
+    outer: Indicator,
+    density: Vec<f32>,
+}
+
+impl Parts {
+    fn new(grid: &Grid) -> Self {
+        let [inner, centres, outer] = [0; 3].map(|_| Indicator::empty(*grid));
+        Parts { inner, centres, outer, density: vec![0.0; grid.samples()] }
+    }
+
+    /// Marks the shell and collects the changes of the fractions, slab by slab, facets in the order of the mesh.
+    fn mark_surface(&mut self, lattice: &Lattice, layers: usize) {
+        let [nx, ny, nz] = lattice.dims;
+        let facets = facets_by_slab(lattice, layers);
+        let slab_words = self.outer.words_per_row() * ny * layers;
+        let shells = self.outer.words_mut().par_chunks_mut(slab_words);
+        shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().for_each(|(slab, (shell, density))| {
             let range = slab * layers..((slab + 1) * layers).min(nz);
-            crossings.fill(slab, range.start * ny, nx, centres)?;
             for &facet in facets.iter().flat_map(|chunk| &chunk[slab]) {
                 voxelize_shell::mark(lattice, facet, range.clone(), shell);
                 voxelize_fraction::add(lattice, facet, range.clone(), density);
             }
-            let rows = inner.chunks_mut(words_per_row).zip(centres.chunks(words_per_row));
-            let rows = rows.zip(shell.chunks_mut(words_per_row)).zip(density.chunks_mut(nx));
-            for (((inner, centres), shell), density) in rows {
-                settle(centres, shell, density);
+        });
+    }
+
+    /// The solid, from the shell, the changes and the centres.
+    fn settle(mut self, rule: InsideRule, doubt: Option<Doubt>) -> Result<Solid> {
+        let grid = *self.centres.grid();
+        let words = self.centres.words_per_row();
+        (self.inner.words_mut().par_chunks_mut(words))
+            .zip(self.centres.words().par_chunks(words))
+            .zip(self.outer.words_mut().par_chunks_mut(words))
+            .zip(self.density.par_chunks_mut(grid.dims()[0]))
+            .for_each(|(((inner, centres), shell), density)| {
+                match rule {
+                    InsideRule::Crossings => voxelize_fraction::settle(centres, shell, density),
+                    InsideRule::Winding => voxelize_fraction::settle_open(centres, shell, density),
+                }
                 for ((inner, outer), &centre) in inner.iter_mut().zip(shell).zip(centres) {
                     *inner = centre & !*outer;
                     *outer |= centre;
                 }
-            }
-            Ok(())
-        })?;
-    let density = Density::new(Field::from_values(*grid, density, 0.0)?)?;
-    Ok(Solid { inner, centres, outer, density, doubt: None })
+            });
+        let density = Density::new(Field::from_values(grid, self.density, 0.0)?)?;
+        Ok(Solid { inner: self.inner, centres: self.centres, outer: self.outer, density, doubt })
+    }
 }
 
 /// The facets that touch each slab of layers, in chunks: every slab reads its facets in the order of the mesh.
@@ -143,42 +174,4 @@ fn slabs_of(lattice: &Lattice, facet: u32, layers: usize) -> Range<usize> {
     let first = ceil_shift(lo - reach, lattice.bits).max(0);
     let last = ((hi + reach) >> lattice.bits).min(lattice.dims[2] as i32 - 1);
     if first > last { 0..0 } else { first as usize / layers..last as usize / layers + 1 }
-}
-
-/// Turns the changes along a row into solid fractions: running sums within the shell, 0 or 1 elsewhere.
-///
-/// Off the shell the integral of the winding number is a whole number, so rounding errors end with each stretch.
-fn settle(centres: &[u64], shell: &[u64], row: &mut [f32]) {
-    let n = row.len();
-    let (mut at, mut sum) = (0, 0.0f64);
-    while at < n {
-        let first = next(shell, at, n, 0);
-        if first > at {
-            sum = (sum + f64::from(row[at])).round();
-            row[at] = 0.0;
-            if centres[at / 64] >> (at % 64) & 1 == 1 {
-                row[at..first].fill(1.0);
-            }
-        }
-        at = next(shell, first, n, !0);
-        for value in &mut row[first..at] {
-            sum += f64::from(*value);
-            *value = sum.clamp(0.0, 1.0) as f32;
-        }
-    }
-}
-
-/// The first position from `at` on whose bit, exclusive-or with `flip`, is set; `n` if there is none.
-#[inline]
-fn next(bits: &[u64], at: usize, n: usize, flip: u64) -> usize {
-    let mut word = at / 64;
-    let mut mask = !0u64 << (at % 64);
-    while word * 64 < n {
-        let found = (bits[word] ^ flip) & mask;
-        if found != 0 {
-            return (word * 64 + found.trailing_zeros() as usize).min(n);
-        }
-        (word, mask) = (word + 1, !0);
-    }
-    n
 }

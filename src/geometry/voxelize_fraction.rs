@@ -74,6 +74,72 @@ fn along_row_from(piece: &Polygon, first: usize, change: &mut [f32]) {
     }
 }
 
+/// Turns the changes along a row into solid fractions: running sums within the shell, 0 or 1 elsewhere.
+///
+/// Off the shell the integral of the winding number is a whole number, so rounding errors end with each stretch.
+pub(super) fn settle(centres: &[u64], shell: &[u64], row: &mut [f32]) {
+    let n = row.len();
+    let (mut at, mut sum) = (0, 0.0f64);
+    while at < n {
+        let first = next(shell, at, n, 0);
+        if first > at {
+            sum = (sum + f64::from(row[at])).round();
+            row[at] = 0.0;
+            if centres[at / 64] >> (at % 64) & 1 == 1 {
+                row[at..first].fill(1.0);
+            }
+        }
+        at = next(shell, first, n, !0);
+        for value in &mut row[first..at] {
+            sum += f64::from(*value);
+            *value = sum.clamp(0.0, 1.0) as f32;
+        }
+    }
+}
+
+/// The same where crossings may not add up: the sums start from the samples, and where a stretch of shell contradicts
+/// the samples in it or behind it, those stand for their cubes.
+pub(super) fn settle_open(centres: &[u64], shell: &[u64], row: &mut [f32]) {
+    let n = row.len();
+    let bit = |at: usize| (centres[at / 64] >> (at % 64) & 1) as f32;
+    let mut at = 0;
+    while at < n {
+        let first = next(shell, at, n, 0);
+        for (i, value) in (at..first).zip(&mut row[at..first]) {
+            *value = bit(i);
+        }
+        at = next(shell, first, n, !0);
+        let before = if first == 0 { 0.0 } else { bit(first - 1) };
+        let behind = before + row[first..n.min(at + 1)].iter().sum::<f32>();
+        let sums = |row: &[f32], i: usize, sum: &mut f32| {
+            *sum += row[i];
+            sum.clamp(0.0, 1.0)
+        };
+        let mut sum = before;
+        let agree = (at == n || (behind - bit(at)).abs() < 0.25)
+            && (first..at).all(|i| (sums(row, i, &mut sum) - bit(i)).abs() < 0.999);
+        sum = before;
+        for i in first..at {
+            row[i] = if agree { sums(row, i, &mut sum) } else { bit(i) };
+        }
+    }
+}
+
+/// The first position from `at` on whose bit, exclusive-or with `flip`, is set; `n` if there is none.
+#[inline]
+fn next(bits: &[u64], at: usize, n: usize, flip: u64) -> usize {
+    let mut word = at / 64;
+    let mut mask = !0u64 << (at % 64);
+    while word * 64 < n {
+        let found = (bits[word] ^ flip) & mask;
+        if found != 0 {
+            return (word * 64 + found.trailing_zeros() as usize).min(n);
+        }
+        (word, mask) = (word + 1, !0);
+    }
+    n
+}
+
 /// Most corners of a triangle cut by the six planes of a cube is nine; the rest is for rounding.
 const CORNERS: usize = 12;
 
