@@ -4,7 +4,20 @@ pub mod bvh;
 pub mod distance;
 pub mod mesh;
 pub mod triangle;
+pub mod solid;
 pub mod vector;
+pub mod voxelize;
+mod voxelize_crossings;
+mod voxelize_fraction;
+mod voxelize_lattice;
+mod voxelize_shell;
+#[cfg(test)]
+mod voxelize_tests;
+mod voxelize_winding;
+pub mod winding;
 
 pub use distance::MeshDistance;
 pub use mesh::TriangleMesh;
+pub use solid::{Doubt, InsideRule, Solid};
+pub use voxelize::{occupancy, voxelize};
+pub use winding::Winding;
