@@ -4,7 +4,7 @@ mod sample;
 
 use amcheck::check::State;
 use amcheck::report::terminal::{self, Outputs, Palette};
-use amcheck::report::{Report, json};
+use amcheck::report::{Report, json, render};
 
 fn outputs() -> Outputs {
     Outputs {
@@ -70,4 +70,37 @@ fn a_hundred_findings_and_hostile_names_still_fit_thirty_lines() {
     let text = terminal::summary(&report, &outputs(), Palette::Plain);
     assert!(text.lines().count() <= 30, "{} lines\n{text}", text.lines().count());
     assert!(text.contains("more in the report") && !text.contains('\u{1b}'));
+}
+
+/// Where tests leave what a person may want to look at.
+fn shelf() -> std::path::PathBuf {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("press");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn every_map_every_check_and_every_slice_gets_a_picture() {
+    let report = sample::report("bracket.stl");
+    let pictures = render::pictures(&report, &sample::exhibit(2.0));
+    for p in &pictures {
+        std::fs::write(shelf().join(format!("{}.png", p.name)), &p.png).unwrap();
+        let image = image::load_from_memory(&p.png).unwrap();
+        assert!(image.width() >= 460 && p.png.len() < 120_000, "{}: {} bytes", p.name, p.png.len());
+        assert!(!p.alt.is_empty());
+    }
+    let names: Vec<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    for name in ["thin-wall", "overhang", "narrow-gap", "close-thin-wall", "close-trapped-volume", "slice-x", "slice-z"]
+    {
+        assert!(names.contains(&name), "{name} is missing in {names:?}");
+    }
+    assert!(pictures == render::pictures(&report, &sample::exhibit(2.0)), "the same input gives other bytes");
+}
+
+#[test]
+fn an_empty_exhibit_and_an_empty_report_still_give_pictures() {
+    let mut report = sample::report("bracket.stl");
+    report.checks.clear();
+    let pictures = render::pictures(&report, &amcheck::report::Exhibit::default());
+    assert_eq!(pictures.len(), 1);
 }

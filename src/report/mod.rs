@@ -5,7 +5,8 @@
 
 mod exhibit;
 pub mod json;
-mod phrase;
+pub mod phrase;
+pub mod render;
 mod schema;
 pub mod terminal;
 
