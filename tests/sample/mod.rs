@@ -41,7 +41,7 @@ impl Surface {
         let normal = unit(cross(sub(b, a), sub(c, a)));
         let down = -normal[2];
         let bottom = a[2].max(b[2]).max(c[2]) < 1e-9;
-        let overhang = if bottom || down <= 0.0 { f64::NAN } else { down.clamp(-1.0, 1.0).acos().to_degrees() };
+        let overhang = if bottom || down <= 1e-9 { f64::NAN } else { down.clamp(-1.0, 1.0).acos().to_degrees() };
         self.corners.extend([a, b, c]);
         for p in [a, b, c] {
             // A little variation, so that an iso-line has something to follow.
@@ -150,7 +150,7 @@ fn slice(axis: usize) -> Slice {
             density.push(hits.count() as f32 / 16.0);
         }
     }
-    let pins = vec![(1, [worst[u], worst[v]]), (3, [[18.0, 11.0], [44.4, 11.0], [44.4, 18.0]][axis])];
+    let pins = vec![(2, [worst[u], worst[v]]), (5, [[18.0, 11.0], [44.4, 11.0], [44.4, 18.0]][axis])];
     Slice { axis, at_mm: worst[axis], origin_mm: [lo[u], lo[v]], spacing_mm: h, width, height, density, pins }
 }
 

@@ -1,6 +1,6 @@
-//! An orthographic camera, and the choice of a side to look from.
+//! An orthographic camera, and the sides to look from.
 
-use crate::geometry::vector::{Vec3, cross, dot, norm, scale, sub, unit};
+use crate::geometry::vector::{Vec3, cross, dot, unit};
 
 /// An orthographic camera: world millimetres to samples, depth growing towards the eye.
 #[derive(Debug, Clone, Copy)]
@@ -16,7 +16,7 @@ pub struct Camera {
 }
 
 /// Azimuth and elevation of the sides to look from, in degrees, the usual first.
-const SIDES: [[f64; 2]; 8] = [
+pub const SIDES: [[f64; 2]; 8] = [
     [-58.0, 28.0],
     [-122.0, 28.0],
     [32.0, 28.0],
@@ -29,7 +29,7 @@ const SIDES: [[f64; 2]; 8] = [
 
 impl Camera {
     /// A camera that looks from an azimuth and elevation, not yet fitted to anything.
-    fn from_side([azimuth, elevation]: [f64; 2]) -> Self {
+    pub fn from_side([azimuth, elevation]: [f64; 2]) -> Self {
         let (a, e) = (azimuth.to_radians(), elevation.to_radians());
         let toward = [e.cos() * a.cos(), e.cos() * a.sin(), e.sin()];
         let right = unit(cross([0.0, 0.0, 1.0], toward));
@@ -72,69 +72,11 @@ impl Camera {
             self.scale * dot(self.toward, p),
         ]
     }
-
-    /// The side that shows a place best: fewest walls before it, then most of the facets that break a limit.
-    ///
-    /// `bad` are facets that break a limit, as corners. Without a place and without such facets, the usual side.
-    ///
-    /// # Cost
-    /// O(sides · facets).
-    pub fn best(corners: &[Vec3], bad: &[usize], place: Option<Vec3>) -> Self {
-        let total: f64 = bad.iter().filter_map(|&f| facet(corners, f)).map(|[a, b, c]| area(a, b, c)).sum();
-        let mut best = (f64::MIN, Camera::from_side(SIDES[0]));
-        for (order, side) in SIDES.into_iter().enumerate() {
-            let camera = Camera::from_side(side);
-            let facing: f64 = bad
-                .iter()
-                .filter_map(|&f| facet(corners, f))
-                .map(|[a, b, c]| dot(cross(sub(b, a), sub(c, a)), camera.toward).max(0.0) * 0.5)
-                .sum();
-            let seen = if total > 0.0 { facing / total } else { 0.0 };
-            let walls = place.map_or(0, |p| walls_before(corners, p, camera.toward)).min(6);
-            // A place inside the material always has one wall before it; more than one hides it.
-            let score = seen - 0.5 * walls.saturating_sub(1) as f64 - 0.02 * order as f64;
-            if score > best.0 {
-                best = (score, camera);
-            }
-        }
-        best.1
-    }
 }
 
 /// The corners of a facet of the exhibit.
 pub fn facet(corners: &[Vec3], f: usize) -> Option<[Vec3; 3]> {
     corners.get(3 * f..3 * f + 3).and_then(|c| c.try_into().ok())
-}
-
-fn area(a: Vec3, b: Vec3, c: Vec3) -> f64 {
-    0.5 * norm(cross(sub(b, a), sub(c, a)))
-}
-
-/// How many surfaces a ray meets on its way from a place towards the eye.
-///
-/// Möller & Trumbore 1997, half-open in both edge coordinates, so that a shared edge mostly counts once.
-pub fn walls_before(corners: &[Vec3], place: Vec3, toward: Vec3) -> usize {
-    // A start on the surface itself, or a rounding before it, is not behind it.
-    let nearest = 1e-4;
-    corners
-        .chunks_exact(3)
-        .filter(|c| {
-            let (e1, e2) = (sub(c[1], c[0]), sub(c[2], c[0]));
-            let h = cross(toward, e2);
-            let det = dot(e1, h);
-            if det.abs() < 1e-300 {
-                return false;
-            }
-            let s = scale(sub(place, c[0]), 1.0 / det);
-            let u = dot(s, h);
-            if !(0.0..1.0).contains(&u) {
-                return false;
-            }
-            let q = cross(s, e1);
-            let v = dot(toward, q);
-            v >= 0.0 && u + v < 1.0 && dot(e2, q) > nearest
-        })
-        .count()
 }
 
 #[cfg(test)]
@@ -149,15 +91,5 @@ mod tests {
         for p in points.map(|p| c.project(p)) {
             assert!(p[0] >= 99.99 && p[0] <= 300.01 && p[1] >= 49.99 && p[1] <= 250.01, "{p:?}");
         }
-    }
-
-    #[test]
-    fn the_side_with_fewest_walls_before_the_place_is_chosen() {
-        // A wall across x = 1 hides the origin from +x.
-        let wall = [[1.0, -9.0, -9.0], [1.0, 9.0, -9.0], [1.0, 0.0, 18.0]];
-        let corners: Vec<Vec3> = wall.into_iter().chain(wall.map(|[_, y, z]| [1.5, y, z])).collect();
-        assert_eq!(walls_before(&corners, [0.0; 3], [1.0, 0.0, 0.0]), 2);
-        let c = Camera::best(&corners, &[], Some([0.0; 3]));
-        assert!(c.toward[0] < 0.0, "{c:?}");
     }
 }

@@ -13,6 +13,7 @@ mod pin;
 mod png;
 mod raster;
 mod section;
+mod sides;
 mod view;
 
 use super::exhibit::Exhibit;

@@ -108,14 +108,14 @@ fn make_ready(corners: &[Vec3], camera: &Camera, paint: &Paint) -> Vec<Ready> {
             if dot(normal, camera.toward) < 0.0 {
                 normal = normal.map(|x| -x);
             }
-            let shade = 0.60 + 0.34 * dot(normal, lamp).max(0.0) + 0.08 * normal[2];
+            let shade = 0.70 + 0.30 * dot(normal, lamp).max(0.0) + 0.04 * normal[2];
             let p = [a, b, c].map(|p| camera.project(p));
             let values = paint.values.get(3 * f..3 * f + 3).map_or([f32::NAN; 3], |v| [v[0], v[1], v[2]]);
             let value = plane(p, filled(values));
             let depth = plane(p, [p[0][2], p[1][2], p[2][2]]);
             Ready {
                 normal: normal.map(|x| x as f32),
-                shade: shade.clamp(0.0, 1.08) as f32,
+                shade: shade.clamp(0.0, 1.06) as f32,
                 value: value.map(|x| x as f32),
                 slope: [depth[1] as f32, depth[2] as f32],
             }

@@ -6,7 +6,7 @@ use flate2::{Compression, Crc, write::ZlibEncoder};
 use std::io::Write;
 
 /// Bits kept of each channel when colours are counted.
-const BITS: u32 = 5;
+const BITS: u32 = 6;
 
 /// The picture as a PNG file of at most `colours` (2 to 256) colours.
 ///
@@ -74,14 +74,18 @@ impl Counted {
 
 /// A palette of at most `colours`, and for each bin its place in it.
 fn palette(pixels: &[Rgb], colours: usize) -> (Vec<Rgb>, Vec<u8>) {
-    let mut counted: Vec<Counted> =
-        (0..1usize << (3 * BITS)).map(|bin| Counted { bin, count: 0, sum: [0; 3] }).collect();
+    let mut place = vec![u32::MAX; 1 << (3 * BITS)];
+    let mut counted: Vec<Counted> = Vec::new();
     for &c in pixels {
-        let k = &mut counted[bin(c)];
+        let at = &mut place[bin(c)];
+        if *at == u32::MAX {
+            *at = counted.len() as u32;
+            counted.push(Counted { bin: bin(c), count: 0, sum: [0; 3] });
+        }
+        let k = &mut counted[*at as usize];
         k.count += 1;
         k.sum = [0, 1, 2].map(|a| k.sum[a] + u64::from(c[a]));
     }
-    counted.retain(|k| k.count > 0);
     let mut boxes = vec![counted];
     while boxes.len() < colours {
         let Some((at, channel)) = widest(&boxes) else { break };
@@ -138,8 +142,8 @@ mod tests {
         assert_eq!((back.width(), back.height()), (33, 20));
         for (x, y, p) in back.enumerate_pixels() {
             let truth = canvas.at(x as usize, y as usize);
-            // Five bits a channel are counted together, so a colour moves by less than 8 while bins suffice.
-            assert!((0..3).all(|c| p.0[c].abs_diff(truth[c]) < 8), "{x},{y}: {p:?} {truth:?}");
+            // Soft edges make more colours than 64; the mean of a small box of them is near to each.
+            assert!((0..3).all(|c| p.0[c].abs_diff(truth[c]) < 12), "{x},{y}: {p:?} {truth:?}");
         }
     }
 }

@@ -1,12 +1,13 @@
 //! A view of the part: title, painted part, pins, legend, scale bar.
 
-use super::camera::{Camera, walls_before};
+use super::camera::Camera;
 use super::canvas::Canvas;
 use super::colour::{FAINT, INK, PAPER, Rgb, STAGE, Scale, Zone, state_colour};
 use super::lettering::{Lettering, Style};
 use super::paint::{self, Paint, SAMPLES};
 use super::pin::{self, Pin};
 use super::raster::{Faces, Raster};
+use super::sides::{Sides, hidden};
 use super::{Picture, png};
 use crate::error::printable;
 use crate::geometry::vector::{Vec3, dot};
@@ -31,12 +32,13 @@ pub struct Scene<'a> {
     findings: &'a [Numbered<'a>],
     letters: &'a Lettering,
     faces: Faces,
+    sides: Sides,
 }
 
 impl<'a> Scene<'a> {
     pub fn new(report: &'a Report, exhibit: &'a Exhibit, findings: &'a [Numbered<'a>], letters: &'a Lettering) -> Self {
         let faces = if report.part.watertight { Faces::Front } else { Faces::Both };
-        Scene { report, exhibit, findings, letters, faces }
+        Scene { report, exhibit, findings, letters, faces, sides: Sides::new(&exhibit.corners, faces) }
     }
 
     /// One view for each map; without any map one view of the bare part.
@@ -59,22 +61,30 @@ impl<'a> Scene<'a> {
     }
 
     /// The side from which a check is best seen.
-    fn side(&self, map: Option<&SurfaceMap>, place: Option<Vec3>) -> Camera {
-        let scale = map.map(Scale::of);
-        let bad: Vec<usize> = map.zip(scale).map_or(Vec::new(), |(m, s)| {
-            let bad = |v: &[f32]| v.iter().any(|&v| s.zone(v) >= Zone::Warn);
-            m.values.chunks_exact(3).enumerate().filter(|(_, v)| bad(v)).map(|(f, _)| f).collect()
+    fn side(&self, map: Option<&SurfaceMap>, finding: Option<&Numbered>) -> Camera {
+        let marked: Vec<bool> = map.map_or(Vec::new(), |m| {
+            let scale = Scale::of(m);
+            m.values.chunks_exact(3).map(|v| v.iter().any(|&v| scale.zone(v) >= Zone::Warn)).collect()
         });
-        Camera::best(&self.exhibit.corners, &bad, place)
+        let place = finding.map(|n| self.posed(n.finding.at_mm));
+        self.sides.best(&marked, place, finding.map_or(0.0, |n| self.skin(n)))
     }
 
-    /// Paints the part over the whole canvas.
-    fn paint(&self, canvas: &mut Canvas, camera: &Camera, map: Option<&SurfaceMap>) {
+    /// How much material may stand before a finding's place without hiding it: a place in the middle of a wall
+    /// is seen on its skin.
+    fn skin(&self, n: &Numbered) -> f64 {
+        let own = if n.finding.unit == "mm" { 0.6 * n.finding.high } else { 0.0 };
+        own.min(0.1 * span(self.report.part.box_mm)) + 0.006 * span(self.report.part.box_mm)
+    }
+
+    /// Paints the part over the whole canvas; returns what was seen.
+    fn paint(&self, canvas: &mut Canvas, camera: &Camera, map: Option<&SurfaceMap>) -> Raster {
         let corners = &self.exhibit.corners;
         let raster = Raster::new(corners, camera, SAMPLES * canvas.width(), SAMPLES * canvas.height(), self.faces);
         let none = Scale { low: 0.0, high: 1.0, fail: None, warn: None, sense: crate::check::Sense::Min };
         let paint = Paint { scale: map.map_or(none, Scale::of), values: map.map_or(&[], |m| &m.values) };
         paint::paint(canvas, &raster, corners, camera, &paint);
+        raster
     }
 
     fn overview(&self, map: Option<&SurfaceMap>) -> Picture {
@@ -84,10 +94,10 @@ impl<'a> Scene<'a> {
         let n = SAMPLES as f64;
         let (w, h) = (VIEW[0] as f64, VIEW[1] as f64);
         let stage = [60.0 * n, (TITLE + 28.0) * n, (w - 60.0) * n, (h - 104.0) * n];
-        let side = self.side(map, worst.map(|n| self.posed(n.finding.at_mm)));
+        let side = self.side(map, worst);
         let camera = side.fitted(self.exhibit.corners.iter().copied(), stage);
-        self.paint(&mut canvas, &camera, map);
-        let pins = self.pins(&camera, |n| map.is_none_or(|m| m.check == n.check.name));
+        let raster = self.paint(&mut canvas, &camera, map);
+        let pins = self.pins(&camera, &raster, |n| map.is_none_or(|m| m.check == n.check.name));
         pin::set(&mut canvas, self.letters, &pins, [0.0, TITLE, w, h]);
         self.title(&mut canvas, map);
         if let Some(map) = map {
@@ -115,7 +125,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Pins of the findings, those the view is about before the others.
-    fn pins(&self, camera: &Camera, own: impl Fn(&Numbered) -> bool) -> Vec<Pin> {
+    fn pins(&self, camera: &Camera, raster: &Raster, own: impl Fn(&Numbered) -> bool) -> Vec<Pin> {
         let mut chosen: Vec<&Numbered> = self.findings.iter().collect();
         chosen.sort_by_key(|n| (!own(n), n.number));
         chosen.truncate(PINS);
@@ -123,7 +133,7 @@ impl<'a> Scene<'a> {
         let pin = |f: &&Numbered| {
             let place = self.posed(f.finding.at_mm);
             let p = camera.project(place);
-            let hidden = walls_before(&self.exhibit.corners, place, camera.toward) > 1;
+            let hidden = hidden(raster, camera, place, self.skin(f));
             Pin { number: f.number, state: f.finding.state, at: [p[0] / n, p[1] / n], hidden, own: own(f) }
         };
         chosen.iter().map(pin).collect()
@@ -155,7 +165,7 @@ impl<'a> Scene<'a> {
         let mut canvas = Canvas::new(CLOSE[0], CLOSE[1], STAGE);
         let map = self.exhibit.maps.iter().find(|m| m.check == n.check.name);
         let place = self.posed(n.finding.at_mm);
-        let camera = self.side(map, Some(place));
+        let camera = self.side(map, Some(n));
         // The finding's own box and some surroundings, but never less than a tenth of the part.
         let own = span(n.finding.box_mm);
         let whole = span(self.report.part.box_mm);
@@ -163,8 +173,8 @@ impl<'a> Scene<'a> {
         let s = SAMPLES as f64;
         let (w, h) = (CLOSE[0] as f64, CLOSE[1] as f64);
         let camera = camera.centred(place, s * h / reach, [0.5 * s * w, 0.5 * s * h]);
-        self.paint(&mut canvas, &camera, map);
-        let mut pins = self.pins(&camera, |m| m.check.name == n.check.name);
+        let raster = self.paint(&mut canvas, &camera, map);
+        let mut pins = self.pins(&camera, &raster, |m| m.check.name == n.check.name);
         pins.retain(|p| p.at[0] > 0.0 && p.at[0] < w && p.at[1] > 0.0 && p.at[1] < h);
         pin::set(&mut canvas, self.letters, &pins, [0.0, 0.0, w, h]);
         scale_bar(&mut canvas, self.letters, camera.scale / s, [w - 14.0, h - 16.0], 90.0);
