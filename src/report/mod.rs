@@ -4,7 +4,11 @@
 //! pictures need beyond it (meshes with a value at every corner, slices) is an [`Exhibit`].
 
 mod exhibit;
+pub mod json;
+pub mod phrase;
+pub mod render;
 mod schema;
+pub mod terminal;
 
 pub use exhibit::{Exhibit, Slice, SurfaceMap};
 pub use schema::{

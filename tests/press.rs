@@ -1,0 +1,106 @@
+//! The press on an invented part: every format is looked at from outside.
+
+mod sample;
+
+use amcheck::check::State;
+use amcheck::report::terminal::{self, Outputs, Palette};
+use amcheck::report::{Report, json, render};
+
+fn outputs() -> Outputs {
+    Outputs {
+        part: "bracket.stl".into(),
+        written: vec![
+            ("report".into(), "reports/bracket/report.html".into(), 179_000),
+            ("data".into(), "reports/bracket/report.json".into(), 9_120),
+        ],
+        seconds: Some(1.3),
+    }
+}
+
+#[test]
+fn the_schema_accepts_the_report_and_refuses_a_broken_one() {
+    let schema: serde_json::Value = serde_json::from_str(json::SCHEMA_TEXT).unwrap();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let mut value: serde_json::Value = serde_json::from_str(&json::write(&sample::report("bracket.stl"))).unwrap();
+    if let Err(e) = validator.validate(&value) {
+        panic!("{e} at {}", e.instance_path);
+    }
+    value["checks"][2]["findings"][0]["state"] = "perhaps".into();
+    assert!(!validator.is_valid(&value));
+    value["checks"][2]["findings"] = serde_json::json!([]);
+    assert!(validator.is_valid(&value));
+    value["checks"][5].as_object_mut().unwrap().remove("why");
+    assert!(!validator.is_valid(&value), "a check that did not run must say why");
+}
+
+#[test]
+fn json_reads_back_as_the_same_report_and_hides_no_markup() {
+    let report = sample::report(sample::HOSTILE);
+    let text = json::write(&report);
+    let back: Report = serde_json::from_str(&text).unwrap();
+    assert!(json::write(&back) == text, "what was read back is written differently");
+    let inside = json::inside_html(&text);
+    assert!(!inside.contains('<') && !inside.contains('>'));
+    assert!(serde_json::from_str::<Report>(&inside).unwrap() == back);
+    assert_eq!(back.part.file, sample::HOSTILE);
+}
+
+#[test]
+fn the_summary_is_short_worst_first_and_plain_without_colour() {
+    let report = sample::report("bracket.stl");
+    let text = terminal::summary(&report, &outputs(), Palette::Plain);
+    println!("{text}");
+    assert!(text.lines().count() <= 30, "{text}");
+    assert!(text.chars().all(|c| c == '\n' || !c.is_control()));
+    let at = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("{needle} is missing in\n{text}"));
+    assert!(at("thin-wall[1]") < at("blend[1]") && at("blend[1]") < at("thin-wall[2]"), "{text}");
+    assert!(text.contains("0.45 mm") && text.contains("must ≥ 0.5 mm") && text.contains("fix: Thicken"));
+    let coloured = terminal::summary(&report, &outputs(), Palette::Ansi);
+    assert!(coloured.contains("\u{1b}[1;31m"));
+}
+
+#[test]
+fn a_hundred_findings_and_hostile_names_still_fit_thirty_lines() {
+    let mut report = sample::report("a\u{1b}[2J\nb.stl");
+    let one = report.checks[2].findings[0].clone();
+    report.checks[2].findings = vec![one; 100];
+    for (c, state) in report.checks.iter_mut().zip([State::Error, State::Pass]) {
+        (c.state, c.why) = (state, Some("line\nline".repeat(80)));
+    }
+    let text = terminal::summary(&report, &outputs(), Palette::Plain);
+    assert!(text.lines().count() <= 30, "{} lines\n{text}", text.lines().count());
+    assert!(text.contains("more in the report") && !text.contains('\u{1b}'));
+}
+
+/// Where tests leave what a person may want to look at.
+fn shelf() -> std::path::PathBuf {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("press");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn every_map_every_check_and_every_slice_gets_a_picture() {
+    let report = sample::report("bracket.stl");
+    let pictures = render::pictures(&report, &sample::exhibit(2.0));
+    for p in &pictures {
+        std::fs::write(shelf().join(format!("{}.png", p.name)), &p.png).unwrap();
+        let image = image::load_from_memory(&p.png).unwrap();
+        assert!(image.width() >= 460 && p.png.len() < 120_000, "{}: {} bytes", p.name, p.png.len());
+        assert!(!p.alt.is_empty());
+    }
+    let names: Vec<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    for name in ["thin-wall", "overhang", "narrow-gap", "close-thin-wall", "close-trapped-volume", "slice-x", "slice-z"]
+    {
+        assert!(names.contains(&name), "{name} is missing in {names:?}");
+    }
+    assert!(pictures == render::pictures(&report, &sample::exhibit(2.0)), "the same input gives other bytes");
+}
+
+#[test]
+fn an_empty_exhibit_and_an_empty_report_still_give_pictures() {
+    let mut report = sample::report("bracket.stl");
+    report.checks.clear();
+    let pictures = render::pictures(&report, &amcheck::report::Exhibit::default());
+    assert_eq!(pictures.len(), 1);
+}
