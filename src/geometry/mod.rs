@@ -3,8 +3,8 @@
 pub mod bvh;
 pub mod distance;
 pub mod mesh;
-pub mod triangle;
 pub mod solid;
+pub mod triangle;
 pub mod vector;
 pub mod voxelize;
 mod voxelize_crossings;
