@@ -2,6 +2,9 @@
 
 pub mod bvh;
 pub mod distance;
+
+pub mod health;
+
 pub mod mesh;
 pub mod solid;
 pub mod triangle;
@@ -17,6 +20,9 @@ mod voxelize_winding;
 pub mod winding;
 
 pub use distance::MeshDistance;
+
+pub use health::Health;
+
 pub use mesh::TriangleMesh;
 pub use solid::{Doubt, InsideRule, Solid};
 pub use voxelize::{occupancy, voxelize};
