@@ -148,3 +148,15 @@ fn a_hostile_name_stays_a_name_in_the_page() {
     assert!(page.contains("&lt;/script&gt;&lt;img src=x&gt;.stl") && page.contains("\\u003c/script\\u003e"));
     assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
 }
+
+/// Says how long the press takes for about 100,000 corners; a figure to read (`--nocapture`), not a limit.
+#[test]
+fn the_time_of_the_press_is_said() {
+    let (report, exhibit) = (sample::report("bracket.stl"), sample::exhibit(1.8));
+    let start = std::time::Instant::now();
+    let pictures = render::pictures(&report, &exhibit);
+    let drawn = start.elapsed();
+    let page = html::page(&report, &exhibit, &pictures);
+    let printed = start.elapsed() - drawn;
+    println!("{} corners: pictures {drawn:.0?}, page {printed:.0?}, {} bytes", exhibit.corners.len(), page.len());
+}
