@@ -5,6 +5,7 @@
 
 mod chart;
 mod exhibit;
+pub mod glb;
 pub mod html;
 pub mod json;
 pub mod markup;

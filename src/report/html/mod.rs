@@ -7,6 +7,7 @@ mod cards;
 mod method;
 mod stage;
 mod verdict;
+mod viewer;
 
 use super::exhibit::Exhibit;
 use super::markup::{Markup, markup};
@@ -82,6 +83,7 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         method::json(&context),
         Markup::raw("</main>\n"),
         footer(report),
+        viewer::data(&context),
         markup!("<script>\n{}</script>\n</body>\n</html>\n", Markup::raw(include_str!("page.js"))),
     ];
     Markup::all([head, style].into_iter().chain(body)).into_string()

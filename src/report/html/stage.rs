@@ -1,6 +1,6 @@
 //! The part painted by each map, and the findings beside it.
 
-use super::{Context, state_tag};
+use super::{Context, state_tag, viewer};
 use crate::check::State;
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase::{self, Numbered};
@@ -40,9 +40,10 @@ pub fn stage(c: &Context) -> Markup {
     );
     markup!(
         "<section class=\"stage\" aria-label=\"Part and findings\"><div class=\"part\">{}<div class=\"tabs\" role=\"group\" \
-         aria-label=\"Map\">{}</div><div class=\"views\">{}</div>{}</div>{}</section>\n",
+         aria-label=\"Map\">{}</div>{}<div class=\"views\">{}</div>{}</div>{}</section>\n",
         radios,
         labels,
+        viewer::place(),
         figures,
         left_out(c),
         list(c)
@@ -80,11 +81,12 @@ fn item(n: &Numbered) -> Markup {
     place.extend(n.size());
     let word = if f.state == State::Undecided { "To decide" } else { "Fix" };
     markup!(
-        "<li class=\"finding {}\" id=\"{}\" data-finding=\"{}\"><a href=\"#{}\" class=\"pinned\"><span class=\"pin {}\">{}</span> \
+        "<li class=\"finding {}\" id=\"{}\" data-finding=\"{}\" data-at=\"{}\"><a href=\"#{}\" class=\"pinned\"><span class=\"pin {}\">{}</span> \
          {} <span class=\"dim\">· {} {}</span></a><p>{}</p><p class=\"dim\"><b>{}{}</b>, {} · {}</p><p><b>{}:</b> {}</p></li>",
         f.state.word(),
         n.anchor(),
         n.number,
+        format!("[{},{},{}]", f.at_mm[0], f.at_mm[1], f.at_mm[2]),
         n.anchor(),
         f.state.word(),
         n.number,
