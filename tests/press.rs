@@ -4,7 +4,7 @@ mod sample;
 
 use amcheck::check::State;
 use amcheck::report::terminal::{self, Outputs, Palette};
-use amcheck::report::{Report, json, render};
+use amcheck::report::{Report, html, json, render};
 
 fn outputs() -> Outputs {
     Outputs {
@@ -103,4 +103,60 @@ fn an_empty_exhibit_and_an_empty_report_still_give_pictures() {
     report.checks.clear();
     let pictures = render::pictures(&report, &amcheck::report::Exhibit::default());
     assert_eq!(pictures.len(), 1);
+}
+
+fn page_of(file: &str) -> String {
+    let report = sample::report(file);
+    let exhibit = sample::exhibit(2.0);
+    let pictures = render::pictures(&report, &exhibit);
+    html::page(&report, &exhibit, &pictures)
+}
+
+#[test]
+fn the_page_is_whole_small_and_asks_for_nothing() {
+    let page = page_of("bracket.stl");
+    std::fs::write(shelf().join("report.html"), &page).unwrap();
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    for needle in [
+        "Can it be made?",
+        "Where not?",
+        "How sure is that?",
+        "What should change?",
+        "Not printable as is",
+        "must ≥ 0.5 mm, should ≥ 0.8 mm",
+        "−0.05 mm (−10 %) to must",
+        "left out by --skip island",
+        "id=\"thin-wall-1\"",
+        "id=\"check-narrow-gap\"",
+        "Slices through the worst finding",
+        "duplicate-facets",
+        "default-src 'none'",
+    ] {
+        assert!(page.contains(needle), "{needle} is missing");
+    }
+    for foreign in ["http://", "https://", "//cdn", "url(", "@import"] {
+        let rest = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!rest.contains(foreign), "the page names {foreign}");
+    }
+    assert!(page == page_of("bracket.stl"), "the same input gives other bytes");
+}
+
+#[test]
+fn a_hostile_name_stays_a_name_in_the_page() {
+    let page = page_of(sample::HOSTILE);
+    assert!(!page.contains("<img src=x>") && !page.contains("</script><"), "the name breaks out");
+    assert!(page.contains("&lt;/script&gt;&lt;img src=x&gt;.stl") && page.contains("\\u003c/script\\u003e"));
+    assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
+}
+
+/// Says how long the press takes for about 100,000 corners; a figure to read (`--nocapture`), not a limit.
+#[test]
+fn the_time_of_the_press_is_said() {
+    let (report, exhibit) = (sample::report("bracket.stl"), sample::exhibit(1.8));
+    let start = std::time::Instant::now();
+    let pictures = render::pictures(&report, &exhibit);
+    let drawn = start.elapsed();
+    let page = html::page(&report, &exhibit, &pictures);
+    let printed = start.elapsed() - drawn;
+    println!("{} corners: pictures {drawn:.0?}, page {printed:.0?}, {} bytes", exhibit.corners.len(), page.len());
 }

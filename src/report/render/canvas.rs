@@ -63,14 +63,14 @@ impl Canvas {
         let half = [0.5 * (x1 - x0) - radius, 0.5 * (y1 - y0) - radius];
         self.shape([x0, y0, x1, y1], colour, cover, |x, y| {
             let d = [(x - centre[0]).abs() - half[0], (y - centre[1]).abs() - half[1]];
-            d[0].max(0.0).hypot(d[1].max(0.0)) + d[0].max(d[1]).min(0.0) - radius
+            length(d[0].max(0.0), d[1].max(0.0)) + d[0].max(d[1]).min(0.0) - radius
         });
     }
 
     /// Fills a disc.
     pub fn disc(&mut self, [cx, cy]: [f64; 2], radius: f64, colour: Rgb, cover: f64) {
         let box_ = [cx - radius, cy - radius, cx + radius, cy + radius];
-        self.shape(box_, colour, cover, |x, y| (x - cx).hypot(y - cy) - radius);
+        self.shape(box_, colour, cover, |x, y| length(x - cx, y - cy) - radius);
     }
 
     /// Draws a straight line with round ends.
@@ -81,7 +81,7 @@ impl Canvas {
         let box_ = [ax.min(bx) - r, ay.min(by) - r, ax.max(bx) + r, ay.max(by) + r];
         self.shape(box_, colour, cover, |x, y| {
             let t = (((x - ax) * ex + (y - ay) * ey) / length2).clamp(0.0, 1.0);
-            (x - ax - t * ex).hypot(y - ay - t * ey) - r
+            length(x - ax - t * ex, y - ay - t * ey) - r
         });
     }
 
@@ -96,4 +96,10 @@ impl Canvas {
             }
         }
     }
+}
+
+/// √(x² + y²): lengths here are pixels, so that nothing can overflow, and the root is exact everywhere.
+#[inline]
+fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
 }

@@ -16,9 +16,10 @@ mod section;
 mod sides;
 mod view;
 
-use super::exhibit::Exhibit;
-use super::phrase;
+use super::exhibit::{Exhibit, Slice, SurfaceMap};
+use super::phrase::{self, Numbered};
 use super::schema::Report;
+use rayon::prelude::*;
 
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,8 +43,24 @@ pub fn pictures(report: &Report, exhibit: &Exhibit) -> Vec<Picture> {
     let letters = lettering::Lettering::new();
     let findings = phrase::numbered(report);
     let scene = view::Scene::new(report, exhibit, &findings, &letters);
-    let mut out = scene.overviews();
-    out.extend(scene.close_ups());
-    out.extend(exhibit.slices.iter().map(|s| section::picture(report, s, &findings, &letters)));
-    out
+    let mut jobs: Vec<Job> = match exhibit.maps.len() {
+        0 => vec![Job::Overview(None)],
+        _ => exhibit.maps.iter().map(|m| Job::Overview(Some(m))).collect(),
+    };
+    jobs.extend(findings.iter().filter(|n| n.within == 1).map(Job::CloseUp));
+    jobs.extend(exhibit.slices.iter().map(Job::Section));
+    // Each picture is made by itself, so that the number of threads changes nothing.
+    let draw = |job: &Job| match job {
+        Job::Overview(map) => scene.overview(*map),
+        Job::CloseUp(finding) => scene.close_up(finding),
+        Job::Section(slice) => section::picture(report, slice, &findings, &letters),
+    };
+    jobs.par_iter().map(draw).collect()
+}
+
+/// One picture to be made.
+enum Job<'a> {
+    Overview(Option<&'a SurfaceMap>),
+    CloseUp(&'a Numbered<'a>),
+    Section(&'a Slice),
 }

@@ -188,7 +188,7 @@ fn edge(
 ) -> bool {
     let next = if axis == 0 { at + 1 } else { at + raster.width };
     let (f, g) = (raster.facet[at], raster.facet[next]);
-    if f == g && here[i].map(|d| d.zone) == there[i2].map(|d| d.zone) {
+    if f == g && (f == NOTHING || here[i].map(|d| d.zone) == there[i2].map(|d| d.zone)) {
         return false;
     }
     let (Some(a), Some(b)) = (ready.get(f as usize), ready.get(g as usize)) else {

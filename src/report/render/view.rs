@@ -41,20 +41,6 @@ impl<'a> Scene<'a> {
         Scene { report, exhibit, findings, letters, faces, sides: Sides::new(&exhibit.corners, faces) }
     }
 
-    /// One view for each map; without any map one view of the bare part.
-    pub fn overviews(&self) -> Vec<Picture> {
-        if self.exhibit.maps.is_empty() {
-            return vec![self.overview(None)];
-        }
-        self.exhibit.maps.iter().map(|m| self.overview(Some(m))).collect()
-    }
-
-    /// A close-up of the worst place of each check that has findings.
-    pub fn close_ups(&self) -> Vec<Picture> {
-        let firsts = self.findings.iter().filter(|n| n.within == 1);
-        firsts.map(|n| self.close_up(n)).collect()
-    }
-
     /// A place of the input frame in the frame of the build.
     fn posed(&self, p: Vec3) -> Vec3 {
         self.report.part.posed(p)
@@ -87,7 +73,8 @@ impl<'a> Scene<'a> {
         raster
     }
 
-    fn overview(&self, map: Option<&SurfaceMap>) -> Picture {
+    /// The part painted by a map, or bare.
+    pub fn overview(&self, map: Option<&SurfaceMap>) -> Picture {
         let mut canvas = Canvas::new(VIEW[0], VIEW[1], STAGE);
         let of_map = |n: &&Numbered| map.is_some_and(|m| m.check == n.check.name);
         let worst = self.findings.iter().find(of_map).or(self.findings.first());
@@ -161,7 +148,8 @@ impl<'a> Scene<'a> {
         letters.draw(canvas, [22.0, 52.0], &letters.fitted(&self.report.summary, &small, room), &small);
     }
 
-    fn close_up(&self, n: &Numbered) -> Picture {
+    /// The worst place of a check, near.
+    pub fn close_up(&self, n: &Numbered) -> Picture {
         let mut canvas = Canvas::new(CLOSE[0], CLOSE[1], STAGE);
         let map = self.exhibit.maps.iter().find(|m| m.check == n.check.name);
         let place = self.posed(n.finding.at_mm);
