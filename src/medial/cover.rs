@@ -205,6 +205,8 @@ impl Seeker<'_> {
             if q.class(low) != q.class(2.0 * ball.radius) && edge > q.finest() {
                 return Look::Open { low };
             }
+            // At the finest patch what the ball measures is what is there.
+            let low = if q.class(low) == q.class(2.0 * ball.radius) { low } else { 2.0 * ball.radius };
             self.record(&ball, Shape::Sheet, low, patch.area());
             return Look::Done;
         }

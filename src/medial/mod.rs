@@ -7,6 +7,7 @@ pub mod chord;
 pub mod cluster;
 pub mod cover;
 pub mod feature;
+pub mod map;
 
 pub use cover::{Cover, Question, Sample, Shape};
 pub use feature::{Features, Side};

@@ -10,4 +10,4 @@ mod rule;
 pub use builtin::{BUILTIN, builtin};
 pub use limit::{Limit, LimitBasis};
 pub use profile::{Element, Process};
-pub use rule::{Dimension, RULES, Rule, rule};
+pub use rule::{Bound, Dimension, RULES, Rule, rule};

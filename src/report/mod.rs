@@ -9,6 +9,7 @@ pub mod glb;
 pub mod html;
 pub mod json;
 pub mod markup;
+pub mod mount;
 pub mod phrase;
 pub mod render;
 mod schema;
