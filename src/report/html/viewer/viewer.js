@@ -85,7 +85,7 @@ class View {
   size() {
     const w = Math.max(200, this.host.clientWidth), h = Math.max(200, this.host.clientHeight);
     this.gl.setSize(w, h, false);
-    const k = w / h, r = (this.ball.radius * 1.04) / Math.min(1, k);
+    const k = w / h, r = (this.ball.radius * 0.98) / Math.min(1, k);
     Object.assign(this.camera, { left: -r * k, right: r * k, top: r, bottom: -r });
     this.camera.near = -20 * this.ball.radius;
     this.camera.far = 40 * this.ball.radius;
@@ -233,6 +233,7 @@ class View {
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
     this.mark();
     history.replaceState(null, "", "#" + f.anchor);
+    this.host.scrollIntoView({ block: "nearest", behavior: still.matches ? "auto" : "smooth" });
     this.glide(target, from, zoom);
   }
 
