@@ -62,6 +62,20 @@ const STL: &[(&str, [u64; 9])] = &[
     ("broken/ascii_nonstandard.stl", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
 ];
 
+const OBJ_AND_PLY: &[(&str, [u64; 9])] = &[
+    ("clean/gyroid_puzzle.ply", [28394, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("clean/prusa_text_12.obj", [1694, 0, 0, 0, 0, 0, 12, 12, 0]),
+    ("calibration/two_hollow_squares.obj", [96, 0, 0, 0, 0, 0, 2, 2, 0]),
+    ("calibration/bridge_40.obj", [28, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("calibration/u_overhang.obj", [28, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("calibration/v_standing.obj", [24, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("broken/nonmanifold_18_edges.obj", [1442, 0, 18, 0, 3, 1, 4, 2, 0]),
+    ("formats/featuretype_closed.ply", [3476, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/crlf_header.ply", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/negative_indices.obj", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/quads_utf16.obj", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+];
+
 fn expect(table: &[(&str, [u64; 9])]) {
     for (name, expected) in table {
         let Some(loaded) = load(name) else { return };
@@ -85,6 +99,11 @@ fn expect(table: &[(&str, [u64; 9])]) {
 #[test]
 fn stl_files_have_the_counts_of_the_manifest() {
     expect(STL);
+}
+
+#[test]
+fn obj_and_ply_files_have_the_counts_of_the_manifest() {
+    expect(OBJ_AND_PLY);
 }
 
 #[test]
@@ -125,13 +144,17 @@ fn oddities_are_said() {
 }
 
 #[test]
-fn broken_stl_files_are_refused_with_their_place() {
+fn broken_files_are_refused_with_their_place() {
     for (name, place) in [
         ("broken/bad_vertex.stl", Some("line 89")),
         ("broken/truncated_ascii.stl", Some("line 4")),
         ("broken/empty_0_bytes.stl", None),
         ("broken/empty_header_only.stl", None),
         ("broken/empty_solid_26_bytes.stl", None),
+        ("broken/index_out_of_range.obj", Some("line 28")),
+        ("broken/float_max.obj", Some("line 3")),
+        ("broken/fuzz_crash.ply", Some("line 7")),
+        ("formats/points_only.ply", None),
     ] {
         let Some(loaded) = load(name) else { return };
         let error = loaded.unwrap_err();

@@ -5,7 +5,10 @@
 
 mod accept;
 mod loaded;
+pub mod obj;
 mod path;
+pub mod ply;
+mod polygon;
 mod read;
 mod salvage;
 mod sniff;
