@@ -13,6 +13,7 @@ mod read;
 mod salvage;
 mod sniff;
 pub mod stl;
+pub mod threemf;
 mod words;
 
 pub use loaded::Loaded;

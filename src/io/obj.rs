@@ -45,7 +45,9 @@ pub fn read(bytes: &[u8]) -> Result<Loaded> {
     let mut notices = statements.notices();
     let mesh = triangles(&parsed, &mut notices)?;
     let mesh = accept::with_extent(mesh, "OBJ")?;
-    Ok(Loaded { mesh, format: "OBJ", unit_mm: None, notices, relative_step: f64::EPSILON / 2.0 })
+    // The text may hold any number of digits; nearly all writers print f32.
+    let relative_step = f64::powi(2.0, -24);
+    Ok(Loaded { mesh, format: "OBJ", unit_mm: None, notices, relative_step })
 }
 
 /// The file as vertices and faces, checked, and what was left aside.
@@ -57,6 +59,8 @@ struct Statements {
     face_count: u64,
     /// Indices larger than all before, with their lines: the first past the end is among them.
     records: Vec<(u64, u64)>,
+    /// The first index that is zero or reaches back before the first vertex.
+    before_start: Option<(u64, Error)>,
     lines_and_points: u64,
     free_form: u64,
     unknown: (u64, u64),
@@ -134,7 +138,13 @@ impl Statements {
         self.face_count += 1;
         self.faces.push(b'f');
         for word in arguments {
-            let index = self.index(word)?;
+            let index = match self.index(word) {
+                Ok(index) => index,
+                Err(fault) => {
+                    self.before_start.get_or_insert((word.line, fault));
+                    continue;
+                }
+            };
             if self.records.last().is_none_or(|r| index > r.0) {
                 self.records.push((index, word.line));
             }
@@ -157,13 +167,16 @@ impl Statements {
         })
     }
 
-    /// No face names a vertex past the last one of the file.
+    /// No face names a vertex before the first or past the last one of the file; the first fault is told.
     fn check_ends(&self) -> Result<()> {
-        match self.records.iter().find(|r| r.0 > self.vertex_count) {
-            None => Ok(()),
-            Some(&(index, line)) => {
+        let past = self.records.iter().find(|r| r.0 > self.vertex_count);
+        match (past, &self.before_start) {
+            (None, None) => Ok(()),
+            (Some(&(_, line)), Some((earlier, fault))) if *earlier < line => Err(fault.clone()),
+            (Some(&(index, line)), _) => {
                 Err(damaged(line, format!("a face names vertex {index} of {}", self.vertex_count), EXPORT))
             }
+            (None, Some((_, fault))) => Err(fault.clone()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Any mesh from bytes.
 
 use super::sniff::{self, Content};
-use super::{Loaded, Salvage, obj, ply, stl};
+use super::{Loaded, Salvage, obj, ply, stl, threemf};
 use crate::error::{Error, Place, Result, printable};
 use crate::notice::Notice;
 
@@ -45,7 +45,7 @@ pub fn read(name: &str, bytes: &[u8], salvage: Salvage) -> Result<Loaded> {
         Content::Other(what, remedy) => return Err(unsupported(what, remedy)),
         Content::Obj => (obj::read(bytes)?, "obj"),
         Content::Ply => (ply::read(bytes)?, "ply"),
-        Content::Zip => return Err(unsupported("a zip archive", "convert it to STL")),
+        Content::Zip => (threemf::read(bytes)?, "3mf"),
         Content::Unknown | Content::Utf16 => {
             return Err(unsupported("a file that is neither STL, 3MF, OBJ nor PLY", "export the part in one of these"));
         }
