@@ -62,6 +62,28 @@ const STL: &[(&str, [u64; 9])] = &[
     ("broken/ascii_nonstandard.stl", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
 ];
 
+const OBJ_AND_PLY: &[(&str, [u64; 9])] = &[
+    ("clean/gyroid_puzzle.ply", [28394, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("clean/prusa_text_12.obj", [1694, 0, 0, 0, 0, 0, 12, 12, 0]),
+    ("calibration/two_hollow_squares.obj", [96, 0, 0, 0, 0, 0, 2, 2, 0]),
+    ("calibration/bridge_40.obj", [28, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("calibration/u_overhang.obj", [28, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("calibration/v_standing.obj", [24, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("broken/nonmanifold_18_edges.obj", [1442, 0, 18, 0, 3, 1, 4, 2, 0]),
+    ("formats/featuretype_closed.ply", [3476, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/crlf_header.ply", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/negative_indices.obj", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/quads_utf16.obj", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+];
+
+const THREEMF: &[(&str, [u64; 9])] = &[
+    ("formats/box.3mf", [12, 0, 0, 0, 0, 0, 1, 1, 0]),
+    ("formats/cube_gears.3mf", [25692, 0, 0, 0, 0, 92, 17, 17, 0]),
+    ("formats/chain_loop.3mf", [7680, 0, 0, 0, 0, 0, 40, 40, 0]),
+    ("formats/units_transform.3mf", [60, 0, 0, 0, 0, 0, 2, 2, 0]),
+    ("formats/benchy_225k.3mf", [225154, 0, 0, 0, 0, 11, 1, 1, 0]),
+];
+
 fn expect(table: &[(&str, [u64; 9])]) {
     for (name, expected) in table {
         let Some(loaded) = load(name) else { return };
@@ -85,6 +107,39 @@ fn expect(table: &[(&str, [u64; 9])]) {
 #[test]
 fn stl_files_have_the_counts_of_the_manifest() {
     expect(STL);
+}
+
+#[test]
+fn obj_and_ply_files_have_the_counts_of_the_manifest() {
+    expect(OBJ_AND_PLY);
+}
+
+#[test]
+fn threemf_files_have_the_counts_of_the_manifest() {
+    expect(THREEMF);
+    for (name, size, volume) in [
+        ("formats/box.3mf", [10.0, 20.0, 30.0], 6000.0),
+        ("formats/units_transform.3mf", [70.0, 60.0, 30.0], 14_000.0),
+        ("formats/benchy_225k.3mf", [60.001, 31.004, 48.0], 15_550.5),
+    ] {
+        let Some(loaded) = load(name) else { return };
+        let mesh = loaded.unwrap().mesh;
+        let (lo, hi) = mesh.bounds().unwrap();
+        // The manifest prints three decimals; a transform of it has seven digits.
+        (0..3).for_each(|a| assert!((hi[a] - lo[a] - size[a]).abs() < 1e-3, "{name}: {lo:?} {hi:?}"));
+        assert!((Health::of(&mesh).volume_mm3() / volume - 1.0).abs() < 1e-5, "{name}");
+    }
+}
+
+#[test]
+fn extensions_are_refused_by_name() {
+    for (name, word) in
+        [("formats/production_required.3mf", "production"), ("formats/beam_lattice_only.3mf", "beamlattice")]
+    {
+        let Some(loaded) = load(name) else { return };
+        let error = loaded.unwrap_err();
+        assert!(matches!(error, Error::Unsupported { .. }) && error.to_string().contains(word), "{error}");
+    }
 }
 
 #[test]
@@ -125,16 +180,40 @@ fn oddities_are_said() {
 }
 
 #[test]
-fn broken_stl_files_are_refused_with_their_place() {
+fn broken_files_are_refused_with_their_place() {
     for (name, place) in [
         ("broken/bad_vertex.stl", Some("line 89")),
         ("broken/truncated_ascii.stl", Some("line 4")),
         ("broken/empty_0_bytes.stl", None),
         ("broken/empty_header_only.stl", None),
         ("broken/empty_solid_26_bytes.stl", None),
+        ("broken/index_out_of_range.obj", Some("line 23")),
+        ("broken/fuzz_bad_crc.3mf", Some("3D/3dmodel.model")),
+        ("broken/decimal_comma.3mf", Some("3D/3dmodel.model, line 9")),
+        ("broken/not_a_zip.3mf", None),
+        ("broken/build_item_missing_object.3mf", Some("3D/3dmodel.model, line 85")),
+        ("broken/dtd_in_model.3mf", Some("3D/3dmodel.model, line 4")),
+        ("broken/float_max.obj", Some("line 3")),
+        ("broken/fuzz_crash.ply", Some("line 7")),
+        ("formats/points_only.ply", None),
     ] {
         let Some(loaded) = load(name) else { return };
         let error = loaded.unwrap_err();
         assert_eq!((error.exit_code(), error.place().as_deref()), (4, place), "{name}: {error}");
+    }
+}
+
+#[test]
+#[ignore = "a measurement, not a test"]
+fn loading_and_health_in_time() {
+    let Some(folder) = models() else { return };
+    for name in ["formats/benchy_225k.3mf", "clean/enable_pip_hand_16.stl", "clean/nop_enviro_case.stl"] {
+        for _ in 0..3 {
+            let start = std::time::Instant::now();
+            let (_, loaded) = read_path(&folder.join(name), 1 << 30, Salvage::Refuse).unwrap();
+            let read = start.elapsed();
+            let health = Health::of(&loaded.mesh);
+            println!("{name}: read {read:?}, health {:?}, {} bodies", start.elapsed() - read, health.bodies.len());
+        }
     }
 }

@@ -5,11 +5,15 @@
 
 mod accept;
 mod loaded;
+pub mod obj;
 mod path;
+pub mod ply;
+mod polygon;
 mod read;
 mod salvage;
 mod sniff;
 pub mod stl;
+pub mod threemf;
 mod words;
 
 pub use loaded::Loaded;

@@ -1,7 +1,7 @@
 //! Any mesh from bytes.
 
 use super::sniff::{self, Content};
-use super::{Loaded, Salvage, stl};
+use super::{Loaded, Salvage, obj, ply, stl, threemf};
 use crate::error::{Error, Place, Result, printable};
 use crate::notice::Notice;
 
@@ -43,9 +43,9 @@ pub fn read(name: &str, bytes: &[u8], salvage: Salvage) -> Result<Loaded> {
         Content::Stl => (stl::read(bytes, salvage)?, "stl"),
         Content::Unknown if suffix == "stl" => (stl::read(bytes, salvage)?, "stl"),
         Content::Other(what, remedy) => return Err(unsupported(what, remedy)),
-        Content::Obj => return Err(unsupported("an OBJ mesh", "convert it to STL")),
-        Content::Ply => return Err(unsupported("a PLY mesh", "convert it to STL")),
-        Content::Zip => return Err(unsupported("a zip archive", "convert it to STL")),
+        Content::Obj => (obj::read(bytes)?, "obj"),
+        Content::Ply => (ply::read(bytes)?, "ply"),
+        Content::Zip => (threemf::read(bytes)?, "3mf"),
         Content::Unknown | Content::Utf16 => {
             return Err(unsupported("a file that is neither STL, 3MF, OBJ nor PLY", "export the part in one of these"));
         }

@@ -56,6 +56,16 @@ impl<'a> Words<'a> {
         Words { rest: text, line: 1 }
     }
 
+    /// The words of a text whose first line has this number.
+    pub(super) fn from_line(text: &'a [u8], line: u64) -> Self {
+        Words { rest: text, line }
+    }
+
+    /// Bytes that are left.
+    pub(super) fn bytes_left(&self) -> usize {
+        self.rest.len()
+    }
+
     /// The line the cursor stands on.
     pub(super) fn line(&self) -> u64 {
         self.line
