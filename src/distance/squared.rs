@@ -1,6 +1,6 @@
 //! Exact squared Euclidean distances between samples.
 
-use super::panel::{LANES, Panel, Row};
+use super::panel::{LANES, Panel, Row, least_of};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::Grid;
@@ -257,14 +257,17 @@ fn across<T: Store>(mut lines: ArrayViewMut2<T>, panel: &mut Panel, side: Side, 
 /// Replaces the distances of one class (0 outside, 1 inside) by their lower envelopes along the lines.
 fn envelope(words: &mut [Row], panel: &mut Panel, class: u32, far: u32) {
     let n = words.len();
-    let (mut least, mut most) = (if class == 1 { 0 } else { far }, 0);
+    let (mut least, mut most) = ([far; LANES], [0; LANES]);
     for (s, row) in words.iter().enumerate() {
         let values = row.map(|word| if word & 1 == class { word >> 1 } else { 0 });
-        least = values.iter().fold(least, |least, &v| if v < least { v } else { least });
-        most = values.iter().fold(most, |most, &v| if v > most { v } else { most });
+        for lane in 0..LANES {
+            least[lane] = if (values[lane] as i32) < least[lane] as i32 { values[lane] } else { least[lane] };
+            most[lane] |= values[lane];
+        }
         panel.set(s + 1, &values);
     }
-    if most == 0 || least >= far {
+    let nothing_near = class == 0 && least_of(&least) >= far;
+    if most == [0; LANES] || nothing_near {
         return;
     }
     let beyond = [if class == 1 { 0 } else { far }; LANES];
