@@ -22,6 +22,8 @@
 #[cfg(feature = "report")]
 pub mod analyze;
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod convolution;
 pub mod distance;
 pub mod error;
