@@ -3,6 +3,7 @@
 use super::finding::{Bracket, Finding, Limits, Sense};
 use crate::error::Result;
 use crate::geometry::vector::Vec3;
+use crate::medial::cover::FacetSheet;
 use crate::part::Part;
 use crate::process::{Bound, Limit, Process, rule};
 
@@ -61,6 +62,8 @@ pub struct MapWanted {
     pub limits: Limits,
     /// Values beyond this end are only known to be beyond it.
     pub open_end: f64,
+    /// What the check already knows of each facet of the mesh; empty for maps that need no search.
+    pub facets: Vec<FacetSheet>,
 }
 
 /// A check that ran.

@@ -43,13 +43,14 @@ impl Check for NarrowGap {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let sheets = Sheets { part, context, code: META.code, side: Side::Void, kinds };
-        let mut measured = sheets.measure();
+        let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,
             title: "Gap width",
             unit: "mm",
             limits: widest,
             open_end: sheets.notice(),
+            facets,
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }

@@ -51,6 +51,7 @@ impl Check for Overhang {
                 unit: "deg",
                 limits,
                 open_end: 90.0,
+                facets: Vec::new(),
             }),
             ..Measured::default()
         };
@@ -89,10 +90,17 @@ fn covered(part: &Part, facet: u32) -> bool {
     }
 }
 
-fn finding(part: &Part, process: &Process, context: &Context, r: &DownwardRegion, limits: Limits) -> Finding {
+fn finding(
+    part: &Part,
+    process: &Process,
+    context: &Context,
+    r: &DownwardRegion,
+    limits: Limits,
+    kind: &str,
+) -> Finding {
     let bracket = Bracket::exact(r.least_angle.as_degrees());
     // The tie has been applied facet by facet, so what is left is below the limit.
-    let mut f = Finding::judged(META.code, "slope", bracket, Basis::Exact, limits, "deg", 0.0);
+    let mut f = Finding::judged(META.code, kind, bracket, Basis::Exact, limits, "deg", 0.0);
     if f.state == State::Pass {
         f.state = State::Warn;
     }
@@ -113,6 +121,7 @@ fn message(f: &Finding) -> String {
         format!("{}° from the horizontal", short((f.value * 10.0).round() / 10.0))
     };
     match f.count {
+        n if f.kind == "specks" => format!("{n} specks smaller than a dot, the flattest {angle}, {area} mm² in all"),
         1 => format!("{angle}, {area} mm² hanging over"),
         n => format!("{n} places, {angle}, {area} mm² hanging over in all"),
     }

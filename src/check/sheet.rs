@@ -5,6 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::cluster::{group, principal_extents};
+use crate::medial::cover::FacetSheet;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
 use crate::part::{BodyPair, Part};
@@ -64,7 +65,7 @@ impl Sheets<'_> {
     }
 
     /// Searches, groups and judges.
-    pub fn measure(&self) -> Measured {
+    pub fn measure(&self) -> (Measured, Vec<FacetSheet>) {
         let question = self.question();
         let cover = Cover::search(self.part.distance(), self.part.features(self.side), &question);
         let mut measured =
@@ -80,7 +81,7 @@ impl Sheets<'_> {
             measured.findings.push(open);
         }
         measured.cover = self.cover_text(&question, &cover, wedges);
-        measured
+        (measured, cover.facets)
     }
 
     fn body(&self, facet: u32) -> u32 {
@@ -231,7 +232,8 @@ impl Sheets<'_> {
             n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
         };
         let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
-        f.fix = match (f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
+        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.step());
+        f.fix = match (below(f.fail), below(f.warn)) {
             (Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
             (Some(limit), None) | (None, Some(limit)) => to(limit),
             (None, None) => format!("{} mm is as much as the limit asks", value),

@@ -44,13 +44,14 @@ impl Check for ThinWall {
             side: Side::Material,
             kinds: vec![Kind { name: "wall", rule: "thin-wall", limits, reading: Reading::WithinBody }],
         };
-        let mut measured = sheets.measure();
+        let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Wall,
             title: "Wall thickness",
             unit: "mm",
             limits,
             open_end: sheets.notice(),
+            facets,
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }

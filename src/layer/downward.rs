@@ -8,6 +8,10 @@ use std::collections::BTreeMap;
 
 /// Neighbouring facets whose normals differ by less than this belong to one region (20°).
 const SMOOTH: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Neighbouring facets whose normals differ by less than this lie in one plane (0.5°).
+const FLAT: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// A flat piece at least this wide, in millimetres, is a face of its own and not a strip of a curved one.
+const FACE_WIDTH: f64 = 5.0;
 
 /// A connected piece of downward surface.
 #[derive(Debug, Clone)]
@@ -29,7 +33,8 @@ pub struct DownwardRegion {
 
 /// The regions of facets whose outward normal points down and whose angle from the horizontal is below `limit`.
 ///
-/// { f : n_z < 0, ∠(n, −z) < limit − tie, f above the plate }, joined over edges bent by less than 20°. The tie of a facet
+/// { f : n_z < 0, ∠(n, −z) < limit − tie, f above the plate }, joined over edges bent by less than 20°, except that a flat
+/// face at least 5 mm wide is a region of its own. The tie of a facet
 /// is what a coordinate step does to its direction: `step` over its least height. Facets for which `covered` holds (another
 /// body touches them from below) are left out.
 ///
@@ -52,27 +57,58 @@ pub fn downward_regions(
         })
         .filter(|&(f, _)| !covered(f))
         .collect();
+    let edges = shared_edges(mesh, &down);
     let mut parent: Vec<usize> = (0..down.len()).collect();
-    let mut at_edge: FxHashMap<(u32, u32), Vec<usize>> = FxHashMap::default();
-    for (i, &(f, n)) in down.iter().enumerate() {
-        let t = mesh.triangles[f as usize];
-        for e in 0..3 {
-            let (a, b) = (t[e], t[(e + 1) % 3]);
-            let seen = at_edge.entry((a.min(b), a.max(b))).or_default();
-            for &j in seen.iter() {
-                if angle(n, down[j].1) < SMOOTH {
-                    let (r, s) = (root(&mut parent, i), root(&mut parent, j));
-                    parent[r.max(s)] = r.min(s);
-                }
-            }
-            seen.push(i);
-        }
-    }
+    join(&mut parent, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
+    let faces = faces(mesh, &down, &mut parent);
+    join(&mut parent, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
     let mut regions: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
     for (i, &(f, _)) in down.iter().enumerate() {
         regions.entry(root(&mut parent, i)).or_default().push(f);
     }
     regions.into_values().filter_map(|facets| describe(mesh, facets)).collect()
+}
+
+/// Pairs of downward facets that share an edge.
+fn shared_edges(mesh: &TriangleMesh, down: &[(u32, Vec3)]) -> Vec<(usize, usize)> {
+    let mut at_edge: FxHashMap<(u32, u32), Vec<usize>> = FxHashMap::default();
+    let mut pairs = Vec::new();
+    for (i, &(f, _)) in down.iter().enumerate() {
+        let t = mesh.triangles[f as usize];
+        for e in 0..3 {
+            let (a, b) = (t[e], t[(e + 1) % 3]);
+            let seen = at_edge.entry((a.min(b), a.max(b))).or_default();
+            pairs.extend(seen.iter().map(|&j| (j, i)));
+            seen.push(i);
+        }
+    }
+    pairs
+}
+
+fn join(parent: &mut [usize], edges: &[(usize, usize)], alike: impl Fn(usize, usize) -> bool) {
+    for &(i, j) in edges {
+        if alike(i, j) {
+            let (r, s) = (root(parent, i), root(parent, j));
+            parent[r.max(s)] = r.min(s);
+        }
+    }
+}
+
+/// For each facet whether its flat piece is a face of its own: area over longest span at least [`FACE_WIDTH`].
+fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], parent: &mut [usize]) -> Vec<bool> {
+    let mut pieces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for i in 0..down.len() {
+        pieces.entry(root(parent, i)).or_default().push(i);
+    }
+    let mut faces = vec![false; down.len()];
+    for members in pieces.into_values() {
+        let area: f64 = members.iter().map(|&i| mesh.facet_area(down[i].0 as usize)).sum();
+        let span = bounds(members.iter().flat_map(|&i| mesh.corners(down[i].0 as usize)))
+            .map_or(0.0, |(lo, hi)| distance(lo, hi));
+        let wide = span > 0.0 && area / span >= FACE_WIDTH;
+        members.into_iter().for_each(|i| faces[i] = wide);
+    }
+    faces
 }
 
 /// Angle of a surface from the horizontal, from its downward normal.

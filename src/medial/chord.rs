@@ -109,6 +109,11 @@ impl Reach {
         })
     }
 
+    /// Whether a point lies in all half-spaces.
+    fn holds(&self, p: Vec3) -> bool {
+        self.planes[..self.count].iter().all(|(w, offset)| dot(p, *w) <= *offset)
+    }
+
     /// The part of a feature inside all half-spaces, as a convex polygon; `None` if there is none.
     fn clip(&self, feature: [Vec3; 3]) -> Option<Polygon> {
         let mut polygon = Polygon::new(feature);
@@ -211,7 +216,7 @@ impl Features {
                 continue;
             }
             for &i in &self.tree.order()[node.run()] {
-                if let Some(c) = self.chord_to(patch, &reach, i, least_angle) {
+                if let Some(c) = self.chord_to(patch, &reach, i, least_angle, best2) {
                     let c2 = c.length * c.length;
                     if c2 < best2 || (c2 == best2 && best.is_some_and(|b| i < b.feature)) {
                         best2 = c2;
@@ -223,8 +228,8 @@ impl Features {
         best
     }
 
-    /// The shortest chord from the patch to one feature, if there can be one.
-    fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least_angle: f64) -> Option<Chord> {
+    /// The shortest chord from the patch to one feature, if there can be one not longer than √`best2`.
+    fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least_angle: f64, best2: f64) -> Option<Chord> {
         let feature = &self.list[index as usize];
         if feature.widest_angle(patch.axis) + feature.slack < least_angle {
             return None;
@@ -238,10 +243,17 @@ impl Features {
         if !facing {
             return None;
         }
+        let chord = |(p, q): (Vec3, Vec3)| Chord { from: p, to: q, length: distance(p, q), feature: index };
+        let unbound = chord(closest_pair(patch.corners, feature.corners));
+        if unbound.length * unbound.length > best2 {
+            return None;
+        }
+        let back = Reach::new(&Patch::from(feature));
+        if reach.holds(unbound.to) && back.holds(unbound.from) {
+            return Some(unbound);
+        }
         let target = reach.clip(feature.corners)?;
-        let back = Reach::new(&Patch::from(feature)).clip(patch.corners)?;
-        let (p, q) = closest_polygons(&back, &target);
-        Some(Chord { from: p, to: q, length: distance(p, q), feature: index })
+        Some(chord(closest_polygons(&back.clip(patch.corners)?, &target)))
     }
 }
 

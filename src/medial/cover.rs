@@ -99,6 +99,28 @@ pub struct Cover {
     pub unresolved: Vec<Unresolved>,
     /// Balls grown and chords searched.
     pub evaluations: u64,
+    /// For each facet of the mesh, what is known of the sheet on it.
+    pub facets: Vec<FacetSheet>,
+}
+
+/// What the search knows of one whole facet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacetSheet {
+    /// Length of its shortest chord; infinite if none is within notice.
+    pub low: f64,
+    /// Greatest diameter of a sheet sampled on it; 0 without a sample.
+    pub high: f64,
+    /// Area of its samples, mm².
+    pub sampled_area: f64,
+}
+
+impl FacetSheet {
+    const FREE: FacetSheet = FacetSheet { low: f64::INFINITY, high: 0.0, sampled_area: 0.0 };
+
+    /// The thickness of the whole facet if it hardly varies: samples cover it and agree with the bound within 2 %.
+    pub fn constant(&self, area: f64) -> Option<f64> {
+        (self.sampled_area >= 0.7 * area && self.high <= 1.02 * self.low).then_some(self.low)
+    }
 }
 
 impl Cover {
@@ -125,8 +147,17 @@ impl Cover {
                 seeker.cover
             })
             .collect();
-        let mut all = Cover::default();
-        for c in found {
+        let facets = features.list.iter().map(|f| f.facet as usize + 1).max().unwrap_or(0);
+        let mut all = Cover { facets: vec![FacetSheet::FREE; facets], ..Cover::default() };
+        for (feature, c) in features.list.iter().zip(found) {
+            if let (true, Some(low)) = (feature.is_facet(), c.facets.first().map(|f| f.low)) {
+                let own = c.samples.iter().filter(|s| s.shape == Shape::Sheet);
+                all.facets[feature.facet as usize] = FacetSheet {
+                    low,
+                    high: own.clone().map(|s| s.diameter).fold(0.0, f64::max),
+                    sampled_area: own.map(|s| s.area).sum(),
+                };
+            }
             all.samples.extend(c.samples);
             all.unresolved.extend(c.unresolved);
             all.evaluations += c.evaluations;
@@ -164,6 +195,9 @@ impl Seeker<'_> {
                 continue;
             };
             self.cover.evaluations += 2;
+            if self.cover.facets.is_empty() {
+                self.cover.facets.push(FacetSheet { low: chord.length, ..FacetSheet::FREE });
+            }
             let look =
                 if patch.spread > 0.0 { self.look_at_edge(&patch, &chord) } else { self.look_at_facet(&patch, &chord) };
             if let Look::Open { low } = look {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// Facets of the display copy at most; larger parts show an even selection and say so.
 const MOST_FACETS: usize = 300_000;
 /// Pieces that splitting may make in all.
-const MOST_PIECES: usize = 90_000;
+const MOST_PIECES: usize = 30_000;
 
 /// A map together with the name of the check that wants it.
 pub type Wanted = (String, MapWanted);
@@ -35,27 +35,33 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
 struct Piece {
     corners: [Vec3; 3],
     facet: usize,
-    /// Whether a map varies on it.
-    varies: bool,
 }
 
-/// Splits facets that have an opposing surface in reach until no edge is longer than the reach.
+/// What a map shows on a whole facet.
+enum Shown {
+    Constant(f64),
+    Varies,
+}
+
+fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
+    if side_of(map.kind).is_none() {
+        return Shown::Constant(slope(part, facet));
+    }
+    if !part.bounds_solid(facet) {
+        return Shown::Constant(f64::NAN);
+    }
+    match map.facets.get(facet) {
+        Some(known) if known.low < map.open_end => {
+            known.constant(part.mesh().facet_area(facet)).map_or(Shown::Varies, Shown::Constant)
+        }
+        _ => Shown::Constant(map.open_end),
+    }
+}
+
+/// Splits facets on which a map varies until no edge is longer than the reach.
 fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
-    let near: Vec<bool> = facets
-        .par_iter()
-        .map(|&f| {
-            wanted.iter().any(|(_, m)| match side_of(m.kind) {
-                Some(side) if part.bounds_solid(f) => {
-                    let features = part.features(side);
-                    let axis = part.mesh().normal(f).map(|x| x * side.sign());
-                    let patch =
-                        crate::medial::chord::Patch { corners: part.mesh().corners(f), axis, spread: 0.0, slack: 0.0 };
-                    features.nearest_chord(&patch, m.open_end).is_some()
-                }
-                _ => false,
-            })
-        })
-        .collect();
+    let varies = |&f: &usize| wanted.iter().any(|(_, m)| matches!(shown(part, m, f), Shown::Varies));
+    let near: Vec<bool> = facets.iter().map(varies).collect();
     let reach = wanted.iter().filter(|(_, m)| side_of(m.kind).is_some()).map(|(_, m)| m.open_end).fold(0.0, f64::max);
     let area: f64 = facets.iter().zip(&near).filter(|(_, n)| **n).map(|(&f, _)| part.mesh().facet_area(f)).sum();
     let edge = reach.max((4.0 * area / MOST_PIECES as f64).sqrt());
@@ -66,7 +72,7 @@ fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
             let (ab, bc, ca) = (distance(a, b), distance(b, c), distance(c, a));
             let longest = ab.max(bc).max(ca);
             if !varies || longest <= edge || pieces.len() + stack.len() > facets.len() + MOST_PIECES {
-                pieces.push(Piece { corners: [a, b, c], facet, varies });
+                pieces.push(Piece { corners: [a, b, c], facet });
             } else {
                 let [p, q, r] = if longest == ab {
                     [a, b, c]
@@ -107,16 +113,9 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, pieces: &[Piece]) -> S
 }
 
 fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &Piece) -> [f32; 3] {
-    let normal = part.mesh().normal(piece.facet);
-    match (features, side_of(map.kind)) {
-        (Some(features), Some(side)) => {
-            if !part.bounds_solid(piece.facet) {
-                return [f32::NAN; 3];
-            }
-            if !piece.varies {
-                return [map.open_end as f32; 3];
-            }
-            let axis = normal.map(|x| x * side.sign());
+    match (shown(part, map, piece.facet), features, side_of(map.kind)) {
+        (Shown::Varies, Some(features), Some(side)) => {
+            let axis = part.mesh().normal(piece.facet).map(|x| x * side.sign());
             let [a, b, c] = piece.corners;
             let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
             // Just inside the piece, so that a neighbour's edge does not decide.
@@ -124,13 +123,16 @@ fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &
                 .corners
                 .map(|p| opposing_distance(features, along(p, sub(middle, p), 0.01), axis, map.open_end) as f32)
         }
-        _ => {
-            let on_plate = part.mesh().corners(piece.facet).iter().all(|p| p[2] <= part.step().max(1e-4));
-            let looks_down = normal[2] < 0.0 && !on_plate;
-            let angle = if looks_down { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN };
-            [angle as f32; 3]
-        }
+        (Shown::Constant(value), _, _) => [value as f32; 3],
+        _ => [f32::NAN; 3],
     }
+}
+
+/// Angle of a downward facet from the horizontal, degrees; NaN where it looks up or lies on the plate.
+fn slope(part: &Part, facet: usize) -> f64 {
+    let normal = part.mesh().normal(facet);
+    let on_plate = part.mesh().corners(facet).iter().all(|p| p[2] <= part.step().max(1e-4));
+    if normal[2] < 0.0 && !on_plate { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN }
 }
 
 /// Three slices of the density through the worst finding, or through the middle.
