@@ -23,7 +23,7 @@ static META: Meta = Meta {
     how: "Material begins at local minima of the height of the surface that have material above them. All minima of a mesh lie at \
           vertices, so a sweep from the lowest vertex up, joining components as they meet, finds every one. One that joins \
           material that began lower within a layer is printed with it.",
-    limits: "Bodies that touch are one where the winding number just below the place says so. Islands held by a support are still \
+    limits: "What starts within half a layer of the plate stands on it. Bodies that touch are one where the winding number just below the place says so. Islands held by a support are still \
              listed: they are where supports must stand.",
     source: "Merge tree of the height function: H. Carr, J. Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003.",
 };
@@ -45,7 +45,10 @@ impl Check for Island {
             !part.bounds_solid(i.facet as usize) || (!plain(part) && part.winding().at(just_below) >= 0.5)
         };
         let found: Vec<Start> =
-            islands(part.mesh(), 0.0, process.layer_height_mm, part.step()).into_iter().filter(|i| !rests(i)).collect();
+            islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
+                .into_iter()
+                .filter(|i| !rests(i))
+                .collect();
         let mut measured = Measured {
             cover: format!(
                 "Every local minimum of the surface was judged, at layers of {} mm.",

@@ -18,7 +18,7 @@ static META: Meta = Meta {
     name: "overhang",
     title: "Downward surface flatter than the process holds up",
     what: "Finds downward surface whose angle from the horizontal is below the limit: 0 degrees is a flat ceiling, 90 degrees a \
-           vertical wall. The underside on the plate is no overhang.",
+           vertical wall. The underside on the plate, up to half a layer, is no overhang.",
     why: "Such surface is printed on air: it droops or curls, or it needs supports, which cost material, time and surface.",
     how: "The slope of every facet decides, so angle and area are exact. Facets that hang together over edges bent by less than 20 \
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
@@ -41,7 +41,10 @@ impl Check for Overhang {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let widest = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
-        let regions = downward_regions(part.mesh(), 0.0, Angle::degrees(widest), part.step(), |f| covered(part, f));
+        let regions =
+            downward_regions(part.mesh(), 0.5 * process.layer_height_mm, Angle::degrees(widest), part.step(), |f| {
+                covered(part, f)
+            });
         let mut measured = Measured {
             cover: format!("Every facet that looks down at less than {}° was judged by its own slope.", short(widest)),
             rule: Some("overhang"),
@@ -61,11 +64,16 @@ impl Check for Overhang {
             unit: "deg",
             at: Some(r.worst.0),
         });
-        let mut findings: Vec<Finding> = regions.iter().map(|r| finding(part, process, context, r, limits)).collect();
-        findings.sort_by(|a, b| {
-            b.state.cmp(&a.state).then(b.area_mm2.unwrap_or(0.0).total_cmp(&a.area_mm2.unwrap_or(0.0)))
-        });
-        measured.findings = group_equal(findings, 0.5);
+        // What is smaller than a dot of the process is gathered in one finding.
+        let dot = process.element.width_mm * process.element.width_mm;
+        let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().partition(|r| r.area_mm2 < dot);
+        let judged = |list: &[&DownwardRegion], kind: &str| -> Vec<Finding> {
+            let mut all: Vec<Finding> = list.iter().map(|r| finding(part, process, context, r, limits, kind)).collect();
+            all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+            all
+        };
+        measured.findings = group_equal(judged(&regions, "slope"), 0.5);
+        measured.findings.extend(group_equal(judged(&specks, "specks"), 90.0));
         for f in &mut measured.findings {
             f.message = message(f);
             f.fix = fix(process, f);

@@ -1,18 +1,22 @@
 //! Findings from sheets of material or void: what AM101 and AM103 share.
 
 use super::contract::{Context, Measured, Worst};
-use super::finding::{Basis, Bracket, Finding, Limits, Witness};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::geometry::vector::{Vec3, bounds};
+use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::{group, principal_extents};
 use crate::medial::cover::FacetSheet;
+use crate::medial::refine::thinnest_on;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
 use crate::part::{BodyPair, Part};
 use crate::units::{report_digits, short};
 
-/// Contacts at least this far apart are parallel enough to be a sheet where a wedge runs out (176°).
-const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
+/// Bound and ball that differ by less than this are one, millimetres.
+const TOUCH: f64 = 1e-3;
+/// Facets on which the thinnest place of one sheet is sought.
+const REFINED: usize = 64;
 /// A sheet that thins to less than this share of the limit has run out to an edge.
 const RUN_OUT: f64 = 0.05;
 
@@ -77,7 +81,7 @@ impl Sheets<'_> {
                 Reading::BetweenBodies => self.between(kind, &cover, &mut measured),
             }
         }
-        if let Some(open) = self.budget_ended(&question, &cover) {
+        if let Some(open) = self.budget_ended(&question, &cover).filter(|f| f.state > State::Pass) {
             measured.findings.push(open);
         }
         measured.cover = self.cover_text(&question, &cover, wedges);
@@ -111,7 +115,7 @@ impl Sheets<'_> {
             for members in group(&level, 1.5 * q.resolution, |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
                 match sheet_of(&samples, warn) {
-                    Some(sheet) => findings.push(self.finding(kind, &sheet)),
+                    Some(sheet) => findings.push(self.finding(kind, &self.refined(q, sheet, &samples))),
                     None => *wedges += samples.len(),
                 }
             }
@@ -128,6 +132,31 @@ impl Sheets<'_> {
         let mut grouped = group_equal(findings, step);
         grouped.iter_mut().for_each(|f| self.describe(f));
         measured.findings.extend(grouped);
+    }
+
+    /// The sheet with its thinnest place sought on every facet where the bound leaves room for one.
+    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample]) -> Sheet {
+        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.facet)).collect();
+        open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        open.dedup_by_key(|o| o.1);
+        let features = self.part.features(self.side);
+        let mut left = f64::INFINITY;
+        for (n, (low, facet)) in open.into_iter().enumerate() {
+            if low >= sheet.thinnest.diameter - TOUCH {
+                break;
+            }
+            if n >= REFINED {
+                left = left.min(low);
+                continue;
+            }
+            if let Some(s) = thinnest_on(self.part.distance(), features, q, facet, &sheet.thinnest) {
+                sheet.thinnest = s;
+            }
+        }
+        // What the search on a facet did not find is not there but for the gain it asks for.
+        sheet.low =
+            left.min(sheet.thinnest.diameter - TOUCH).min(sheet.thinnest.low.max(sheet.thinnest.diameter - TOUCH));
+        sheet
     }
 
     fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {

@@ -33,7 +33,7 @@ pub struct DownwardRegion {
 
 /// The regions of facets whose outward normal points down and whose angle from the horizontal is below `limit`.
 ///
-/// { f : n_z < 0, ∠(n, −z) < limit − tie, f above the plate }, joined over edges bent by less than 20°, except that a flat
+/// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
 /// face at least 5 mm wide is a region of its own. The tie of a facet
 /// is what a coordinate step does to its direction: `step` over its least height. Facets for which `covered` holds (another
 /// body touches them from below) are left out.

@@ -19,10 +19,10 @@ pub struct Island {
     pub facet: u32,
 }
 
-/// The islands of a closed mesh that stands on `plate_z`, lowest first.
+/// The islands of a closed mesh, lowest first; what starts up to `plate_z` stands on the plate.
 ///
 /// Components of { z ≤ t } of the surface are born at local minima and merge at saddles as t grows. A minimum with
-/// material above it (its normals point down) that is born more than `step` above the plate, and rises by at least a layer
+/// material above it (its normals point down) that is born more than `step` above `plate_z`, and rises by at least a layer
 /// before it merges with one born lower, is an island: its first layer has nothing beneath. All minima of a mesh lie at
 /// vertices, so none is missed.
 ///

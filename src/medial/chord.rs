@@ -6,6 +6,8 @@ use crate::geometry::vector::{Vec3, along, cross, distance, dot, norm2, scale, s
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
 pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
+/// Surfaces whose normals are at least this far apart are parallel enough to be a sheet even where they meet (176°).
+pub const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
 /// What rounding may do to an angle, radians.
 const MARGIN: f64 = 1e-6;
 
@@ -16,6 +18,8 @@ pub struct Patch {
     pub axis: Vec3,
     pub spread: f64,
     pub slack: f64,
+    /// Corners of the whole feature the patch is part of.
+    pub whole: [Vec3; 3],
 }
 
 impl Patch {
@@ -54,7 +58,7 @@ impl Patch {
 
 impl From<&Feature> for Patch {
     fn from(f: &Feature) -> Self {
-        Patch { corners: f.corners, axis: f.axis, spread: f.spread, slack: f.slack }
+        Patch { corners: f.corners, axis: f.axis, spread: f.spread, slack: f.slack, whole: f.corners }
     }
 }
 
@@ -182,7 +186,7 @@ impl Features {
     /// The shortest chord from a patch to an opposing feature if it is shorter than `within`.
     ///
     /// min { |pq| : p ∈ patch, q ∈ feature, normals at p and q at least 150° apart, pq within their cones } is a
-    /// lower bound for the diameter of every wall ball that touches the patch, because such a ball touches an opposing
+    /// lower bound for the diameter of every wall ball that touches the patch (features that meet in a wedge left aside), because such a ball touches an opposing
     /// feature q with |pq| = 2r·sin(θ/2) ≤ 2r. Edges too blunt to be features widen the cones of their facets.
     ///
     /// # Cost
@@ -234,6 +238,10 @@ impl Features {
         if feature.widest_angle(patch.axis) + feature.slack < least_angle {
             return None;
         }
+        // Two features that meet and are not parallel bound a wedge, whose thickness at its edge is 0.
+        if meets(&patch.whole, &feature.corners) && feature.widest_angle(patch.axis) < PARALLEL {
+            return None;
+        }
         // The feature must lie below the patch's plane somewhere, and the patch below the feature's.
         let below = |of: &[Vec3; 3], plane: &[Vec3; 3], axis: Vec3| {
             plane.iter().any(|p| of.iter().any(|q| dot(sub(*p, *q), axis) > 0.0))
@@ -255,6 +263,11 @@ impl Features {
         let target = reach.clip(feature.corners)?;
         Some(chord(closest_polygons(&back.clip(patch.corners)?, &target)))
     }
+}
+
+/// Whether two features have a vertex in common.
+pub fn meets(a: &[Vec3; 3], b: &[Vec3; 3]) -> bool {
+    a.iter().any(|p| b.contains(p))
 }
 
 /// Nearest points of two convex polygons, as the least over their fans.

@@ -5,7 +5,7 @@
 //! sampled by a touching ball (a witness), proved to be blocked by something nearer at a flatter angle, or halved.
 //! Facets, edges and vertices are finite, so the search needs no grid and sees walls below any voxel.
 
-use super::chord::{Chord, Patch, WALL_SEPARATION};
+use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
@@ -16,6 +16,11 @@ use std::collections::VecDeque;
 
 /// A ball whose contacts are at least this far apart, but less than a wall's, lies in a wedge (120°).
 const WEDGE_SEPARATION: f64 = 120.0 * std::f64::consts::PI / 180.0;
+
+/// Short of a wall's separation by so little that the thickness is the same (140°).
+const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
+/// A ball stopped at less than this was stopped by the side it grew from (12°).
+const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// What is searched for, all lengths in millimetres.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +35,7 @@ pub struct Question {
     pub resolution: f64,
     /// What a point of the surface may intrude into a ball: the step of the file's coordinates.
     pub tolerance: f64,
-    /// Evaluations a single feature may cost.
+    /// Evaluations a feature as long as eight resolutions may cost; longer ones in proportion more.
     pub budget: u64,
 }
 
@@ -167,7 +172,7 @@ impl Cover {
 }
 
 /// The search on one feature.
-struct Seeker<'a> {
+pub(super) struct Seeker<'a> {
     mesh: &'a MeshDistance,
     features: &'a Features,
     question: &'a Question,
@@ -188,6 +193,9 @@ enum Look {
 impl Seeker<'_> {
     fn seek(&mut self, whole: Patch) {
         let finest = self.question.finest();
+        // A long feature needs more patches along its rim than a short one.
+        let budget =
+            (self.question.budget as f64 * (1.0 + whole.longest_edge().0 / (8.0 * self.question.resolution))) as u64;
         let mut queue = VecDeque::from([whole]);
         while let Some(patch) = queue.pop_front() {
             let Some(chord) = self.features.nearest_chord(&patch, self.question.notice) else {
@@ -205,7 +213,7 @@ impl Seeker<'_> {
                     // Something as thin is already known on this very feature.
                     continue;
                 }
-                if self.cover.evaluations < self.question.budget && patch.longest_edge().0 > finest {
+                if self.cover.evaluations < budget && patch.longest_edge().0 > finest {
                     queue.extend(patch.halves());
                 } else if self.question.class(low) < 2 {
                     self.cover.unresolved.push(Unresolved {
@@ -233,24 +241,52 @@ impl Seeker<'_> {
         }
         let inward = scale(patch.axis, -1.0);
         let ball = self.mesh.touching_ball(patch.centroid(), inward, 0.51 * q.notice, q.tolerance);
-        let separation = ball.separation();
         let low = self.bound(patch, &ball, chord);
-        if ball.stop.is_some() && separation >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
+        if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
             if q.class(low) != q.class(2.0 * ball.radius) && edge > q.finest() {
                 return Look::Open { low };
             }
             // At the finest patch what the ball measures is what is there.
             let low = if q.class(low) == q.class(2.0 * ball.radius) { low } else { 2.0 * ball.radius };
-            self.record(&ball, Shape::Sheet, low, patch.area());
+            let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
+            let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
+            self.record(&ball, shape, low, patch.area());
+            return Look::Done;
+        }
+        if let Some(settled) = self.settled(&ball, chord) {
+            self.record(&settled, Shape::Sheet, chord.length, patch.area());
             return Look::Done;
         }
         if self.blocked_below(patch, &ball) >= chord.length && q.class(low) < 2 {
             return Look::Open { low };
         }
-        if ball.stop.is_some() && separation >= WEDGE_SEPARATION && q.class(2.0 * ball.radius) < 2 {
+        if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.class(2.0 * ball.radius) < 2 {
             self.record(&ball, Shape::Wedge, low, patch.area());
         }
         Look::Done
+    }
+
+    /// A ball that measures the sheet at a patch although the one at its centroid is stopped at a flatter angle.
+    ///
+    /// Where the surface bends gently towards the ball, a neighbouring facet stops it: it is grown again from there. A ball
+    /// that is almost a wall's and at most 5 % larger than the bound lies on the border between wall and wedge: the sheet
+    /// is as thick as that either way.
+    fn settled(&self, ball: &TouchingBall, chord: &Chord) -> Option<TouchingBall> {
+        let q = self.question;
+        let mut ball = *ball;
+        for _ in 0..4 {
+            let stop = ball.stop?;
+            if ball.separation() >= NEARLY_WALL {
+                let thick = 2.0 * ball.radius;
+                return (thick <= 1.05 * chord.length && q.class(thick) == q.class(chord.length)).then_some(ball);
+            }
+            if ball.separation() > GENTLE {
+                return None;
+            }
+            let inward = scale(self.mesh.normal(stop.facet), -self.features.side.sign());
+            ball = self.mesh.touching_ball(stop.point, inward, 0.51 * q.notice, q.tolerance);
+        }
+        None
     }
 
     /// No wall ball on the patch is thinner: the chord bound, or the Lipschitz bound from the ball at the centroid.

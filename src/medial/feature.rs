@@ -73,7 +73,10 @@ impl Feature {
 
 /// All features of a mesh for one side, with their tree.
 pub struct Features {
+    /// Facets first, in increasing order, then vertices and edges.
     pub list: Vec<Feature>,
+    /// How many of the list are facets.
+    facets: usize,
     pub tree: Bvh,
     pub side: Side,
 }
@@ -109,6 +112,7 @@ impl Features {
                 }
             }
         }
+        let facets = list.len();
         let bent = bent_edges(mesh, side, &edges);
         let at: FxHashMap<u32, usize> = list.iter().enumerate().map(|(i, f)| (f.facet, i)).collect();
         for e in bent.iter().filter(|e| e.reflex && e.bend <= SHARP) {
@@ -126,7 +130,15 @@ impl Features {
             let (lo, hi) = bounds(f.corners).unwrap_or(([0.0; 3], [0.0; 3]));
             Bounds { lo, hi, axis: f.axis, spread: f.spread + f.slack }
         }));
-        Features { list, tree, side }
+        Features { list, facets, tree, side }
+    }
+}
+
+impl Features {
+    /// The feature of a facet, if it bounds the solid and has area.
+    pub fn of_facet(&self, facet: u32) -> Option<&Feature> {
+        let facets = &self.list[..self.facets];
+        facets.binary_search_by_key(&facet, |f| f.facet).ok().map(|i| &facets[i])
     }
 }
 

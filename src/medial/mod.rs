@@ -8,6 +8,7 @@ pub mod cluster;
 pub mod cover;
 pub mod feature;
 pub mod map;
+pub mod refine;
 
 pub use cover::{Cover, Question, Sample, Shape};
 pub use feature::{Features, Side};

@@ -118,10 +118,11 @@ fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &
             let axis = part.mesh().normal(piece.facet).map(|x| x * side.sign());
             let [a, b, c] = piece.corners;
             let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+            let whole = part.mesh().corners(piece.facet);
             // Just inside the piece, so that a neighbour's edge does not decide.
             piece
                 .corners
-                .map(|p| opposing_distance(features, along(p, sub(middle, p), 0.01), axis, map.open_end) as f32)
+                .map(|p| opposing_distance(features, along(p, sub(middle, p), 0.01), axis, map.open_end, whole) as f32)
         }
         (Shown::Constant(value), _, _) => [value as f32; 3],
         _ => [f32::NAN; 3],
