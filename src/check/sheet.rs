@@ -64,7 +64,7 @@ impl Sheets<'_> {
             notice: self.notice(),
             resolution: 0.75 * self.widest(),
             tolerance: 2.0 * tie,
-            budget: (self.context.refine / 40_000).max(64),
+            budget: (self.context.refine / 10_000).max(64),
         }
     }
 
@@ -154,8 +154,7 @@ impl Sheets<'_> {
             }
         }
         // What the search on a facet did not find is not there but for the gain it asks for.
-        sheet.low =
-            left.min(sheet.thinnest.diameter - TOUCH).min(sheet.thinnest.low.max(sheet.thinnest.diameter - TOUCH));
+        sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
         sheet
     }
 

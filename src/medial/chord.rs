@@ -68,6 +68,8 @@ pub struct Chord {
     pub from: Vec3,
     pub to: Vec3,
     pub length: f64,
+    /// No ball that touches patch and feature is thinner than this: length / sin(θ/2) for the widest angle θ of their normals.
+    pub bound: f64,
     /// Index of the opposing feature.
     pub feature: u32,
 }
@@ -183,11 +185,11 @@ impl Polygon {
 }
 
 impl Features {
-    /// The shortest chord from a patch to an opposing feature if it is shorter than `within`.
+    /// The chord of least bound from a patch to an opposing feature, if its bound is below `within`.
     ///
     /// min { |pq| : p ∈ patch, q ∈ feature, normals at p and q at least 150° apart, pq within their cones } is a
     /// lower bound for the diameter of every wall ball that touches the patch (features that meet in a wedge left aside), because such a ball touches an opposing
-    /// feature q with |pq| = 2r·sin(θ/2) ≤ 2r. Edges too blunt to be features widen the cones of their facets.
+    /// feature q with |pq| = 2r·sin(θ/2); the widest angle of the two normals bounds 2r from below. Edges too blunt to be features widen the cones of their facets.
     ///
     /// # Cost
     /// One best-first walk of the tree, pruned by distance, cone of normals and reach of the patch.
@@ -221,7 +223,7 @@ impl Features {
             }
             for &i in &self.tree.order()[node.run()] {
                 if let Some(c) = self.chord_to(patch, &reach, i, least_angle, best2) {
-                    let c2 = c.length * c.length;
+                    let c2 = c.bound * c.bound;
                     if c2 < best2 || (c2 == best2 && best.is_some_and(|b| i < b.feature)) {
                         best2 = c2;
                         best = Some(c);
@@ -232,14 +234,16 @@ impl Features {
         best
     }
 
-    /// The shortest chord from the patch to one feature, if there can be one not longer than √`best2`.
+    /// The shortest chord from the patch to one feature, if there can be one whose bound is not above √`best2`.
     fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least_angle: f64, best2: f64) -> Option<Chord> {
         let feature = &self.list[index as usize];
-        if feature.widest_angle(patch.axis) + feature.slack < least_angle {
+        let widest = feature.widest_angle(patch.axis) + feature.slack;
+        if widest < least_angle {
             return None;
         }
+        let stretch = 1.0 / (0.5 * (widest + patch.spread + patch.slack).min(std::f64::consts::PI)).sin();
         // Two features that meet and are not parallel bound a wedge, whose thickness at its edge is 0.
-        if meets(&patch.whole, &feature.corners) && feature.widest_angle(patch.axis) < PARALLEL {
+        if meets(&patch.whole, &feature.corners) && widest < PARALLEL {
             return None;
         }
         // The feature must lie below the patch's plane somewhere, and the patch below the feature's.
@@ -251,9 +255,12 @@ impl Features {
         if !facing {
             return None;
         }
-        let chord = |(p, q): (Vec3, Vec3)| Chord { from: p, to: q, length: distance(p, q), feature: index };
+        let chord = |(p, q): (Vec3, Vec3)| {
+            let length = distance(p, q);
+            Chord { from: p, to: q, length, bound: length * stretch, feature: index }
+        };
         let unbound = chord(closest_pair(patch.corners, feature.corners));
-        if unbound.length * unbound.length > best2 {
+        if unbound.bound * unbound.bound > best2 {
             return None;
         }
         let back = Reach::new(&Patch::from(feature));

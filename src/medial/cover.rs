@@ -204,7 +204,7 @@ impl Seeker<'_> {
             };
             self.cover.evaluations += 2;
             if self.cover.facets.is_empty() {
-                self.cover.facets.push(FacetSheet { low: chord.length, ..FacetSheet::FREE });
+                self.cover.facets.push(FacetSheet { low: chord.bound, ..FacetSheet::FREE });
             }
             let look =
                 if patch.spread > 0.0 { self.look_at_edge(&patch, &chord) } else { self.look_at_facet(&patch, &chord) };
@@ -232,8 +232,8 @@ impl Seeker<'_> {
         let q = self.question;
         let edge = patch.longest_edge().0;
         let large = patch.area() > 0.5 * q.resolution * q.resolution || edge > 8.0 * q.resolution;
-        if q.class(chord.length) < 2 && edge > q.resolution && large {
-            return Look::Open { low: chord.length };
+        if q.class(chord.bound) < 2 && edge > q.resolution && large {
+            return Look::Open { low: chord.bound };
         }
         if let Some(exact) = self.along_chord(chord, patch.area()) {
             self.push(exact);
@@ -254,10 +254,10 @@ impl Seeker<'_> {
             return Look::Done;
         }
         if let Some(settled) = self.settled(&ball, chord) {
-            self.record(&settled, Shape::Sheet, chord.length, patch.area());
+            self.record(&settled, Shape::Sheet, chord.bound, patch.area());
             return Look::Done;
         }
-        if self.blocked_below(patch, &ball) >= chord.length && q.class(low) < 2 {
+        if self.blocked_below(patch, &ball) >= chord.bound && q.class(low) < 2 {
             return Look::Open { low };
         }
         if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.class(2.0 * ball.radius) < 2 {
@@ -278,7 +278,7 @@ impl Seeker<'_> {
             let stop = ball.stop?;
             if ball.separation() >= NEARLY_WALL {
                 let thick = 2.0 * ball.radius;
-                return (thick <= 1.05 * chord.length && q.class(thick) == q.class(chord.length)).then_some(ball);
+                return (thick <= 1.05 * chord.bound && q.class(thick) == q.class(chord.bound)).then_some(ball);
             }
             if ball.separation() > GENTLE {
                 return None;
@@ -298,7 +298,7 @@ impl Seeker<'_> {
         let p = patch.centroid();
         let reach = patch.corners.iter().map(|&c| distance(c, p)).fold(0.0, f64::max);
         let slack = 0.364 * reach + reach * reach / chord.length.max(1e-9);
-        chord.length.max(2.0 * (ball.radius - slack))
+        chord.bound.max(2.0 * (ball.radius - slack))
     }
 
     /// Twice the largest radius any empty ball on the patch can have, because the facet that stopped `ball` is in its way.
@@ -321,7 +321,7 @@ impl Seeker<'_> {
         let q = self.question;
         if let Some(sample) = self.along_chord(chord, 0.0) {
             if q.class(sample.diameter) < 2 && patch.longest_edge().0 > q.resolution {
-                return Look::Open { low: chord.length };
+                return Look::Open { low: chord.bound };
             }
             self.push(sample);
             return Look::Done;
@@ -334,7 +334,7 @@ impl Seeker<'_> {
                 return Look::Done;
             }
         }
-        Look::Open { low: chord.length }
+        Look::Open { low: chord.bound }
     }
 
     /// The ball on the chord as diameter, if it is empty: then the bound is attained.
@@ -353,7 +353,7 @@ impl Seeker<'_> {
             centre,
             contacts: [chord.from, chord.to],
             diameter: chord.length,
-            low: chord.length,
+            low: chord.bound,
             separation: std::f64::consts::PI,
             area,
             facet: self.facet,

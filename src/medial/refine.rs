@@ -41,7 +41,7 @@ pub fn thinnest_on(
                 centre: ball.centre,
                 contacts: [ball.from, stop.point],
                 diameter: 2.0 * ball.radius,
-                low: chord.length.min(2.0 * ball.radius),
+                low: chord.bound.min(2.0 * ball.radius),
                 separation: ball.separation(),
                 area: 0.0,
                 facet,
