@@ -72,6 +72,24 @@ impl Panel {
         self.best[y].map(|packed| packed >> self.index_bits)
     }
 
+    /// The first site that attains the minimum of row `y` on each line, after [`Panel::solve`].
+    #[inline(always)]
+    pub fn sites(&self, y: usize) -> Row {
+        if self.reach[y] == 0 {
+            return [y as u32; LANES];
+        }
+        let mask = (1 << self.index_bits) - 1;
+        std::array::from_fn(|lane| {
+            let packed = self.best[y][lane];
+            let first = (packed & mask) << self.shared;
+            let attains = |&s: &u32| {
+                let d = (y as u32).abs_diff(s);
+                (self.sites[s as usize][lane] >> self.index_bits) + d * d == packed >> self.index_bits
+            };
+            (first..first + (1 << self.shared)).take_while(|&s| s as usize <= self.n + 1).find(attains).unwrap_or(first)
+        })
+    }
+
     /// Finds the lower envelopes. Rows whose values are all 0 stay 0.
     #[inline(always)]
     pub fn solve(&mut self) {

@@ -105,13 +105,13 @@ impl Store for f32 {
     }
 }
 
-/// A distance more than any on the grid, and room for panels of all axes.
-struct Limits {
-    far: u32,
+/// A squared distance more than any on the grid, and room for panels of all axes.
+pub(super) struct Limits {
+    pub far: u32,
 }
 
 impl Limits {
-    fn of(grid: &Grid) -> Result<Self> {
+    pub fn of(grid: &Grid) -> Result<Self> {
         let [nx, ny, nz] = grid.dims().map(|n| n as u128 + 1);
         let far = nx * nx + ny * ny + nz * nz;
         let longest = nx.max(ny).max(nz);
@@ -126,11 +126,18 @@ impl Limits {
         Ok(Limits { far: far as u32 })
     }
 
-    fn work(&self, n: usize) -> Result<Work> {
-        let panel =
-            Panel::new(n, self.far).ok_or_else(|| Error::Internal { problem: format!("no panel of {n} rows") })?;
-        Ok(Work { panel, block: vec![[[0; LANES]; PANELS]; n] })
+    pub fn panel(&self, n: usize) -> Result<Panel> {
+        Panel::new(n, self.far).ok_or_else(|| Error::Internal { problem: format!("no panel of {n} rows") })
     }
+
+    fn work(&self, n: usize) -> Result<Work> {
+        Ok(Work { panel: self.panel(n)?, block: vec![[[0; LANES]; PANELS]; n] })
+    }
+}
+
+/// A view whose shape we have got wrong.
+pub(super) fn internal(error: ndarray::ShapeError) -> Error {
+    Error::Internal { problem: error.to_string() }
 }
 
 /// What one thread works in.
@@ -160,16 +167,14 @@ pub(super) fn transform<T: Store>(
                 any |= along_row(set.row(j, k), limits.far, row);
             }
             if any != 0 {
-                let plane = ArrayViewMut2::from_shape((ny, nx), plane)
-                    .map_err(|e| Error::Internal { problem: e.to_string() })?;
+                let plane = ArrayViewMut2::from_shape((ny, nx), plane).map_err(internal)?;
                 let keep = |word| T::pack(word);
                 arch.dispatch(|| across(plane, work, side, limits.far, keep));
             }
             Ok(())
         },
     )?;
-    let mut volume =
-        ArrayViewMut3::from_shape((nz, ny, nx), &mut values).map_err(|e| Error::Internal { problem: e.to_string() })?;
+    let mut volume = ArrayViewMut3::from_shape((nz, ny, nx), &mut values).map_err(internal)?;
     let far = limits.far;
     let last = move |word: u32| {
         let (d2, inside) = (word >> 1, word & 1 == 1);
