@@ -139,17 +139,17 @@ fn join(forest: &mut Forest, runs: &[Run], a: std::ops::Range<usize>, b: std::op
 }
 
 /// Disjoint sets whose root is their least member.
-pub(super) struct Forest {
+struct Forest {
     parent: Vec<u32>,
 }
 
 impl Forest {
-    pub fn new(n: usize) -> Self {
+    fn new(n: usize) -> Self {
         Forest { parent: (0..n as u32).collect() }
     }
 
     /// The least member of the set of `a`; halves the path on the way.
-    pub fn root(&mut self, mut a: u32) -> u32 {
+    fn root(&mut self, mut a: u32) -> u32 {
         while self.parent[a as usize] != a {
             let up = self.parent[self.parent[a as usize] as usize];
             self.parent[a as usize] = up;
@@ -158,7 +158,7 @@ impl Forest {
         a
     }
 
-    pub fn join(&mut self, a: u32, b: u32) {
+    fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }

@@ -1,6 +1,6 @@
 //! How wide the way out of a void is: one sweep over a clearance field in decreasing order.
 
-use super::components::{Adjacency, Forest, components};
+use super::components::{Adjacency, components};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::Grid;
@@ -8,8 +8,6 @@ use rayon::prelude::*;
 
 /// No entry of a table.
 const NONE: u32 = u32::MAX;
-/// A sample of the open space that is at least as wide as asked for.
-const OPEN: u32 = u32::MAX - 1;
 
 /// A part of the void that is joined to the outside only through a throat narrower than itself, or not at all.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,10 +55,10 @@ pub struct Escape {
 /// between samples within √3·h.
 ///
 /// # Errors
-/// [`Error::Operand`] if the grids differ or the cap is not positive; [`Error::TooLarge`] beyond 2^32 − 2 samples.
+/// [`Error::Operand`] if the grids differ or the cap is not positive; [`Error::TooLarge`] beyond 2^32 samples.
 ///
 /// # Cost
-/// O(N log N) for N samples of the void narrower than the cap; about 20 bytes for each and 4 for each of the grid.
+/// O(N log N) for N samples of the void narrower than the cap; about 20 bytes for each and 8 for each of the grid.
 ///
 /// # Source
 /// Merge tree by union-find in order of the function (Carr, Snoeyink, Axen 2003), read as a widest-path problem.
@@ -77,11 +75,11 @@ pub fn escape(clearance: &Field<f32>, exits: &Indicator, cap_mm: f32, least_rise
     if cap_mm.is_nan() || cap_mm <= 0.0 {
         return Err(bad(format!("the cap is {cap_mm} mm")));
     }
-    if grid.samples() >= OPEN as usize {
+    if grid.samples() >= NONE as usize {
         return Err(Error::TooLarge {
             what: "the sweep over a void".into(),
             need_bytes: 24 * grid.samples() as u128,
-            allowed_bytes: 24 * u128::from(OPEN),
+            allowed_bytes: 24 * u128::from(NONE),
             remedy: "choose a larger spacing, or look at a window of the part".into(),
         });
     }
@@ -132,112 +130,213 @@ struct MergeTree {
     parent: Vec<u32>,
     /// Whether the set that this sample completes holds an exit or touches the open space.
     leads_out: Vec<bool>,
-    /// Rank of the widest neighbour, `OPEN`, or `NONE` for a local maximum.
-    widest_neighbour: Vec<u32>,
-    /// Samples of the subtree, and its widest member's rank.
-    size: Vec<u32>,
-    first: Vec<u32>,
 }
 
 impl MergeTree {
     fn grow(grid: &Grid, order: &[u32], open: &Indicator, exits: &Indicator) -> Self {
         let n = order.len();
         let mut rank = vec![NONE; grid.samples()];
-        open.iter().for_each(|at| rank[at] = OPEN);
-        let mut tree = MergeTree {
-            parent: vec![NONE; n],
-            leads_out: vec![false; n],
-            widest_neighbour: vec![NONE; n],
-            size: vec![1; n],
-            first: (0..n as u32).collect(),
-        };
-        // The forest's root is the widest of a set; `last` finds its narrowest, the root of its tree.
-        let mut forest = Forest::new(n);
-        let mut last: Vec<u32> = (0..n as u32).collect();
+        let mut done = Indicator::empty(*grid);
+        let mut tree = MergeTree { parent: vec![NONE; n], leads_out: vec![false; n] };
+        let mut newest = Newest::new(n);
         for (r, &at) in order.iter().enumerate() {
             let index = grid.index(at as usize);
-            tree.leads_out[r] = exits.contains(index);
-            let mut widest = NONE;
-            for_each_neighbour(grid, index, |near| match rank[near] {
-                NONE => {}
-                OPEN => {
-                    tree.leads_out[r] = true;
-                    widest = OPEN;
+            let mut leads_out = exits.contains(index) || Block::about(open, index).bits != 0;
+            // Neighbours that touch one another are one set already: one of each cluster will do.
+            let mut rest = Block::about(&done, index);
+            while let Some((step, others)) = rest.next_cluster() {
+                let near = shifted(grid, index, step);
+                let child = newest.root(rank[near]);
+                if child != r as u32 {
+                    tree.parent[child as usize] = r as u32;
+                    leads_out |= tree.leads_out[child as usize];
+                    newest.put_below(child, r as u32);
                 }
-                other => {
-                    if widest != OPEN && (widest == NONE || other < widest) {
-                        widest = other;
-                    }
-                    let root = forest.root(other);
-                    let child = last[root as usize] as usize;
-                    if child != r {
-                        tree.parent[child] = r as u32;
-                        tree.leads_out[r] |= tree.leads_out[child];
-                        tree.size[r] += tree.size[child];
-                        tree.first[r] = tree.first[r].min(tree.first[child]);
-                        forest.join(root, r as u32);
-                        let root = forest.root(r as u32);
-                        last[root as usize] = r as u32;
-                    }
-                }
-            });
-            tree.widest_neighbour[r] = widest;
+                rest = others;
+            }
+            tree.leads_out[r] = leads_out;
             rank[at as usize] = r as u32;
+            done.set(index, true);
         }
         tree
     }
 
-    /// Radii from the narrow end of the tree to the wide one, then pockets from the wide end to the narrow one.
+    /// Radii from the narrow end of the tree to the wide one, then the pockets.
     fn read(&self, grid: Grid, values: &[f32], order: &[u32], open: &Indicator, cap: f32, least_rise: f32) -> Escape {
         let n = order.len();
         let clearance = |r: usize| values[order[r] as usize].min(cap);
         let mut radius = Field::constant(grid, 0.0f32);
         let out = radius.values_mut();
         open.iter().for_each(|at| out[at] = cap);
+        // A pocket ends where its set joins one that leads out, or never.
+        let mut pocket_of = vec![NONE; n];
+        let mut throats: Vec<u32> = Vec::new();
         for r in (0..n).rev() {
-            out[order[r] as usize] = match self.parent[r] {
+            let parent = self.parent[r];
+            out[order[r] as usize] = match parent {
                 _ if self.leads_out[r] => clearance(r),
                 NONE => 0.0,
                 parent => out[order[parent as usize] as usize],
             };
-        }
-        // A pocket ends where its set joins one that leads out, or never.
-        let mut pocket_of = vec![NONE; n];
-        let mut pockets: Vec<Pocket> = Vec::new();
-        for r in (0..n).rev() {
-            if self.leads_out[r] {
-                continue;
-            }
-            let parent = self.parent[r];
-            let throat = (parent != NONE).then_some(parent as usize);
-            if throat.is_some_and(|p| !self.leads_out[p]) {
-                pocket_of[r] = pocket_of[parent as usize];
-                continue;
-            }
-            let (escape, widest) = (throat.map_or(0.0, clearance), clearance(self.first[r] as usize));
-            if widest - escape > least_rise {
-                pocket_of[r] = pockets.len() as u32;
-                pockets.push(Pocket {
-                    escape_radius_mm: escape,
-                    widest_radius_mm: widest,
-                    deepest: order[self.first[r] as usize] as usize,
-                    throat: throat.map(|p| order[p] as usize),
-                    samples: 0,
-                });
+            if !self.leads_out[r] {
+                let ends = parent == NONE || self.leads_out[parent as usize];
+                pocket_of[r] = if ends { throats.len() as u32 } else { pocket_of[parent as usize] };
+                if ends {
+                    throats.push(parent);
+                }
             }
         }
-        for r in 0..n {
-            if self.leads_out[r] {
-                let up = self.widest_neighbour[r];
-                pocket_of[r] = if up == NONE || up == OPEN { NONE } else { pocket_of[up as usize] };
-            }
-            if let Some(pocket) = pockets.get_mut(pocket_of[r] as usize) {
-                pocket.samples += 1;
-            }
-        }
+        let mut pockets = self.measure(&throats, &mut pocket_of, &clearance, order, least_rise);
+        catch(&grid, values, order, &pocket_of, &mut pockets);
         pockets.sort_by_key(|pocket| (std::cmp::Reverse(pocket.samples), pocket.deepest));
         Escape { radius, pockets }
     }
+
+    /// The pockets that rise enough, and renumbers their samples; the others' samples belong to none.
+    fn measure(
+        &self,
+        throats: &[u32],
+        pocket_of: &mut [u32],
+        clearance: &impl Fn(usize) -> f32,
+        order: &[u32],
+        least_rise: f32,
+    ) -> Vec<Pocket> {
+        let mut number = vec![None; throats.len()];
+        let mut pockets = Vec::new();
+        for (r, pocket) in pocket_of.iter_mut().enumerate().filter(|(_, pocket)| **pocket != NONE) {
+            let throat = throats[*pocket as usize];
+            // The first sample met is the widest.
+            let known = number[*pocket as usize].get_or_insert_with(|| {
+                let escape = if throat == NONE { 0.0 } else { clearance(throat as usize) };
+                if clearance(r) - escape <= least_rise {
+                    return NONE;
+                }
+                pockets.push(Pocket {
+                    escape_radius_mm: escape,
+                    widest_radius_mm: clearance(r),
+                    deepest: order[r] as usize,
+                    throat: (throat != NONE).then(|| order[throat as usize] as usize),
+                    samples: 0,
+                });
+                pockets.len() as u32 - 1
+            });
+            *pocket = *known;
+        }
+        pockets
+    }
+}
+
+/// Counts the samples of each pocket, and those outside all pockets whose widest neighbour belongs to one.
+fn catch(grid: &Grid, values: &[f32], order: &[u32], pocket_of: &[u32], pockets: &mut [Pocket]) {
+    if pockets.is_empty() {
+        return;
+    }
+    let mut owner = vec![NONE; grid.samples()];
+    let mut owned = Indicator::empty(*grid);
+    for (r, &at) in order.iter().enumerate() {
+        let index = grid.index(at as usize);
+        let mut pocket = pocket_of[r];
+        if pocket == NONE && Block::about(&owned, index).bits != 0 {
+            let mut widest = at as usize;
+            for_each_neighbour(grid, index, |near| {
+                if values[near] > values[widest] || (values[near] == values[widest] && near < widest) {
+                    widest = near;
+                }
+            });
+            pocket = owner[widest];
+        }
+        if let Some(found) = pockets.get_mut(pocket as usize) {
+            found.samples += 1;
+            owner[at as usize] = pocket;
+            owned.set(index, true);
+        }
+    }
+}
+
+/// Disjoint sets whose root is their newest member.
+struct Newest {
+    parent: Vec<u32>,
+}
+
+impl Newest {
+    fn new(n: usize) -> Self {
+        Newest { parent: (0..n as u32).collect() }
+    }
+
+    fn root(&mut self, mut a: u32) -> u32 {
+        while self.parent[a as usize] != a {
+            let up = self.parent[self.parent[a as usize] as usize];
+            self.parent[a as usize] = up;
+            a = up;
+        }
+        a
+    }
+
+    fn put_below(&mut self, root: u32, newer: u32) {
+        self.parent[root as usize] = newer;
+    }
+}
+
+/// The 3×3×3 samples about one, as bits 9·(Δz + 1) + 3·(Δy + 1) + (Δx + 1); the one in the middle is left out.
+#[derive(Clone, Copy)]
+struct Block {
+    bits: u32,
+}
+
+impl Block {
+    const MIDDLE: u32 = 1 << 13;
+    /// Bits whose Δx, Δy, Δz is not the greatest, so that they may move one up.
+    const NOT_LAST: [u32; 3] = [0o333333333, 0o077077077, 0o000777777];
+
+    /// The members of a set among the neighbours of a sample.
+    #[inline]
+    fn about(set: &Indicator, [i, j, k]: [usize; 3]) -> Self {
+        let [_, ny, nz] = set.grid().dims();
+        let (word, bit) = (i / 64, i % 64);
+        let mut bits = 0;
+        for z in k.saturating_sub(1)..(k + 2).min(nz) {
+            for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                let row = set.row(y, z);
+                let here = row[word];
+                let before = if bit > 0 {
+                    here >> (bit - 1)
+                } else {
+                    here << 1 | if word > 0 { row[word - 1] >> 63 } else { 0 }
+                };
+                let behind = if bit == 63 { row.get(word + 1).map_or(0, |next| (next & 1) << 2) } else { 0 };
+                let three = (before & if bit == 63 { 3 } else { 7 } | behind) as u32;
+                bits |= three << (9 * (z + 1 - k) + 3 * (y + 1 - j));
+            }
+        }
+        Block { bits: bits & !Self::MIDDLE }
+    }
+
+    /// The first sample of the next cluster of touching samples, and what remains without the cluster.
+    #[inline]
+    fn next_cluster(self) -> Option<(u32, Self)> {
+        if self.bits == 0 {
+            return None;
+        }
+        let mut cluster = self.bits & self.bits.wrapping_neg();
+        loop {
+            let mut wide = cluster;
+            for (last, step) in Self::NOT_LAST.into_iter().zip([1, 3, 9]) {
+                wide |= (wide & last) << step | (wide >> step) & last;
+            }
+            let grown = wide & self.bits;
+            if grown == cluster {
+                return Some((self.bits.trailing_zeros(), Block { bits: self.bits & !cluster }));
+            }
+            cluster = grown;
+        }
+    }
+}
+
+/// The storage offset of a neighbour by its place in a [`Block`].
+#[inline]
+fn shifted(grid: &Grid, [i, j, k]: [usize; 3], place: u32) -> usize {
+    let place = place as usize;
+    grid.offset([i + place % 3 - 1, j + place / 3 % 3 - 1, k + place / 9 - 1])
 }
 
 /// Calls `visit` with the storage offsets of the up to 26 samples around one.
