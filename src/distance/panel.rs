@@ -25,8 +25,8 @@ pub(super) struct Panel {
     shared: u32,
     /// f(s) << index_bits | s >> shared.
     sites: Vec<Row>,
-    /// The packed minima, as floats: their order is that of the words, and every machine has a minimum of floats.
-    best: Vec<[f32; LANES]>,
+    /// The packed minima.
+    best: Vec<Row>,
     /// √ of the greatest f(y) over the lines: how far a row must look. 0 where all of them are 0.
     reach: Vec<u32>,
     /// Least and greatest minimizing site over the lines.
@@ -47,7 +47,7 @@ impl Panel {
             index_bits,
             shared: wanted - index_bits,
             sites: vec![[0; LANES]; n + 2],
-            best: vec![[0.0; LANES]; n + 2],
+            best: vec![[0; LANES]; n + 2],
             reach: vec![0; n + 2],
             low: vec![0; n + 2],
             high: vec![0; n + 2],
@@ -55,7 +55,7 @@ impl Panel {
     }
 
     /// Sets the values of a row, 0 and n + 1 included.
-    #[inline]
+    #[inline(always)]
     pub fn set(&mut self, s: usize, values: &Row) {
         let number = (s >> self.shared) as u32;
         for (site, &value) in self.sites[s].iter_mut().zip(values) {
@@ -67,12 +67,31 @@ impl Panel {
     }
 
     /// The value of row `y` after [`Panel::solve`].
-    #[inline]
+    #[inline(always)]
     pub fn value(&self, y: usize) -> Row {
-        self.best[y].map(|packed| packed.to_bits() >> self.index_bits)
+        self.best[y].map(|packed| packed >> self.index_bits)
+    }
+
+    /// The first site that attains the minimum of row `y` on each line, after [`Panel::solve`].
+    #[inline(always)]
+    pub fn sites(&self, y: usize) -> Row {
+        if self.reach[y] == 0 {
+            return [y as u32; LANES];
+        }
+        let mask = (1 << self.index_bits) - 1;
+        std::array::from_fn(|lane| {
+            let packed = self.best[y][lane];
+            let first = (packed & mask) << self.shared;
+            let attains = |&s: &u32| {
+                let d = (y as u32).abs_diff(s);
+                (self.sites[s as usize][lane] >> self.index_bits) + d * d == packed >> self.index_bits
+            };
+            (first..first + (1 << self.shared)).take_while(|&s| s as usize <= self.n + 1).find(attains).unwrap_or(first)
+        })
     }
 
     /// Finds the lower envelopes. Rows whose values are all 0 stay 0.
+    #[inline(always)]
     pub fn solve(&mut self) {
         let n = self.n;
         let mut stride = (n + 1).next_power_of_two();
@@ -82,7 +101,7 @@ impl Panel {
             for y in (half..=n).step_by(stride) {
                 let reach = self.reach[y] as usize;
                 if reach == 0 {
-                    self.best[y] = [0.0; LANES];
+                    self.best[y] = [0; LANES];
                     (self.low[y], self.high[y]) = (y as u32, y as u32);
                     continue;
                 }
@@ -96,10 +115,10 @@ impl Panel {
     }
 
     /// Least and greatest site that the minima of a row may stand for.
-    #[inline]
+    #[inline(always)]
     fn ends(&self, y: usize) -> (u32, u32) {
         let mask = (1 << self.index_bits) - 1;
-        let numbers = self.best[y].map(|packed| packed.to_bits() & mask);
+        let numbers = self.best[y].map(|packed| packed & mask);
         let last = (greatest(&numbers) << self.shared) + (1 << self.shared) - 1;
         (least_of(&numbers) << self.shared, last.min(self.n as u32 + 1))
     }
@@ -108,14 +127,14 @@ impl Panel {
 /// Least packed f(s) + (y − s)² over a range of s.
 ///
 /// Kept out of line and in floats, so that it compiles to one addition and one minimum for each lane.
-#[inline(never)]
-fn least(sites: &[Row], index_bits: u32, y: usize, range: Range<usize>, best: &mut [f32; LANES]) {
-    let mut found = [f32::from_bits(1 << PACKED_BITS); LANES];
+#[inline(always)]
+fn least(sites: &[Row], index_bits: u32, y: usize, range: Range<usize>, best: &mut Row) {
+    let mut found = [1 << PACKED_BITS; LANES];
     for (s, sites) in range.clone().zip(&sites[range]) {
         let d = y.abs_diff(s) as u32;
         let add = (d * d) << index_bits;
         for (found, &site) in found.iter_mut().zip(sites) {
-            let candidate = f32::from_bits(site + add);
+            let candidate = site + add;
             *found = if candidate < *found { candidate } else { *found };
         }
     }
@@ -123,18 +142,18 @@ fn least(sites: &[Row], index_bits: u32, y: usize, range: Range<usize>, best: &m
 }
 
 /// The greatest of a row of words below 2^31.
-#[inline]
+#[inline(always)]
 pub(super) fn greatest(row: &Row) -> u32 {
     halve(row, |a, b| if a as i32 > b as i32 { a } else { b })
 }
 
 /// The least of a row of words below 2^31.
-#[inline]
+#[inline(always)]
 pub(super) fn least_of(row: &Row) -> u32 {
     halve(row, |a, b| if (a as i32) < b as i32 { a } else { b })
 }
 
-#[inline]
+#[inline(always)]
 fn halve(row: &Row, choose: impl Fn(u32, u32) -> u32) -> u32 {
     let a: [u32; 8] = std::array::from_fn(|i| choose(row[i], row[i + 8]));
     let b: [u32; 4] = std::array::from_fn(|i| choose(a[i], a[i + 4]));

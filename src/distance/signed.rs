@@ -29,8 +29,10 @@ use crate::field::{Field, Indicator, SignedDistance};
 /// ```
 pub fn signed_distance(set: &Indicator) -> Result<SignedDistance> {
     let h = set.grid().h() as f32;
-    let values = transform(set, Side::Both, |d2, inside| {
-        let distance = if d2 == FAR { f32::MAX } else { ((d2 as f32).sqrt() - 0.5) * h };
+    let values = transform(set, Side::Both, move |d2, inside| {
+        // By way of i32, which every machine turns into floats at once; the root of FAR is not used.
+        let distance = ((d2 as i32 as f32).sqrt() - 0.5) * h;
+        let distance = if d2 == FAR { f32::MAX } else { distance };
         if inside { -distance } else { distance }
     })?;
     SignedDistance::new(Field::from_values(*set.grid(), values, f32::MAX)?)

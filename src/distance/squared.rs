@@ -1,10 +1,11 @@
 //! Exact squared Euclidean distances between samples.
 
-use super::panel::{LANES, Panel, Row, least_of};
+use super::panel::{LANES, Panel, Row};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::Grid;
 use ndarray::{ArrayViewMut2, ArrayViewMut3, Axis};
+use pulp::Arch;
 use rayon::prelude::*;
 
 /// The squared distance where there is nothing to measure to.
@@ -104,13 +105,13 @@ impl Store for f32 {
     }
 }
 
-/// A distance more than any on the grid, and room for panels of all axes.
-struct Limits {
-    far: u32,
+/// A squared distance more than any on the grid, and room for panels of all axes.
+pub(super) struct Limits {
+    pub far: u32,
 }
 
 impl Limits {
-    fn of(grid: &Grid) -> Result<Self> {
+    pub fn of(grid: &Grid) -> Result<Self> {
         let [nx, ny, nz] = grid.dims().map(|n| n as u128 + 1);
         let far = nx * nx + ny * ny + nz * nz;
         let longest = nx.max(ny).max(nz);
@@ -125,49 +126,65 @@ impl Limits {
         Ok(Limits { far: far as u32 })
     }
 
-    fn panel(&self, n: usize) -> Result<Panel> {
+    pub fn panel(&self, n: usize) -> Result<Panel> {
         Panel::new(n, self.far).ok_or_else(|| Error::Internal { problem: format!("no panel of {n} rows") })
     }
+
+    fn work(&self, n: usize) -> Result<Work> {
+        Ok(Work { panel: self.panel(n)?, block: vec![[[0; LANES]; PANELS]; n] })
+    }
+}
+
+/// A view whose shape we have got wrong.
+pub(super) fn internal(error: ndarray::ShapeError) -> Error {
+    Error::Internal { problem: error.to_string() }
+}
+
+/// What one thread works in.
+struct Work {
+    panel: Panel,
+    block: Vec<Block>,
 }
 
 /// The transform of one or both sides; `finish` makes the result from d² ([`FAR`] if there is none) and the class.
 pub(super) fn transform<T: Store>(
     set: &Indicator,
     side: Side,
-    finish: impl Fn(u32, bool) -> T + Sync,
+    finish: impl Fn(u32, bool) -> T + Copy + Send + Sync,
 ) -> Result<Vec<T>> {
     let grid = set.grid();
     let limits = Limits::of(grid)?;
     let [nx, ny, nz] = grid.dims();
+    // The same code for the widest vectors of the machine.
+    let arch = Arch::new();
     let mut values = vec![T::default(); grid.samples()];
     values.par_chunks_mut(nx * ny).enumerate().try_for_each_init(
-        || limits.panel(ny),
-        |panel, (k, plane)| -> Result<()> {
-            let panel = panel.as_mut().map_err(|e| e.clone())?;
+        || limits.work(ny),
+        |work, (k, plane)| -> Result<()> {
+            let work = work.as_mut().map_err(|e| e.clone())?;
             let mut any = 0;
             for (j, row) in plane.chunks_mut(nx).enumerate() {
                 any |= along_row(set.row(j, k), limits.far, row);
             }
             if any != 0 {
-                let plane = ArrayViewMut2::from_shape((ny, nx), plane)
-                    .map_err(|e| Error::Internal { problem: e.to_string() })?;
+                let plane = ArrayViewMut2::from_shape((ny, nx), plane).map_err(internal)?;
                 let keep = |word| T::pack(word);
-                across(plane, panel, side, limits.far, keep);
+                arch.dispatch(|| across(plane, work, side, limits.far, keep));
             }
             Ok(())
         },
     )?;
-    let mut volume =
-        ArrayViewMut3::from_shape((nz, ny, nx), &mut values).map_err(|e| Error::Internal { problem: e.to_string() })?;
-    let last = |word: u32| {
+    let mut volume = ArrayViewMut3::from_shape((nz, ny, nx), &mut values).map_err(internal)?;
+    let far = limits.far;
+    let last = move |word: u32| {
         let (d2, inside) = (word >> 1, word & 1 == 1);
-        finish(if d2 >= limits.far { FAR } else { d2 }, inside)
+        finish(if d2 >= far { FAR } else { d2 }, inside)
     };
     volume.axis_iter_mut(Axis(1)).into_par_iter().try_for_each_init(
-        || limits.panel(nz),
-        |panel, lines| -> Result<()> {
-            let panel = panel.as_mut().map_err(|e| e.clone())?;
-            across(lines, panel, side, limits.far, last);
+        || limits.work(nz),
+        |work, lines| -> Result<()> {
+            let work = work.as_mut().map_err(|e| e.clone())?;
+            arch.dispatch(|| across(lines, work, side, limits.far, last));
             Ok(())
         },
     )?;
@@ -226,27 +243,41 @@ fn end_of_run(bits: &[u64], from: usize, n: usize) -> usize {
     n
 }
 
-/// One pass across rows: the lines of a view whose rows are contiguous, panel by panel.
-fn across<T: Store>(mut lines: ArrayViewMut2<T>, panel: &mut Panel, side: Side, far: u32, store: impl Fn(u32) -> T) {
-    let (n, nx) = lines.dim();
-    let mut words: Vec<Row> = vec![[0; LANES]; n];
-    for x in (0..nx).step_by(LANES) {
-        let lanes = LANES.min(nx - x);
-        for (to, from) in words.iter_mut().zip(lines.rows()) {
+/// Panels that are fetched together: a few cache lines in a row cost little more than one.
+const PANELS: usize = 4;
+
+/// Words of a few panels side by side, row by row.
+type Block = [Row; PANELS];
+
+/// One pass across rows: the lines of a view whose rows are contiguous, block by block.
+#[inline(always)]
+fn across<T: Store>(mut lines: ArrayViewMut2<T>, work: &mut Work, side: Side, far: u32, store: impl Fn(u32) -> T) {
+    let (_, nx) = lines.dim();
+    let Work { panel, block } = work;
+    for x in (0..nx).step_by(PANELS * LANES) {
+        let width = (PANELS * LANES).min(nx - x);
+        let (mut some, mut every) = ([0; PANELS], [1; PANELS]);
+        for (to, from) in block.iter_mut().zip(lines.rows()) {
             let from = from.to_slice().unwrap_or(&[]);
-            for (to, from) in to.iter_mut().zip(&from[x..x + lanes]) {
+            for (to, from) in to.as_flattened_mut().iter_mut().zip(&from[x..x + width]) {
                 *to = from.unpack();
             }
+            for (p, row) in to.iter().enumerate() {
+                some[p] |= row.iter().fold(0, |some, word| some | word) & 1;
+                every[p] &= row.iter().fold(1, |every, word| every & word);
+            }
         }
-        if side != Side::Inside {
-            envelope(&mut words, panel, 0, far);
+        for p in 0..width.div_ceil(LANES) {
+            if side != Side::Inside && every[p] == 0 {
+                envelope(block, p, panel, 0, far);
+            }
+            if side != Side::Outside && some[p] == 1 {
+                envelope(block, p, panel, 1, far);
+            }
         }
-        if side != Side::Outside {
-            envelope(&mut words, panel, 1, far);
-        }
-        for (from, mut to) in words.iter().zip(lines.rows_mut()) {
+        for (from, mut to) in block.iter().zip(lines.rows_mut()) {
             if let Some(to) = to.as_slice_mut() {
-                for (to, from) in to[x..x + lanes].iter_mut().zip(from) {
+                for (to, from) in to[x..x + width].iter_mut().zip(from.as_flattened()) {
                     *to = store(*from);
                 }
             }
@@ -254,29 +285,28 @@ fn across<T: Store>(mut lines: ArrayViewMut2<T>, panel: &mut Panel, side: Side, 
     }
 }
 
-/// Replaces the distances of one class (0 outside, 1 inside) by their lower envelopes along the lines.
-fn envelope(words: &mut [Row], panel: &mut Panel, class: u32, far: u32) {
-    let n = words.len();
-    let (mut least, mut most) = ([far; LANES], [0; LANES]);
-    for (s, row) in words.iter().enumerate() {
-        let values = row.map(|word| if word & 1 == class { word >> 1 } else { 0 });
-        for lane in 0..LANES {
-            least[lane] = if (values[lane] as i32) < least[lane] as i32 { values[lane] } else { least[lane] };
-            most[lane] |= values[lane];
+/// Replaces the distances of one class (0 outside, 1 inside) by their lower envelopes along the lines of panel `p`.
+#[inline(always)]
+fn envelope(block: &mut [Block], p: usize, panel: &mut Panel, class: u32, far: u32) {
+    let n = block.len();
+    let mut least = [far; LANES];
+    for (s, row) in block.iter().enumerate() {
+        let values = row[p].map(|word| if word & 1 == class { word >> 1 } else { 0 });
+        for (least, value) in least.iter_mut().zip(values) {
+            *least = if value < *least { value } else { *least };
         }
         panel.set(s + 1, &values);
     }
-    let nothing_near = class == 0 && least_of(&least) >= far;
-    if most == [0; LANES] || nothing_near {
+    let beyond = [if class == 1 { 0 } else { far }; LANES];
+    if least.iter().chain(&beyond).all(|&v| v >= far) {
         return;
     }
-    let beyond = [if class == 1 { 0 } else { far }; LANES];
     panel.set(0, &beyond);
     panel.set(n + 1, &beyond);
     panel.solve();
-    for (y, row) in words.iter_mut().enumerate() {
+    for (y, row) in block.iter_mut().enumerate() {
         let found = panel.value(y + 1);
-        for (word, found) in row.iter_mut().zip(found) {
+        for (word, found) in row[p].iter_mut().zip(found) {
             let found = (if found < far { found } else { far }) << 1 | class;
             *word = if *word & 1 == class { found } else { *word };
         }
