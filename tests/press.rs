@@ -149,6 +149,15 @@ fn a_hostile_name_stays_a_name_in_the_page() {
     assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
 }
 
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| page_of("bracket.stl"))
+    };
+    assert!(with(1) == with(3));
+}
+
 /// Says how long the press takes for about 100,000 corners; a figure to read (`--nocapture`), not a limit.
 #[test]
 fn the_time_of_the_press_is_said() {

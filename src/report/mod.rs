@@ -3,14 +3,19 @@
 //! A [`Report`] is plain data with a published, versioned schema; the same input gives the same bytes. What
 //! pictures need beyond it (meshes with a value at every corner, slices) is an [`Exhibit`].
 
+pub mod badge;
+pub mod baseline;
 mod chart;
 mod exhibit;
 pub mod glb;
 pub mod html;
 pub mod json;
+pub mod junit;
+pub mod markdown;
 pub mod markup;
 pub mod phrase;
 pub mod render;
+pub mod sarif;
 mod schema;
 pub mod terminal;
 
