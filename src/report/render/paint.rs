@@ -112,7 +112,7 @@ fn make_ready(corners: &[Vec3], camera: &Camera, paint: &Paint) -> Vec<Ready> {
             if dot(normal, camera.toward) < 0.0 {
                 normal = normal.map(|x| -x);
             }
-            let shade = 0.70 + 0.30 * dot(normal, lamp).max(0.0) + 0.04 * normal[2];
+            let shade = 0.74 + 0.27 * dot(normal, lamp).max(0.0) + 0.03 * normal[2];
             let p = [a, b, c].map(|p| camera.project(p));
             let values = paint.values.get(3 * f..3 * f + 3).map_or([f32::NAN; 3], |v| [v[0], v[1], v[2]]);
             let value = plane(p, filled(values));

@@ -1,6 +1,6 @@
 // Reads the report's GLB: one mesh, positions in 16 bits under a node's scale, one attribute for each map.
 
-/** Positions (mm), indices and maps of a GLB made by amcheck. */
+/** Positions (mm, and in 16-bit steps), indices and maps of a GLB made by amcheck. */
 export function readGlb(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (view.getUint32(0, true) !== 0x46546c67) throw new Error("not a GLB");
@@ -31,5 +31,5 @@ export function readGlb(bytes) {
     }
     return { ...m, values };
   });
-  return { positions, indices: Uint32Array.from(read(primitive.indices)), maps };
+  return { grid, positions, indices: Uint32Array.from(read(primitive.indices)), maps };
 }
