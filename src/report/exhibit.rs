@@ -16,6 +16,19 @@ pub struct Exhibit {
     pub slices: Vec<Slice>,
     /// Facets that were left out of the display copy; 0 unless the part is very large.
     pub facets_left_out: usize,
+    /// Further shapes that can be shown with the part: supports, trapped volumes, what no tool reaches, as printed.
+    pub layers: Vec<Layer>,
+}
+
+/// A shape that can be shown with the part.
+#[derive(Debug, Clone)]
+pub struct Layer {
+    /// A short name, such as `supports`.
+    pub name: String,
+    /// What is shown, such as `Supports, 12 cm³`.
+    pub title: String,
+    /// Three corners per facet, in the frame of the build, millimetres.
+    pub corners: Vec<Vec3>,
 }
 
 /// A scalar at every corner of the exhibit.

@@ -7,8 +7,8 @@ use amcheck::check::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witnes
 use amcheck::geometry::vector::{Vec3, add, cross, norm, scale, sub, unit};
 use amcheck::notice::Notice;
 use amcheck::report::{
-    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Slice, SurfaceMap, Tool,
-    Verdict, WorstReport,
+    CheckReport, Exhibit, GridReport, Layer, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Slice, SurfaceMap,
+    Tool, Verdict, WorstReport,
 };
 
 /// A file name that tries to break out of every format.
@@ -97,6 +97,9 @@ pub fn exhibit(resolution: f64) -> Exhibit {
     }
     s.cuboid([32.0, 5.0, 20.0], [51.0, 31.0, 23.0], resolution, 3.0, f64::NAN);
     s.tube([14.0, 18.0], [6.6, 7.43], [4.0, 26.0], resolution);
+    let mut v = Surface { corners: vec![], wall: vec![], overhang: vec![], gap: vec![] };
+    v.cuboid([44.9, 16.9, 0.9], [47.1, 19.1, 3.1], 9.0, 1.0, 1.0);
+    let void = Layer { name: "trapped".into(), title: "Trapped volume, 9.2 mm³".into(), corners: v.corners };
     let map = |check: &str, title: &str, unit: &str, limits: [Option<f64>; 2], open_end, values| SurfaceMap {
         check: check.into(),
         title: title.into(),
@@ -116,6 +119,7 @@ pub fn exhibit(resolution: f64) -> Exhibit {
         corners: s.corners,
         slices: [0, 1, 2].map(slice).into(),
         facets_left_out: 0,
+        layers: vec![void],
     }
 }
 

@@ -1,5 +1,7 @@
 // What stands over the view: cut, scale bar, the value that was clicked, the legend.
 
+import { addLayers } from "./layers.js";
+
 const sign = (unit) => ({ deg: "°", mm2: " mm²", mm3: " mm³", 1: "" })[unit] ?? " " + unit;
 const short = (x) => String(Math.round(x * 1e4) / 1e4);
 
@@ -30,7 +32,10 @@ export function makePanel(view) {
   const bar = element("div", { className: "scale" }, element("span"), element("i"));
   const value = element("p", { className: "value", role: "status" });
   value.textContent = "Click the part to read a value.";
-  view.host.append(group, bar, value);
+  const layers = element("div", { className: "layers", role: "group", ariaLabel: "Layers" });
+  layers.hidden = view.model.layers.length === 0;
+  addLayers(view, layers);
+  view.host.append(group, layers, bar, value);
   return {
     set,
     slider,

@@ -112,7 +112,7 @@ class View {
     this.controls.addEventListener("end", () => this.settle());
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
-    this.host.addEventListener("keydown", (e) => { if (e.target.type !== "range") this.key(e); });
+    this.host.addEventListener("keydown", (e) => { if (!/range|checkbox/.test(e.target.type)) this.key(e); });
     let down = null;
     this.canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; this.canvas.focus({ preventScroll: true }); });
     this.canvas.addEventListener("pointerup", (e) => {
