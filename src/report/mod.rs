@@ -19,7 +19,7 @@ pub mod sarif;
 mod schema;
 pub mod terminal;
 
-pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap};
+pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
     Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict, WorstReport,
 };
