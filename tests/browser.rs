@@ -105,6 +105,9 @@ fn the_page_is_ready_and_every_control_works() {
     for cut in said["cuts"].as_array().unwrap() {
         assert!(cut.as_f64().unwrap() < 0.97 * covered, "a cut takes nothing away: {cut} of {covered}");
     }
+    let slices = said["slices"].as_array().unwrap();
+    assert!(slices.len() == 3 && slices.iter().all(|s| (0.01..0.99).contains(&s.as_f64().unwrap())), "{slices:?}");
+    assert_eq!(said["layers"], serde_json::json!([true]), "a layer is shown and nothing changes");
     assert_eq!(said["flight"]["to"], said["asked"], "the flight ends elsewhere");
     assert_eq!(said["hash"], "#trapped-volume-1");
     for yes in ["turned", "zoomed"] {

@@ -149,6 +149,15 @@ fn a_hostile_name_stays_a_name_in_the_page() {
     assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
 }
 
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| page_of("bracket.stl"))
+    };
+    assert!(with(1) == with(3));
+}
+
 /// Says how long the press takes for about 100,000 corners; a figure to read (`--nocapture`), not a limit.
 #[test]
 fn the_time_of_the_press_is_said() {
@@ -159,4 +168,33 @@ fn the_time_of_the_press_is_said() {
     let page = html::page(&report, &exhibit, &pictures);
     let printed = start.elapsed() - drawn;
     println!("{} corners: pictures {drawn:.0?}, page {printed:.0?}, {} bytes", exhibit.corners.len(), page.len());
+}
+
+/// Exhibits that no careful pipeline makes: the press says what it can and never panics or hangs.
+#[test]
+fn broken_exhibits_do_no_harm() {
+    let nan = f64::NAN;
+    let strange: [&dyn Fn(&mut amcheck::report::Exhibit); 8] = [
+        &|e| e.corners[5] = [nan, 0.0, f64::INFINITY],
+        &|e| e.corners.iter_mut().for_each(|p| *p = [nan; 3]),
+        &|e| e.corners.iter_mut().for_each(|p| *p = p.map(|x| x * 1e12)),
+        &|e| e.corners.truncate(7),
+        &|e| e.maps.iter_mut().for_each(|m| m.values.truncate(4)),
+        &|e| e.maps.iter_mut().for_each(|m| (m.fail, m.warn, m.open_end) = (Some(nan), Some(-1.0), nan)),
+        &|e| e.maps.iter_mut().for_each(|m| m.values.iter_mut().for_each(|v| *v = f32::INFINITY)),
+        &|e| e.slices.iter_mut().for_each(|s| (s.width, s.height, s.spacing_mm, s.axis) = (0, 9, 0.0, 7)),
+    ];
+    for (i, spoil) in strange.iter().enumerate() {
+        let mut exhibit = sample::exhibit(9.0);
+        spoil(&mut exhibit);
+        let mut report = sample::report("bracket.stl");
+        if i == 0 {
+            let f = &mut report.checks[2].findings[0];
+            (f.value, f.low, f.high, f.at_mm, f.box_mm) = (nan, nan, f64::INFINITY, [nan; 3], [[nan; 3]; 2]);
+        }
+        let pictures = render::pictures(&report, &exhibit);
+        let page = html::page(&report, &exhibit, &pictures);
+        assert!(!pictures.is_empty() && page.ends_with("</html>\n"), "{i}");
+        assert!(terminal::summary(&report, &outputs(), Palette::Plain).lines().count() <= 30, "{i}");
+    }
 }

@@ -22,6 +22,8 @@ const FAINT: RGBColor = RGBColor(88, 99, 112);
 const TRACK: RGBColor = RGBColor(214, 220, 226);
 const FAIL: RGBColor = RGBColor(226, 109, 135);
 const WARN: RGBColor = RGBColor(246, 205, 98);
+/// Ground of the page's cards, behind words that would cross a line.
+const PAPER: RGBColor = RGBColor(254, 254, 254);
 const GOOD: RGBColor = RGBColor(150, 177, 197);
 
 /// What a gauge shows.
@@ -116,7 +118,7 @@ pub fn histogram(map: &SurfaceMap, corners: &[Vec3]) -> Markup {
     let scale = Scale::of(map);
     let shares = shares(map, corners, &scale);
     let label = format!("Histogram of {}: share of the measured surface", map.title.to_lowercase());
-    svg(760, 260, &label, |area| draw_histogram(area, map, &scale, &shares))
+    svg(560, 250, &label, |area| draw_histogram(area, map, &scale, &shares))
 }
 
 /// Number of bars.
@@ -155,7 +157,7 @@ fn draw_histogram(
         .configure_mesh()
         .disable_x_mesh()
         .y_labels(4)
-        .x_labels(8)
+        .x_labels(7)
         .light_line_style(TRANSPARENT)
         .bold_line_style(TRACK)
         .axis_style(FAINT)
@@ -186,16 +188,39 @@ fn draw_histogram(
         })
     });
     chart.draw_series(bars).map_err(quiet)?;
-    for (limit, word, height) in [(scale.fail, "must", 0.99), (scale.warn, "should", 0.89)] {
-        if let Some(l) = limit.filter(|l| *l > scale.low && *l < scale.high) {
-            chart.draw_series([PathElement::new([(l, 0.0), (l, top)], INK.stroke_width(2))]).map_err(quiet)?;
-            let words = format!("{word} {} {}", phrase::relation(map.sense), short(l));
-            let style = TextStyle::from((FONT, 17).into_font()).color(&INK);
-            let offset = (scale.high - scale.low) * 0.008;
-            chart.draw_series([Text::new(words, (l + offset, top * height), style)]).map_err(quiet)?;
+    let mut limits: Vec<(f64, &str)> = [(scale.fail, "must"), (scale.warn, "should")]
+        .into_iter()
+        .filter_map(|(limit, word)| limit.filter(|l| *l > scale.low && *l < scale.high).map(|l| (l, word)))
+        .collect();
+    limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let lines = limits.iter().map(|(l, _)| PathElement::new([(*l, 0.0), (*l, top)], INK.stroke_width(2)));
+    chart.draw_series(lines).map_err(quiet)?;
+    for (i, (l, word)) in limits.iter().enumerate() {
+        // The last limit has its words on its right. One before it has them on its left, or, where there is no room,
+        // lower on its right over the other line.
+        let last = i + 1 == limits.len();
+        let room = share(*l, scale) >= 0.25;
+        let (side, offset, at) = match (last, room) {
+            (true, _) => (HPos::Left, 0.012, 0.985),
+            (false, true) => (HPos::Right, -0.012, 0.985),
+            (false, false) => (HPos::Left, 0.012, 0.88),
+        };
+        let words = format!("{word} {} {}", phrase::relation(map.sense), short(*l));
+        let x = l + offset * (scale.high - scale.low);
+        if !last && !room {
+            let width = 0.021 * words.chars().count() as f64 * (scale.high - scale.low);
+            let ground = Rectangle::new([(x, top * (at + 0.01)), (x + width, top * (at - 0.085))], PAPER.filled());
+            chart.draw_series([ground]).map_err(quiet)?;
         }
+        let style = TextStyle::from((FONT, 16).into_font()).color(&INK).pos(Pos::new(side, VPos::Top));
+        chart.draw_series([Text::new(words, (x, top * at), style)]).map_err(quiet)?;
     }
     Ok(())
+}
+
+/// Where a value stands between the ends of a scale, 0 to 1.
+fn share(value: f64, scale: &Scale) -> f64 {
+    (value - scale.low) / (scale.high - scale.low)
 }
 
 /// Runs a drawing on an SVG of a size and makes it part of a page; nothing where plotters fails.

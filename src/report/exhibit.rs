@@ -2,6 +2,7 @@
 
 use crate::check::Sense;
 use crate::geometry::vector::Vec3;
+use crate::grid::Grid;
 
 /// The part for display: corners are not shared, three per facet, so that a map may differ across an edge.
 ///
@@ -16,6 +17,29 @@ pub struct Exhibit {
     pub slices: Vec<Slice>,
     /// Facets that were left out of the display copy; 0 unless the part is very large.
     pub facets_left_out: usize,
+    /// Further shapes that can be shown with the part: supports, trapped volumes, what no tool reaches, as printed.
+    pub layers: Vec<Layer>,
+    /// The part's density, coarse enough for a page: about 128 samples along the longest side.
+    pub volume: Option<Volume>,
+}
+
+/// Solid fractions on a grid in the frame of the build.
+#[derive(Debug, Clone)]
+pub struct Volume {
+    pub grid: Grid,
+    /// 0 is empty, 255 solid; x fastest, then y, then z.
+    pub density: Vec<u8>,
+}
+
+/// A shape that can be shown with the part.
+#[derive(Debug, Clone)]
+pub struct Layer {
+    /// A short name, such as `supports`.
+    pub name: String,
+    /// What is shown, such as `Supports, 12 cm³`.
+    pub title: String,
+    /// Three corners per facet, in the frame of the build, millimetres.
+    pub corners: Vec<Vec3>,
 }
 
 /// A scalar at every corner of the exhibit.

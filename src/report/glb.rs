@@ -19,9 +19,17 @@ pub const MAPS: usize = 9;
 /// A vertex: three coordinates, then one code for each map.
 type Vertex = [u16; 3 + MAPS];
 
+/// Least corner and sides of the box that positions are steps of.
+#[derive(Clone, Copy)]
+struct Frame {
+    low: Vec3,
+    side: Vec3,
+}
+
 /// The exhibit as GLB bytes, corners that agree in place and in every map joined.
 ///
-/// The mesh is in millimetres with z up; the scene's root turns it to glTF's metres with y up.
+/// The first mesh is the part, the others are its layers. Meshes are in millimetres with z up; the scene's root turns
+/// them to glTF's metres with y up.
 ///
 /// # Cost
 /// O(corners), one hash look-up each.
@@ -30,65 +38,97 @@ type Vertex = [u16; 3 + MAPS];
 /// The first nine maps are written. A side of 250 mm has steps of 0.004 mm.
 pub fn write(exhibit: &Exhibit) -> Vec<u8> {
     let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
-    let (low, high) = bounds(exhibit.corners.iter().copied()).unwrap_or(([0.0; 3], [1.0; 3]));
-    let side = [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9));
-    let (vertices, indices) = joined(exhibit, &maps, low, side);
-    let mut bin = Vec::with_capacity(vertices.len() * (8 + 4 * maps.len()) + indices.len() * 4);
-    let mut views: Vec<Value> = Vec::new();
-    let mut accessors: Vec<Value> = Vec::new();
-    let mut attributes = serde_json::Map::new();
-    let start = bin.len();
-    vertices.iter().for_each(|v| put(&mut bin, &[v[0], v[1], v[2], 0]));
-    let least = [0, 1, 2].map(|a| vertices.iter().map(|v| v[a]).min().unwrap_or(0));
-    let most = [0, 1, 2].map(|a| vertices.iter().map(|v| v[a]).max().unwrap_or(0));
-    views.push(view(start, bin.len(), Some(8)));
-    accessors.push(json!({"bufferView": 0, "componentType": 5123, "normalized": true, "count": vertices.len(),
-        "type": "VEC3", "min": least, "max": most}));
-    attributes.insert("POSITION".into(), json!(0));
-    let mut extras = Vec::new();
-    for (k, (map, scale)) in maps.iter().enumerate() {
-        let start = bin.len();
-        vertices.iter().for_each(|v| put(&mut bin, &[v[3 + k], 0]));
-        views.push(view(start, bin.len(), Some(4)));
-        accessors.push(json!({"bufferView": k + 1, "componentType": 5123, "count": vertices.len(), "type": "SCALAR"}));
-        let name = attribute(&map.check);
-        attributes.insert(name.clone(), json!(k + 1));
-        extras.push(described(map, scale, &name));
+    let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
+    let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
+    let frame = Frame { low, side: [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)) };
+    let mut to = Builder::default();
+    let part = to.primitive(&exhibit.corners, &maps, frame, 0);
+    let described: Vec<Value> = maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
+    let mut meshes = vec![json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "maps": described}})];
+    for layer in exhibit.layers.iter().filter(|l| l.corners.len() >= 3) {
+        let shape = to.primitive(&layer.corners, &[], frame, 1);
+        meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
     }
-    let start = bin.len();
-    indices.iter().for_each(|i| bin.extend(i.to_le_bytes()));
-    views.push(view(start, bin.len(), None));
-    accessors
-        .push(json!({"bufferView": views.len() - 1, "componentType": 5125, "count": indices.len(), "type": "SCALAR"}));
+    let mut nodes: Vec<Value> =
+        (0..meshes.len()).map(|m| json!({"mesh": m, "translation": frame.low, "scale": frame.side})).collect();
     let half = std::f64::consts::FRAC_1_SQRT_2;
+    let children: Vec<usize> = (0..nodes.len()).collect();
+    nodes.push(json!({"children": children, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001]}));
+    let material = |colour: [f64; 4], mode: &str| json!({"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.8}});
     let document = json!({
         "asset": {"version": "2.0", "generator": "amcheck"},
         "extensionsUsed": ["KHR_mesh_quantization"],
         "extensionsRequired": ["KHR_mesh_quantization"],
         "scene": 0,
-        "scenes": [{"nodes": [1]}],
-        "nodes": [
-            {"mesh": 0, "translation": low, "scale": side},
-            {"children": [0], "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001]}
-        ],
-        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.7, 0.76, 0.81, 1.0], "metallicFactor": 0.0,
-            "roughnessFactor": 0.8}}],
-        "meshes": [{"primitives": [{"attributes": attributes, "indices": accessors.len() - 1, "material": 0}],
-            "extras": {"unmeasured": UNMEASURED, "maps": extras}}],
-        "buffers": [{"byteLength": bin.len()}],
-        "bufferViews": views,
-        "accessors": accessors,
+        "scenes": [{"nodes": [nodes.len() - 1]}],
+        "nodes": nodes,
+        "materials": [material([0.7, 0.76, 0.81, 1.0], "OPAQUE"), material([0.3, 0.35, 0.8, 0.5], "BLEND")],
+        "meshes": meshes,
+        "buffers": [{"byteLength": to.bin.len()}],
+        "bufferViews": to.views,
+        "accessors": to.accessors,
     });
-    packed(document.to_string().into_bytes(), bin)
+    packed(document.to_string().into_bytes(), to.bin)
+}
+
+/// The binary chunk in the making, and what describes it.
+#[derive(Default)]
+struct Builder {
+    bin: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Builder {
+    /// Writes facets and their maps; returns the primitive that draws them.
+    fn primitive(&mut self, corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame, material: usize) -> Value {
+        let (vertices, indices) = joined(corners, maps, frame);
+        let mut attributes = serde_json::Map::new();
+        let start = self.bin.len();
+        vertices.iter().for_each(|v| put(&mut self.bin, &[v[0], v[1], v[2], 0]));
+        let least = [0, 1, 2].map(|a| vertices.iter().map(|v| v[a]).min().unwrap_or(0));
+        let most = [0, 1, 2].map(|a| vertices.iter().map(|v| v[a]).max().unwrap_or(0));
+        let position = self.accessor(
+            start,
+            Some(8),
+            json!({"componentType": 5123, "normalized": true,
+            "count": vertices.len(), "type": "VEC3", "min": least, "max": most}),
+        );
+        attributes.insert("POSITION".into(), json!(position));
+        for (k, (map, _)) in maps.iter().enumerate() {
+            let start = self.bin.len();
+            vertices.iter().for_each(|v| put(&mut self.bin, &[v[3 + k], 0]));
+            let scalar = json!({"componentType": 5123, "count": vertices.len(), "type": "SCALAR"});
+            attributes.insert(attribute(&map.check), json!(self.accessor(start, Some(4), scalar)));
+        }
+        let start = self.bin.len();
+        indices.iter().for_each(|i| self.bin.extend(i.to_le_bytes()));
+        let order =
+            self.accessor(start, None, json!({"componentType": 5125, "count": indices.len(), "type": "SCALAR"}));
+        json!({"attributes": attributes, "indices": order, "material": material})
+    }
+
+    /// Describes what was written since `start`: vertices have a stride, indices none. Returns the accessor.
+    fn accessor(&mut self, start: usize, stride: Option<usize>, mut accessor: Value) -> usize {
+        let mut view = json!({"buffer": 0, "byteOffset": start, "byteLength": self.bin.len() - start,
+            "target": if stride.is_some() { 34962 } else { 34963 }});
+        if let Some(stride) = stride {
+            view["byteStride"] = json!(stride);
+        }
+        accessor["bufferView"] = json!(self.views.len());
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
 }
 
 /// Vertices in the order of first use, and the triangles that use them; triangles without extent are left out.
-fn joined(exhibit: &Exhibit, maps: &[(&SurfaceMap, Scale)], low: Vec3, side: Vec3) -> (Vec<Vertex>, Vec<u32>) {
+fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], Frame { low, side }: Frame) -> (Vec<Vertex>, Vec<u32>) {
     let mut known: FxHashMap<Vertex, u32> = FxHashMap::default();
-    let (mut vertices, mut indices) = (Vec::new(), Vec::with_capacity(exhibit.corners.len()));
-    for (f, corners) in exhibit.corners.chunks_exact(3).enumerate() {
+    let (mut vertices, mut indices) = (Vec::new(), Vec::with_capacity(corners.len()));
+    for (f, facet) in corners.chunks_exact(3).enumerate() {
         let mut triangle = [0u32; 3];
-        for (k, p) in corners.iter().enumerate() {
+        for (k, p) in facet.iter().enumerate() {
             let mut vertex: Vertex = [0; 3 + MAPS];
             for a in 0..3 {
                 vertex[a] = ((p[a] - low[a]) / side[a] * 65535.0).round().clamp(0.0, 65535.0) as u16;
@@ -133,16 +173,6 @@ fn described(map: &SurfaceMap, scale: &Scale, name: &str) -> Value {
 
 fn put(bin: &mut Vec<u8>, words: &[u16]) {
     words.iter().for_each(|w| bin.extend(w.to_le_bytes()));
-}
-
-/// A stretch of the buffer: vertices have a stride, indices none.
-fn view(from: usize, to: usize, stride: Option<usize>) -> Value {
-    match stride {
-        Some(stride) => {
-            json!({"buffer": 0, "byteOffset": from, "byteLength": to - from, "byteStride": stride, "target": 34962})
-        }
-        None => json!({"buffer": 0, "byteOffset": from, "byteLength": to - from, "target": 34963}),
-    }
 }
 
 /// Header and the two chunks, each padded to four bytes.

@@ -3,19 +3,24 @@
 //! A [`Report`] is plain data with a published, versioned schema; the same input gives the same bytes. What
 //! pictures need beyond it (meshes with a value at every corner, slices) is an [`Exhibit`].
 
+pub mod badge;
+pub mod baseline;
 mod chart;
 mod exhibit;
 pub mod glb;
 pub mod html;
 pub mod json;
+pub mod junit;
+pub mod markdown;
 pub mod markup;
 pub mod mount;
 pub mod phrase;
 pub mod render;
+pub mod sarif;
 mod schema;
 pub mod terminal;
 
-pub use exhibit::{Exhibit, Slice, SurfaceMap};
+pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
     Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict, WorstReport,
 };

@@ -33,7 +33,7 @@ pub struct Outputs {
 
 impl Palette {
     /// The text in the colour of a state.
-    fn state(self, state: State, text: &str) -> String {
+    pub(super) fn state(self, state: State, text: &str) -> String {
         let code = match state {
             State::Fail | State::Error => "1;31",
             State::Warn => "33",

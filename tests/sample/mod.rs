@@ -5,11 +5,13 @@
 
 use amcheck::check::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use amcheck::geometry::vector::{Vec3, add, cross, norm, scale, sub, unit};
+use amcheck::grid::Grid;
 use amcheck::notice::Notice;
 use amcheck::report::{
-    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Slice, SurfaceMap, Tool,
-    Verdict, WorstReport,
+    CheckReport, Exhibit, GridReport, Layer, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Slice, SurfaceMap,
+    Tool, Verdict, Volume, WorstReport,
 };
+use amcheck::units::Length;
 
 /// A file name that tries to break out of every format.
 pub const HOSTILE: &str = "</script><img src=x>.stl";
@@ -97,6 +99,9 @@ pub fn exhibit(resolution: f64) -> Exhibit {
     }
     s.cuboid([32.0, 5.0, 20.0], [51.0, 31.0, 23.0], resolution, 3.0, f64::NAN);
     s.tube([14.0, 18.0], [6.6, 7.43], [4.0, 26.0], resolution);
+    let mut v = Surface { corners: vec![], wall: vec![], overhang: vec![], gap: vec![] };
+    v.cuboid([44.9, 16.9, 0.9], [47.1, 19.1, 3.1], 9.0, 1.0, 1.0);
+    let void = Layer { name: "trapped".into(), title: "Trapped volume, 9.2 mm³".into(), corners: v.corners };
     let map = |check: &str, title: &str, unit: &str, limits: [Option<f64>; 2], open_end, values| SurfaceMap {
         check: check.into(),
         title: title.into(),
@@ -116,6 +121,8 @@ pub fn exhibit(resolution: f64) -> Exhibit {
         corners: s.corners,
         slices: [0, 1, 2].map(slice).into(),
         facets_left_out: 0,
+        layers: vec![void],
+        volume: Some(volume()),
     }
 }
 
@@ -130,6 +137,14 @@ fn inside(p: Vec3) -> bool {
             || fins
             || within([32.0, 5.0, 20.0], [51.0, 31.0, 23.0])
             || (p[2] >= 4.0 && p[2] <= 26.0 && (6.6..=7.43).contains(&r)))
+}
+
+/// The bracket's density at 0.5 mm.
+fn volume() -> Volume {
+    let (lo, hi) = ([0.0; 3], [56.0, 36.0, 26.0]);
+    let grid = Grid::covering(lo, hi, Length::mm(0.5), 1, [0.0; 3]).unwrap();
+    let density = (0..grid.samples()).map(|o| if inside(grid.position(grid.index(o))) { 255 } else { 0 }).collect();
+    Volume { grid, density }
 }
 
 /// The slice through the worst finding across an axis, sampled at 0.15 mm.

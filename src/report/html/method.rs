@@ -176,7 +176,7 @@ pub fn json(c: &Context) -> Markup {
     // Escaped as JSON, so that the text is the same for a parser and for HTML.
     let text = Markup::made(json::inside_html(&json::write(c.report)));
     markup!(
-        "<section aria-label=\"Data\"><details class=\"fold\"><summary>The whole report as JSON ({})</summary><pre id=\"report-json\" tabindex=\"0\">{}</pre></details></section>\n",
+        "<section class=\"data\" aria-label=\"Data\"><details class=\"fold\"><summary>The whole report as JSON ({})</summary><pre id=\"report-json\" tabindex=\"0\">{}</pre></details></section>\n",
         c.report.schema,
         text
     )

@@ -8,6 +8,7 @@ mod method;
 mod stage;
 mod verdict;
 mod viewer;
+mod volume;
 
 use super::exhibit::Exhibit;
 use super::markup::{Markup, markup};
@@ -76,6 +77,7 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         stage::stage(&context),
         cards::section(&context),
         method::slices(&context),
+        volume::panel(&context),
         method::histograms(&context),
         method::health(&context),
         method::method(&context),
@@ -84,7 +86,11 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         Markup::raw("</main>\n"),
         footer(report),
         viewer::data(&context),
-        markup!("<script>\n{}</script>\n</body>\n</html>\n", Markup::raw(include_str!("page.js"))),
+        markup!(
+            "<script>\n{}{}</script>\n</body>\n</html>\n",
+            Markup::raw(include_str!("page.js")),
+            Markup::raw(include_str!("slices.js"))
+        ),
     ];
     Markup::all([head, style].into_iter().chain(body)).into_string()
 }

@@ -19,6 +19,7 @@
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Uint8Array(await new Response(stream).arrayBuffer());
   };
+  globalThis.amcheck = { inflate };
   const host = document.getElementById("viewer");
   const without = (why) => {
     host.hidden = true;
@@ -46,6 +47,7 @@
       if (asked === "#selftest") {
         const said = Object.assign(document.createElement("pre"), { id: "selftest", hidden: true });
         const result = view.selfTest();
+        result.slices = (await amcheck.slices?.()) ?? null;
         said.textContent = JSON.stringify({ ...result, errors });
         document.body.append(said);
       }

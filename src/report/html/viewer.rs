@@ -41,7 +41,7 @@ pub fn data(c: &Context) -> Markup {
 }
 
 /// Bytes as a gzip file without time or name.
-fn zipped(bytes: &[u8]) -> Vec<u8> {
+pub fn zipped(bytes: &[u8]) -> Vec<u8> {
     let mut to = GzBuilder::new().mtime(0).write(Vec::new(), Compression::new(6));
     // Writing to memory cannot fail.
     let _ = to.write_all(bytes);

@@ -125,7 +125,7 @@ impl Scale {
         let share = |from: f64, to: f64| if (to - from).abs() > 1e-12 { (v - from) / (to - from) } else { 0.0 };
         match zone {
             Zone::Fail => ramp(
-                &[[122, 4, 40], [180, 24, 40], [222, 74, 30], [240, 124, 36]],
+                &[[140, 8, 44], [186, 26, 42], [222, 74, 30], [240, 124, 36]],
                 share(bad, self.fail.unwrap_or(good)),
             ),
             Zone::Warn => {

@@ -7,7 +7,7 @@
 mod camera;
 mod canvas;
 pub mod colour;
-mod lettering;
+pub(super) mod lettering;
 mod paint;
 mod pin;
 mod png;

@@ -51,20 +51,23 @@ pub fn paint(canvas: &mut Canvas, raster: &Raster, corners: &[Vec3], camera: &Ca
     let mut ink = [vec![false; w], vec![false; w]];
     colour_row(&mut rows[0], 0, raster, &ready, paint);
     for y in 0..h / SAMPLES {
+        let top = y * SAMPLES;
+        let columns = (top.saturating_sub(1)..=top + SAMPLES).map(|j| raster.covered(j)).filter(|c| !c.is_empty());
+        let columns = columns.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or(0..0);
         for (k, inked) in ink.iter_mut().enumerate() {
-            let j = y * SAMPLES + k;
+            let j = top + k;
             let [first, second, third] = &mut rows;
             let (here, below) = if k == 0 { (first, second) } else { (second, third) };
             if j + 1 < h {
                 colour_row(below, j + 1, raster, &ready, paint);
             }
-            for (i, mark) in inked.iter_mut().enumerate() {
-                *mark = (i + 1 < w && edge(raster, &ready, here, here, j * w + i, (i, i + 1), 0))
+            for i in columns.clone() {
+                inked[i] = (i + 1 < w && edge(raster, &ready, here, here, j * w + i, (i, i + 1), 0))
                     || (j + 1 < h && edge(raster, &ready, here, below, j * w + i, (i, i), 1));
             }
         }
         let [first, second, third] = &mut rows;
-        for x in 0..w / SAMPLES {
+        for x in columns.start / SAMPLES..columns.end.div_ceil(SAMPLES).min(w / SAMPLES) {
             let pixel = mean(
                 canvas.at(x, y),
                 [&first[2 * x..2 * x + 2], &second[2 * x..2 * x + 2]],
@@ -74,6 +77,7 @@ pub fn paint(canvas: &mut Canvas, raster: &Raster, corners: &[Vec3], camera: &Ca
                 canvas.set(x, y, pixel);
             }
         }
+        ink.iter_mut().for_each(|row| row[columns.clone()].fill(false));
         std::mem::swap(first, third);
     }
 }
@@ -108,7 +112,7 @@ fn make_ready(corners: &[Vec3], camera: &Camera, paint: &Paint) -> Vec<Ready> {
             if dot(normal, camera.toward) < 0.0 {
                 normal = normal.map(|x| -x);
             }
-            let shade = 0.70 + 0.30 * dot(normal, lamp).max(0.0) + 0.04 * normal[2];
+            let shade = 0.74 + 0.27 * dot(normal, lamp).max(0.0) + 0.03 * normal[2];
             let p = [a, b, c].map(|p| camera.project(p));
             let values = paint.values.get(3 * f..3 * f + 3).map_or([f32::NAN; 3], |v| [v[0], v[1], v[2]]);
             let value = plane(p, filled(values));

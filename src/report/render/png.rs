@@ -119,7 +119,7 @@ fn widest(boxes: &[Vec<Counted>]) -> Option<(usize, usize)> {
         for channel in 0..3 {
             let means = members.iter().map(|k| k.mean(channel));
             let (least, most) = means.fold((u64::MAX, 0), |(a, b), m| (a.min(m), b.max(m)));
-            let score = (most - least) as f64 * (count as f64).powf(0.35);
+            let score = (most - least) as f64 * (count as f64).powf(0.22);
             if best.is_none_or(|b| score > b.0) {
                 best = Some((score, at, channel));
             }

@@ -13,6 +13,8 @@ pub struct Raster {
     pub facet: Vec<u32>,
     /// In samples, growing towards the eye.
     pub depth: Vec<f32>,
+    /// For each row the first covered column and the one after the last.
+    covered: Vec<[usize; 2]>,
 }
 
 /// Which facets can be seen.
@@ -33,12 +35,25 @@ impl Raster {
     /// # Cost
     /// O(facets + covered samples).
     pub fn new(corners: &[Vec3], camera: &Camera, width: usize, height: usize, faces: Faces) -> Self {
-        let mut raster =
-            Raster { width, height, facet: vec![NOTHING; width * height], depth: vec![f32::MIN; width * height] };
+        let mut raster = Raster {
+            width,
+            height,
+            facet: vec![NOTHING; width * height],
+            depth: vec![f32::MIN; width * height],
+            covered: vec![[usize::MAX, 0]; height],
+        };
         for (f, c) in corners.chunks_exact(3).enumerate() {
             raster.throw(f as u32, [camera.project(c[0]), camera.project(c[1]), camera.project(c[2])], faces);
         }
         raster
+    }
+
+    /// The columns of a row that may be covered, one more on each side; empty for a row without facets.
+    pub fn covered(&self, row: usize) -> std::ops::Range<usize> {
+        match self.covered.get(row) {
+            Some(&[from, to]) if from < to => from.saturating_sub(1)..(to + 1).min(self.width),
+            _ => 0..0,
+        }
     }
 
     /// One facet by its projected corners.
@@ -79,6 +94,9 @@ impl Raster {
             }
             let (i0, i1) = ((from - 0.5).ceil() as usize, (to - 0.5).floor() as usize);
             let z0 = a[2] + dx * (i0 as f64 + 0.5 - a[0]) + dy * (y - a[1]);
+            if let Some([first, last]) = self.covered.get_mut(j) {
+                (*first, *last) = ((*first).min(i0), (*last).max(i1 + 1));
+            }
             self.span(j * self.width + i0, (i1 + 1).saturating_sub(i0), f, z0, dx);
         }
     }

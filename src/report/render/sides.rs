@@ -41,7 +41,7 @@ impl Sides {
         let mut best: Option<(f64, Camera)> = None;
         for (order, ((camera, raster), count)) in self.seen.iter().zip(counts).enumerate() {
             let shown = place.is_some_and(|p| !hidden(raster, camera, p, skin_mm));
-            let score = count as f64 / most + if shown { 0.6 } else { 0.0 } - 0.03 * order as f64;
+            let score = count as f64 / most + if shown { 0.6 } else { 0.0 } - 0.05 * order as f64;
             if best.is_none_or(|b| score > b.0) {
                 best = Some((score, *camera));
             }

@@ -96,7 +96,7 @@ impl<'a> Scene<'a> {
             Some(m) => (m.check.clone(), self.alt(m)),
             None => ("part".into(), "The part, unpainted.".into()),
         };
-        Picture { name, png: png::encode(&canvas, 128), alt }
+        Picture { name, png: png::encode(&canvas, 200), alt }
     }
 
     /// What a view shows, in words.

@@ -1,6 +1,6 @@
-// Reads the report's GLB: one mesh, positions in 16 bits under a node's scale, one attribute for each map.
+// Reads the report's GLB: the part, positions in 16 bits under a node's scale, one attribute for each map; its layers.
 
-/** Positions (mm), indices and maps of a GLB made by amcheck. */
+/** Positions (mm, and in 16-bit steps), indices, maps and layers of a GLB made by amcheck. */
 export function readGlb(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   if (view.getUint32(0, true) !== 0x46546c67) throw new Error("not a GLB");
@@ -19,17 +19,20 @@ export function readGlb(bytes) {
     for (let i = 0; i < a.count; i++) for (let k = 0; k < width; k++) out[i * width + k] = all[i * step + k];
     return out;
   };
-  const primitive = json.meshes[0].primitives[0], node = json.nodes[0];
-  const grid = read(primitive.attributes.POSITION);
-  const positions = new Float32Array(grid.length);
-  for (let i = 0; i < grid.length; i++) positions[i] = (grid[i] / 65535) * node.scale[i % 3] + node.translation[i % 3];
-  const maps = json.meshes[0].extras.maps.map((m) => {
-    const codes = read(primitive.attributes[m.attribute]);
+  const node = json.nodes[0];
+  const mesh = ({ primitives: [primitive] }) => {
+    const grid = read(primitive.attributes.POSITION), positions = new Float32Array(grid.length);
+    for (let i = 0; i < grid.length; i++) positions[i] = (grid[i] / 65535) * node.scale[i % 3] + node.translation[i % 3];
+    return { grid, positions, indices: Uint32Array.from(read(primitive.indices)) };
+  };
+  const [part, ...others] = json.meshes;
+  const maps = part.extras.maps.map((m) => {
+    const codes = read(part.primitives[0].attributes[m.attribute]);
     const values = new Float32Array(codes.length);
     for (let i = 0; i < codes.length; i++) {
       values[i] = codes[i] === 65535 ? NaN : m.low + (codes[i] / 65534) * (m.high - m.low);
     }
     return { ...m, values };
   });
-  return { positions, indices: Uint32Array.from(read(primitive.indices)), maps };
+  return { ...mesh(part), maps, layers: others.map((o) => ({ title: o.extras.title, ...mesh(o) })) };
 }

@@ -1,5 +1,7 @@
 // What stands over the view: cut, scale bar, the value that was clicked, the legend.
 
+import { addLayers } from "./layers.js";
+
 const sign = (unit) => ({ deg: "°", mm2: " mm²", mm3: " mm³", 1: "" })[unit] ?? " " + unit;
 const short = (x) => String(Math.round(x * 1e4) / 1e4);
 
@@ -30,7 +32,10 @@ export function makePanel(view) {
   const bar = element("div", { className: "scale" }, element("span"), element("i"));
   const value = element("p", { className: "value", role: "status" });
   value.textContent = "Click the part to read a value.";
-  view.host.append(group, bar, value);
+  const layers = element("div", { className: "layers", role: "group", ariaLabel: "Layers" });
+  layers.hidden = view.model.layers.length === 0;
+  addLayers(view, layers);
+  view.host.append(group, layers, bar, value);
   return {
     set,
     slider,
@@ -72,6 +77,12 @@ export function makeLegend(view) {
     const stops = gradient(map, across).map(([c, at]) => `${c} ${at}%`).join(",");
     const bar = element("div", { className: "bar" });
     bar.style.background = `linear-gradient(90deg,${stops})`;
+    if (map.fail != null) {
+      const hatch = element("u");
+      const at = across(map.fail);
+      Object.assign(hatch.style, map.sense === "max" ? { left: at + "%", right: 0 } : { left: 0, width: at + "%" });
+      bar.append(hatch);
+    }
     for (const [, l] of limits) {
       const tick = element("i");
       tick.style.left = across(l) + "%";
@@ -86,7 +97,7 @@ export function makeLegend(view) {
 
 /** Colours and places of the bar, from low to high. */
 function gradient(map, across) {
-  const FAIL = ["#7a0428", "#b41828", "#de4a1e", "#f07c24"], WARN = ["#f7c434", "#fbe074"], GOOD = ["#acc0cf", "#dee7ed"];
+  const FAIL = ["#8c082c", "#ba1a2a", "#de4a1e", "#f07c24"], WARN = ["#f7c434", "#fbe074"], GOOD = ["#acc0cf", "#dee7ed"];
   const max = map.sense === "max";
   const cuts = [map.fail, map.warn].filter((l) => l != null).map(across).sort((a, b) => a - b);
   const kinds = [];

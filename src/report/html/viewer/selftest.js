@@ -33,6 +33,13 @@ export function selfTest(view) {
   out.keyMap = view.map;
   out.cuts = [0, 1, 2].map((axis) => { view.panel.set(axis); return look(view).covered; });
   view.panel.set(-1);
+  out.layers = [...view.host.querySelectorAll(".layers input")].map((box) => {
+    const colour = look(view).colour;
+    box.click();
+    const changed = look(view).colour.some((c, i) => c !== colour[i]);
+    box.click();
+    return changed;
+  });
   const before = view.camera.position.clone();
   key("ArrowLeft");
   out.turned = before.distanceTo(view.camera.position) > 1e-6;

@@ -48,7 +48,7 @@ void main() {
   float dark = 1.0;
   if (known > 0.34) {
     if (hasFail && (x - fail) * sense < -tie) {
-      base = through(rgb(122.0, 4.0, 40.0), rgb(180.0, 24.0, 40.0), rgb(222.0, 74.0, 30.0), rgb(240.0, 124.0, 36.0), share(x, bad, fail));
+      base = through(rgb(140.0, 8.0, 44.0), rgb(186.0, 26.0, 42.0), rgb(222.0, 74.0, 30.0), rgb(240.0, 124.0, 36.0), share(x, bad, fail));
       if (mod(px.x - px.y, 7.0) < 2.0) dark = 0.62;
     } else if (hasWarn && (x - warn) * sense < -tie) {
       base = mix(rgb(247.0, 196.0, 52.0), rgb(251.0, 224.0, 116.0), clamp(share(x, hasFail ? fail : bad, warn), 0.0, 1.0));
@@ -60,7 +60,25 @@ void main() {
     bool line = (hasFail && abs(x - fail) < w) || (hasWarn && abs(x - warn) < w);
     if (line && w > 1e-7) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
   }
-  float light = 0.70 + 0.30 * max(dot(n, lamp), 0.0) + 0.04 * n.z;
+  float light = 0.74 + 0.27 * max(dot(n, lamp), 0.0) + 0.03 * n.z;
   if (!gl_FrontFacing) light *= 0.8;
   colour = vec4(base * light * dark, 1.0);
+}`;
+
+export const LINES = `
+uniform vec4 plane;
+out float beyond;
+void main() {
+  beyond = dot(plane.xyz, position) + plane.w;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  gl_Position.z -= 2e-4 * gl_Position.w;
+}`;
+
+export const INK = `
+precision highp float;
+in float beyond;
+out vec4 colour;
+void main() {
+  if (beyond > 1e-6) discard;
+  colour = vec4(24.0, 33.0, 43.0, 190.0) / 255.0;
 }`;

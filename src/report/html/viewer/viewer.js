@@ -1,11 +1,13 @@
 // The 3-D view: a part painted by its maps, a cut, pins. Adds to the page; nothing depends on it.
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, OrthographicCamera, Scene, ShaderMaterial,
+  BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, OrthographicCamera, Scene, ShaderMaterial,
   Sphere, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { creases } from "./edges.js";
+import { collect, direction } from "./findings.js";
 import { readGlb } from "./glb.js";
-import { FRAGMENT, VERTEX } from "./shader.js";
+import { FRAGMENT, INK, LINES, VERTEX } from "./shader.js";
 import { firstHit } from "./ray.js";
 import { makeLegend, makePanel } from "./panel.js";
 import { selfTest } from "./selftest.js";
@@ -72,6 +74,7 @@ class View {
     });
     this.scene = new Scene();
     this.scene.add(new Mesh(g, this.material));
+    setTimeout(() => this.makeLines(), 0);
     this.camera = new OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
@@ -79,6 +82,18 @@ class View {
     this.controls.enableZoom = false;
     this.controls.zoomToCursor = true;
     this.size();
+  }
+
+  /** Adds the creases; they come after the first picture, because they take as long as it. */
+  makeLines() {
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(creases(this.model), 3));
+    const material = new ShaderMaterial({
+      glslVersion: GLSL3, vertexShader: LINES, fragmentShader: INK, transparent: true,
+      uniforms: { plane: this.material.uniforms.plane },
+    });
+    this.scene.add(new LineSegments(g, material));
+    this.draw();
   }
 
   /** Fits the canvas to its place on the page. */
@@ -97,7 +112,7 @@ class View {
     this.controls.addEventListener("end", () => this.settle());
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
-    this.canvas.addEventListener("keydown", (e) => this.key(e));
+    this.host.addEventListener("keydown", (e) => { if (!/range|checkbox/.test(e.target.type)) this.key(e); });
     let down = null;
     this.canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; this.canvas.focus({ preventScroll: true }); });
     this.canvas.addEventListener("pointerup", (e) => {
@@ -165,7 +180,21 @@ class View {
     this.current = -1;
     this.mark();
     this.look(this.ball.center, direction(...SIDES[0]), 1);
+    this.camera.zoom = this.fitting();
+    this.camera.updateProjectionMatrix();
     this.settle();
+  }
+
+  /** The zoom at which the part's box fills the view, seen as now, with room for what stands over it. */
+  fitting() {
+    const { min, max } = this.box, c = this.camera, v = new Vector3();
+    let w = 1e-9, h = 1e-9;
+    for (let i = 0; i < 8; i++) {
+      v.set(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).applyMatrix4(c.matrixWorldInverse);
+      w = Math.max(w, Math.abs(v.x));
+      h = Math.max(h, Math.abs(v.y));
+    }
+    return Math.min((0.92 * c.right) / w, (0.76 * c.top) / h);
   }
 
   /** The map of a finding's check. */
@@ -233,7 +262,7 @@ class View {
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
     this.mark();
     history.replaceState(null, "", "#" + f.anchor);
-    this.host.scrollIntoView({ block: "nearest", behavior: still.matches ? "auto" : "smooth" });
+    this.show(still.matches ? "auto" : "smooth");
     this.glide(target, from, zoom);
   }
 
@@ -259,7 +288,14 @@ class View {
   /** Goes to the finding that the address names. */
   fromHash() {
     const at = this.findings.findIndex((f) => "#" + f.anchor === location.hash);
-    if (at >= 0 && at !== this.current) this.fly(at);
+    if (at < 0 || at === this.current) return;
+    this.fly(at);
+    setTimeout(() => this.show("auto"), 60); // After the browser's own way to the anchor.
+  }
+
+  /** Brings the view onto the screen. */
+  show(behavior) {
+    this.host.scrollIntoView({ block: "nearest", behavior });
   }
 
   /** A place of the file in the frame of the build. */
@@ -355,26 +391,3 @@ class View {
     return selfTest(this);
   }
 }
-
-function direction(azimuth, elevation) {
-  const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
-  return new Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
-}
-
-/** The findings in the order of the page: the list there knows it. */
-function collect(report) {
-  const all = {};
-  for (const check of report.checks) for (const f of check.findings) (all[check.name] ??= []).push({ ...f, check: check.name });
-  const found = [];
-  for (const li of document.querySelectorAll("[data-finding]")) {
-    const anchor = li.id, check = anchor.slice(0, anchor.lastIndexOf("-"));
-    const at = JSON.parse(li.dataset.at);
-    const f = (all[check] ?? []).find((g) => g.at_mm.every((x, a) => Math.abs(x - at[a]) < 2e-6) && !g.taken);
-    if (f) {
-      f.taken = true;
-      found.push({ ...f, anchor });
-    }
-  }
-  return found;
-}
-

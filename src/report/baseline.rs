@@ -1,0 +1,202 @@
+//! Two reports of one part compared: what is new, fixed, worse, better or the same.
+//!
+//! Findings are matched by check, kind and place within a tolerance, because geometry moves. *Worse* and *better* need
+//! brackets that part: a change inside the uncertainty is no change.
+
+use super::phrase;
+use super::schema::{Axis3, Report};
+use super::terminal::Palette;
+use crate::check::{Finding, Sense, State};
+use crate::error::printable;
+use serde::Serialize;
+
+/// What became of a finding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Delta {
+    /// Only in the new report.
+    New,
+    /// In both; the new bracket lies wholly on the worse side of the old.
+    Worse,
+    /// Only in the old report, and its check gave no answer in the new: nobody knows.
+    Unchecked,
+    /// In both; the brackets overlap.
+    Same,
+    /// In both; the new bracket lies wholly on the better side of the old.
+    Better,
+    /// Only in the old report, and its check gave an answer in the new.
+    Fixed,
+}
+
+impl Delta {
+    /// The word as it stands in the JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Delta::New => "new",
+            Delta::Worse => "worse",
+            Delta::Unchecked => "unchecked",
+            Delta::Same => "same",
+            Delta::Better => "better",
+            Delta::Fixed => "fixed",
+        }
+    }
+}
+
+/// One finding of either report.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    pub delta: Delta,
+    pub check: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub old: Option<Finding>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub new: Option<Finding>,
+}
+
+/// The difference of two reports.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// How far a place may have moved and still be the same, millimetres.
+    pub tolerance_mm: f64,
+    /// New first, then worse, unchecked, same, better, fixed; within these worst first.
+    pub changes: Vec<Change>,
+}
+
+impl Comparison {
+    /// How many findings became this.
+    pub fn count(&self, delta: Delta) -> usize {
+        self.changes.iter().filter(|c| c.delta == delta).count()
+    }
+
+    /// Whether `--fail-on new` fails: something that fails is new, or has become worse.
+    pub fn has_new_failure(&self) -> bool {
+        let bad = |c: &Change| matches!(c.delta, Delta::New | Delta::Worse);
+        self.changes.iter().any(|c| bad(c) && c.new.as_ref().is_some_and(|f| f.state == State::Fail))
+    }
+
+    /// The counts as words: `1 new, 2 same`; `no findings in either` for none.
+    pub fn words(&self) -> String {
+        let kinds = [Delta::New, Delta::Worse, Delta::Unchecked, Delta::Same, Delta::Better, Delta::Fixed];
+        let parts: Vec<String> = kinds
+            .into_iter()
+            .map(|d| (d, self.count(d)))
+            .filter(|(_, n)| *n > 0)
+            .map(|(d, n)| format!("{n} {}", d.word()))
+            .collect();
+        if parts.is_empty() { "no findings in either".into() } else { parts.join(", ") }
+    }
+}
+
+/// What changed from `old` to `new`.
+///
+/// Findings of the same check and kind are paired nearest first, if their places lie within two samples of the coarser
+/// grid, or one's place lies in the other's box grown by as much; equal fingerprints pair wherever they are.
+///
+/// # Cost
+/// O(m·n) for m and n findings of one check.
+///
+/// # Limits
+/// Both reports are taken in the frame of their files: a part that was moved has all findings new.
+pub fn compare(old: &Report, new: &Report) -> Comparison {
+    let tolerance_mm = 2.0 * old.grid.spacing_mm.max(new.grid.spacing_mm);
+    let (before, after) = (listed(old), listed(new));
+    let mut pairs = Vec::new();
+    for (i, (check, a)) in before.iter().enumerate() {
+        for (j, (other, b)) in after.iter().enumerate() {
+            if check == other && a.kind == b.kind {
+                pairs.extend(nearness(a, b, tolerance_mm).map(|d| (d, i, j)));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let (mut old_taken, mut new_taken) = (vec![false; before.len()], vec![false; after.len()]);
+    let mut changes = Vec::new();
+    for (_, i, j) in pairs {
+        if !old_taken[i] && !new_taken[j] {
+            (old_taken[i], new_taken[j]) = (true, true);
+            let (a, b) = (before[i].1, after[j].1);
+            changes.push(change(moved(a, b), before[i].0, Some(a), Some(b)));
+        }
+    }
+    for (_, (check, f)) in after.iter().enumerate().filter(|(j, _)| !new_taken[*j]) {
+        changes.push(change(Delta::New, check, None, Some(f)));
+    }
+    for (_, (check, f)) in before.iter().enumerate().filter(|(i, _)| !old_taken[*i]) {
+        let answered = new
+            .checks
+            .iter()
+            .any(|c| c.name == *check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error));
+        changes.push(change(if answered { Delta::Fixed } else { Delta::Unchecked }, check, Some(f), None));
+    }
+    changes.sort_by(|a, b| {
+        let of = |c: &Change| c.new.clone().or(c.old.clone());
+        a.delta.cmp(&b.delta).then_with(|| match (of(a), of(b)) {
+            (Some(x), Some(y)) => Finding::worst_first(&x, &y),
+            _ => std::cmp::Ordering::Equal,
+        })
+    });
+    Comparison { tolerance_mm, changes }
+}
+
+/// The comparison for a terminal: one line for each change that is not the same, then the counts.
+pub fn text(comparison: &Comparison, palette: Palette) -> String {
+    let mut out = String::new();
+    for c in comparison.changes.iter().filter(|c| c.delta != Delta::Same) {
+        let state = match c.delta {
+            Delta::New | Delta::Worse => State::Fail,
+            Delta::Unchecked => State::Undecided,
+            _ => State::Pass,
+        };
+        out.push_str(&palette.state(state, &format!("{:<10}", c.delta.word())));
+        out.push_str(&format!("{:<18} {}\n", printable(&c.check), from_to(c)));
+    }
+    out.push_str(&format!("compared with the baseline: {}\n", comparison.words()));
+    out
+}
+
+/// Values before and after, and the place: `0.45 mm → 0.61 mm at 21.6, 0, 11`.
+pub fn from_to(c: &Change) -> String {
+    let value = |f: &Finding| phrase::measured(f.value, f.low, f.high, &f.unit);
+    let at = |f: &Finding| format!("at {}", phrase::point(f.at_mm));
+    match (&c.old, &c.new) {
+        (Some(a), Some(b)) => format!("{} → {} {}", value(a), value(b), at(b)),
+        (Some(f), None) | (None, Some(f)) => format!("{} {}", value(f), at(f)),
+        (None, None) => String::new(),
+    }
+}
+
+/// Findings that are not passes, with the names of their checks.
+fn listed(report: &Report) -> Vec<(&str, &Finding)> {
+    let of = |c| -> Vec<(&str, &Finding)> {
+        let c: &super::schema::CheckReport = c;
+        c.findings.iter().filter(|f| f.state > State::Pass).map(|f| (c.name.as_str(), f)).collect()
+    };
+    report.checks.iter().flat_map(of).collect()
+}
+
+/// How near two findings are, if they may be the same.
+fn nearness(a: &Finding, b: &Finding, tolerance: f64) -> Option<f64> {
+    let distance = (0..3).map(|k| (a.at_mm[k] - b.at_mm[k]).powi(2)).sum::<f64>().sqrt();
+    let within = |p: Axis3, box_mm: [Axis3; 2]| {
+        (0..3).all(|k| p[k] >= box_mm[0][k] - tolerance && p[k] <= box_mm[1][k] + tolerance)
+    };
+    let near = distance <= tolerance
+        || within(a.at_mm, b.box_mm)
+        || within(b.at_mm, a.box_mm)
+        || (!a.fingerprint.is_empty() && a.fingerprint == b.fingerprint);
+    near.then_some(distance)
+}
+
+/// What a pair of findings says: the brackets must part for anything but `Same`.
+fn moved(old: &Finding, new: &Finding) -> Delta {
+    let (below, above) = (new.high < old.low - 1e-6, new.low > old.high + 1e-6);
+    match (new.sense, below, above) {
+        (Sense::Min, true, _) | (Sense::Max, _, true) => Delta::Worse,
+        (Sense::Min, _, true) | (Sense::Max, true, _) => Delta::Better,
+        _ => Delta::Same,
+    }
+}
+
+fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {
+    Change { delta, check: check.into(), old: old.cloned(), new: new.cloned() }
+}

@@ -1,0 +1,88 @@
+//! The report as SARIF 2.1.0 (OASIS), for lists of alerts.
+//!
+//! A part has no lines, and alert lists ask for one: every result names line 1 of the part's file, and says its place in
+//! millimetres in the message and the properties.
+
+use super::phrase::{self, Numbered};
+use super::schema::Report;
+use crate::check::State;
+use crate::units::report_digits;
+use serde_json::{Value, json};
+
+/// Most results in one run; lists of alerts take no more.
+const MOST: usize = 25_000;
+
+/// The report as SARIF text with a line feed at its end; results worst first, at most 25,000.
+pub fn write(report: &Report) -> String {
+    let findings = phrase::numbered(report);
+    let rules: Vec<Value> = report
+        .checks
+        .iter()
+        .map(|c| {
+            json!({"id": c.code, "name": c.name, "shortDescription": {"text": c.title},
+                "help": {"text": format!("amcheck explain {}", c.name)}})
+        })
+        .collect();
+    let results: Vec<Value> = findings.iter().take(MOST).map(|n| result(report, n)).collect();
+    let silent: Vec<Value> = report
+        .checks
+        .iter()
+        .filter_map(|c| c.why.as_ref().map(|why| (c, why)))
+        .map(|(c, why)| {
+            let level = if c.state == State::Error { "error" } else { "note" };
+            json!({"level": level, "associatedRule": {"id": c.code}, "message": {"text": format!("{}: {why}", c.state.word())}})
+        })
+        .collect();
+    let document = json!({
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{
+            "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
+            "columnKind": "unicodeCodePoints",
+            "artifacts": [{"location": {"uri": uri(&report.part.file)}, "hashes": {"sha-256": report.part.sha256}}],
+            "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
+            "results": results,
+        }],
+    });
+    serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
+}
+
+fn result(report: &Report, n: &Numbered) -> Value {
+    let f = n.finding;
+    let level = match f.state {
+        State::Fail => "error",
+        State::Undecided => "note",
+        _ => "warning",
+    };
+    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let text = format!(
+        "{} {}{bracket}, {}, at {} mm. {}",
+        f.message,
+        n.measured(),
+        phrase::deciding(f),
+        phrase::point(f.at_mm),
+        f.fix
+    );
+    let rule = report.checks.iter().position(|c| c.name == n.check.name).unwrap_or(0);
+    json!({
+        "ruleId": n.check.code,
+        "ruleIndex": rule,
+        "level": level,
+        "message": {"text": text.trim()},
+        "locations": [{"physicalLocation": {
+            "artifactLocation": {"uri": uri(&report.part.file), "index": 0},
+            "region": {"startLine": 1}
+        }}],
+        "partialFingerprints": {"amcheck/v1": f.fingerprint},
+        "properties": {
+            "state": f.state.word(), "value": report_digits(f.value), "low": report_digits(f.low),
+            "high": report_digits(f.high), "unit": f.unit, "at_mm": f.at_mm.map(report_digits)
+        },
+    })
+}
+
+/// A file name as a relative reference (RFC 3986): everything but unreserved signs is percent-encoded.
+fn uri(name: &str) -> String {
+    let keep = |b: u8| b.is_ascii_alphanumeric() || b"-._~".contains(&b);
+    name.bytes().map(|b| if keep(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}

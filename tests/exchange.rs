@@ -1,0 +1,120 @@
+//! What pipelines read: comparison with a baseline, Markdown, JUnit, SARIF, badge.
+
+mod sample;
+
+use amcheck::check::State;
+use amcheck::report::baseline::{Delta, compare, text};
+use amcheck::report::terminal::Palette;
+use amcheck::report::{Report, badge, junit, markdown, sarif};
+
+/// The index of a check of the sample.
+fn at(report: &Report, name: &str) -> usize {
+    report.checks.iter().position(|c| c.name == name).unwrap()
+}
+
+#[test]
+fn a_report_is_the_same_as_itself() {
+    let report = sample::report("a.stl");
+    let c = compare(&report, &report);
+    assert_eq!((c.count(Delta::Same), c.changes.len()), (5, 5));
+    assert!(!c.has_new_failure());
+}
+
+#[test]
+fn changes_are_matched_by_place_and_need_parted_brackets() {
+    let old = sample::report("a.stl");
+    let mut new = old.clone();
+    let walls = at(&new, "thin-wall");
+    let fins = &mut new.checks[walls].findings;
+    // Moved by one sample and thinner beyond both brackets; the other overlaps its old bracket.
+    fins[0].at_mm[0] += 0.1;
+    (fins[0].value, fins[0].low, fins[0].high) = (0.40, 0.39, 0.41);
+    (fins[1].value, fins[1].low, fins[1].high) = (0.57, 0.55, 0.59);
+    let mut fresh = fins[0].clone();
+    fresh.at_mm = [-20.0, 3.0, 1.0];
+    fresh.box_mm = [[-20.1, 2.9, 0.9], [-19.9, 3.1, 1.1]];
+    fresh.fingerprint = "elsewhere".into();
+    fins.push(fresh);
+    let void = at(&new, "trapped-volume");
+    new.checks[void].findings.clear();
+    new.checks[void].state = State::Pass;
+    let blend = at(&new, "blend");
+    new.checks[blend].findings.clear();
+    (new.checks[blend].state, new.checks[blend].why) = (State::NotRun, Some("left out".into()));
+    let c = compare(&old, &new);
+    let deltas: Vec<(&str, &str)> = c.changes.iter().map(|c| (c.delta.word(), c.check.as_str())).collect();
+    assert_eq!(
+        deltas,
+        [
+            ("new", "thin-wall"),
+            ("worse", "thin-wall"),
+            ("unchecked", "blend"),
+            ("same", "overhang"),
+            ("same", "thin-wall"),
+            ("fixed", "trapped-volume"),
+        ]
+    );
+    assert!(c.has_new_failure());
+    let back = compare(&new, &old);
+    assert_eq!((back.count(Delta::Better), back.count(Delta::Fixed), back.count(Delta::New)), (1, 1, 2));
+    let said = text(&c, Palette::Plain);
+    assert!(said.contains("0.45 mm → 0.4 mm") && said.contains("1 new, 1 worse"), "{said}");
+}
+
+#[test]
+fn markdown_has_the_findings_and_escapes_names() {
+    let report = sample::report("a|b_<i>`@x`.stl");
+    let text = markdown::write(&report, Some(&compare(&report, &report)));
+    println!("{text}");
+    assert!(text.starts_with("### ✖ Not printable as is: a\\|b\\_&lt;i&gt;\\`&#64;x\\`.stl\n"));
+    assert!(text.contains("| ✖ | thin-wall | 0.45 mm (0.4499–0.4501) | must ≥ 0.5 mm | 21.6, 0, 11 |"));
+    assert!(text.contains("**Against the baseline:** 5 same") && text.len() < 64_000);
+}
+
+#[test]
+fn junit_is_well_formed_and_counts_what_it_holds() {
+    let text = junit::write(&sample::report(sample::HOSTILE));
+    let mut reader = quick_xml::Reader::from_str(&text);
+    let (mut seen, mut file) = (std::collections::BTreeMap::<String, usize>::new(), String::new());
+    loop {
+        use quick_xml::events::Event;
+        match reader.read_event().unwrap() {
+            Event::Eof => break,
+            Event::Start(e) | Event::Empty(e) => {
+                let name = String::from_utf8(e.name().as_ref().to_vec()).unwrap();
+                if name == "testsuite" {
+                    file = e.try_get_attribute("name").unwrap().unwrap().unescape_value().unwrap().into_owned();
+                }
+                *seen.entry(name).or_default() += 1;
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(file, sample::HOSTILE);
+    let counts = ["testcase", "failure", "skipped", "error"].map(|n| seen.get(n).copied().unwrap_or(0));
+    assert_eq!(counts, [9, 2, 3, 0]);
+    assert!(text.contains("tests=\"9\" failures=\"2\" errors=\"0\" skipped=\"3\""));
+}
+
+#[test]
+fn sarif_has_what_lists_of_alerts_ask_for() {
+    let document: serde_json::Value = serde_json::from_str(&sarif::write(&sample::report("my part.stl"))).unwrap();
+    let run = &document["runs"][0];
+    assert_eq!((&document["version"], &run["tool"]["driver"]["name"]), (&"2.1.0".into(), &"amcheck".into()));
+    let results = run["results"].as_array().unwrap();
+    assert_eq!(results.len(), 5);
+    for r in results {
+        let rule = r["ruleIndex"].as_u64().unwrap() as usize;
+        assert_eq!(run["tool"]["driver"]["rules"][rule]["id"], r["ruleId"]);
+        assert_eq!(r["locations"][0]["physicalLocation"]["region"]["startLine"], 1);
+        assert_eq!(r["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], "my%20part.stl");
+        assert!(r["partialFingerprints"]["amcheck/v1"].as_str().is_some_and(|f| !f.is_empty()));
+        assert!(["error", "warning", "note"].contains(&r["level"].as_str().unwrap()));
+    }
+}
+
+#[test]
+fn the_badge_says_the_verdict() {
+    let text = badge::write(&sample::report("a.stl"));
+    assert!(text.contains("2 fail") && text.contains("#a40e3a"));
+}
