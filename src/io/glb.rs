@@ -1,7 +1,7 @@
 //! Binary glTF 2.0: a mesh for viewers, with colours and measured values at its vertices.
 
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, sub};
+use crate::geometry::vector::{Vec3, add, scale, sub};
 use serde_json::{Value, json};
 use std::io::{Error, ErrorKind, Result, Write};
 
@@ -43,7 +43,7 @@ const HEADS: usize = 12 + 8 + 8;
 pub fn write(scene: &Scene<'_>, out: &mut dyn Write) -> Result<()> {
     let mut buffer = Buffer::default();
     let vertices = scene.mesh.vertices.len();
-    let middle = scene.mesh.bounds().map_or([0.0; 3], |(lo, hi)| [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a])));
+    let middle = scene.mesh.bounds().map_or([0.0; 3], |(lo, hi)| scale(add(lo, hi), 0.5));
     let positions: Vec<[f32; 3]> =
         scene.mesh.vertices.iter().map(|&p| metres(sub(p, middle)).map(|x| x as f32)).collect();
     let mut attributes = serde_json::Map::new();
@@ -146,7 +146,7 @@ impl Buffer {
     /// Least and greatest of the positions, which glTF demands, as the f32 that were written.
     fn set_range(&mut self, positions: &[[f32; 3]]) {
         let fold = |pick: fn(f32, f32) -> f32, start: f32| {
-            positions.iter().fold([start; 3], |m, p| [0, 1, 2].map(|a| pick(m[a], p[a])))
+            positions.iter().fold([start; 3], |[a, b, c], &[x, y, z]| [pick(a, x), pick(b, y), pick(c, z)])
         };
         if let (Some(Value::Object(accessor)), false) = (self.accessors.last_mut(), positions.is_empty()) {
             accessor.insert("min".into(), json!(fold(f32::min, f32::INFINITY)));

@@ -5,6 +5,9 @@
 //! are written as NPY, NRRD and VTI. A writer takes any `std::io::Write`; to a file it goes through
 //! [`write_atomically`], so that no half-written file is ever left.
 
+// What comes from outside is neither unwrapped nor indexed.
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic))]
+
 mod accept;
 mod atomic;
 pub mod glb;

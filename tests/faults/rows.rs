@@ -54,13 +54,16 @@ fn any_file() {
 
 #[test]
 #[cfg(unix)]
-fn pipes_are_refused_and_odd_names_work() {
+fn pipes_and_vast_files_are_refused_and_odd_names_work() {
     use std::os::unix::ffi::OsStrExt;
     let dir = std::env::temp_dir().join(format!("amcheck-rows-{}", std::process::id()));
     std::fs::create_dir_all(&dir).unwrap();
     let odd = dir.join(std::ffi::OsStr::from_bytes(b"part #1 \xff.stl"));
     std::fs::write(&odd, good::stl_binary()).unwrap();
     assert!(read_path(&odd, 1 << 20, Salvage::Refuse).is_ok());
+    let vast = dir.join("vast.stl");
+    std::fs::File::create(&vast).unwrap().set_len(20 << 30).unwrap();
+    assert_eq!(read_path(&vast, 4 << 30, Salvage::Refuse).unwrap_err().exit_code(), 5);
     let pipe = dir.join("pipe");
     if std::process::Command::new("mkfifo").arg(&pipe).status().is_ok_and(|s| s.success()) {
         assert_eq!(read_path(&pipe, 1 << 20, Salvage::Refuse).unwrap_err().exit_code(), 5);
