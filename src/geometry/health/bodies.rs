@@ -44,8 +44,14 @@ pub(super) fn assign_roles(shells: &mut [Shell], inside: &[Vec<u32>], sign: f64)
     let mut hosts = vec![None; shells.len()];
     for s in order {
         let within: i32 = inside[s].iter().map(|&t| layers[t as usize]).sum();
+        // The innermost shell around has the most shells around itself.
+        let around = inside[s].iter().map(|&t| t as usize).filter(|&t| layers[t] > 0);
+        let innermost = around.max_by_key(|&t| (inside[t].len(), std::cmp::Reverse(t)));
+        // Within a shell that is inside out, a void may be wound either way; a solid would add nothing.
+        let in_inverted = innermost.is_some_and(|t| shells[t].role == Role::Inverted);
         let inward = sign * shells[s].volume_mm3 < 0.0;
         let (role, layer) = match (within >= 1, inward) {
+            (true, _) if in_inverted => (Role::Cavity, -1),
             (true, true) => (Role::Cavity, -1),
             (true, false) => (Role::Swallowed, 1),
             (false, true) => (Role::Inverted, 1),
@@ -53,9 +59,6 @@ pub(super) fn assign_roles(shells: &mut [Shell], inside: &[Vec<u32>], sign: f64)
         };
         layers[s] = layer;
         shells[s].role = if shells[s].closed { role } else { Role::Open };
-        // The innermost shell around has the most shells around itself.
-        let around = inside[s].iter().map(|&t| t as usize).filter(|&t| layers[t] > 0);
-        let innermost = around.max_by_key(|&t| (inside[t].len(), std::cmp::Reverse(t)));
         hosts[s] = if within >= 1 { innermost.and_then(|t| hosts[t]) } else { Some(s) };
     }
     hosts

@@ -9,6 +9,7 @@ mod edges;
 mod measure;
 mod nesting;
 mod notices;
+mod outward;
 mod rays;
 mod shells;
 
