@@ -41,6 +41,9 @@ const WORDS: [&str; 14] = [
 /// One mutation of a file, chosen by the generator.
 fn mutate(bytes: &mut Vec<u8>, random: &mut Lcg) {
     let n = bytes.len();
+    if n == 0 {
+        return;
+    }
     let (at, length) = (random.below(n), 1 + random.below(64));
     let end = (at + length).min(n);
     match random.below(12) {
