@@ -74,13 +74,16 @@ fn projected(corners: &[Vec3]) -> Option<Vec<[f64; 2]>> {
     let first = corners.first().copied().unwrap_or_default();
     let rim = corners.iter().zip(corners.iter().cycle().skip(1));
     let area = rim.fold([0.0; 3], |sum, (&a, &b)| add(sum, cross(sub(a, first), sub(b, first))));
-    let dominant = (1..3).fold(0, |best, a| if area[a].abs() > area[best].abs() { a } else { best });
-    if area[dominant] == 0.0 {
-        return None;
-    }
-    let (u, v) = ((dominant + 1) % 3, (dominant + 2) % 3);
-    let (u, v) = if area[dominant] < 0.0 { (v, u) } else { (u, v) };
-    Some(corners.iter().map(|p| sub(*p, first)).map(|p| [p[u], p[v]]).collect())
+    let [x, y, z] = area.map(f64::abs);
+    let (seen, flat): (f64, fn(Vec3) -> [f64; 2]) = if x >= y && x >= z {
+        (area[0], |[_, y, z]| [y, z])
+    } else if y >= z {
+        (area[1], |[x, _, z]| [z, x])
+    } else {
+        (area[2], |[x, y, _]| [x, y])
+    };
+    let wound = |[u, v]: [f64; 2]| if seen < 0.0 { [v, u] } else { [u, v] };
+    (seen != 0.0).then(|| corners.iter().map(|p| wound(flat(sub(*p, first)))).collect())
 }
 
 /// Twice the signed area of three corners, rounded to zero where rounding could have made its sign.

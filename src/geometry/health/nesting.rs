@@ -1,14 +1,12 @@
-//! Which shell lies in which, and the bodies that follow from it.
+//! Which shell lies in which.
 
+use super::bodies::{Body, NO_LABEL, Role, assign_roles, bodies};
 use super::boxes::lies_in;
 use super::rays::{FacetTree, winding_of};
 use super::shells::Shell;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use rayon::prelude::*;
-
-/// The label of a facet or shell that belongs to nothing: collapsed facets and ghosts.
-pub const NO_LABEL: u32 = u32::MAX;
 
 /// Up to this many shells, boxes are compared in pairs to find the few that can hold another.
 const PAIRS: usize = 2048;
@@ -28,35 +26,8 @@ const DIRECTIONS: [Vec3; 8] = [
 /// Rays that vote where a shell that does not close may hold another.
 const VOTES: usize = 5;
 
-/// What a shell bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// Material from outside: a body, or one inside a cavity of another.
-    Body,
-    /// As a body, but wound inside out while others are not; to be read as solid.
-    Inverted,
-    /// A void wholly inside material.
-    Cavity,
-    /// A solid wholly inside the material of another: it adds nothing to the union.
-    Swallowed,
-    /// Closed, with no volume worth the name.
-    Ghost,
-    /// Not closed: a surface with holes or mixed winding.
-    Open,
-}
-
-/// A piece of material: an outer shell and its cavities.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Body {
-    /// The outer shell.
-    pub shell: u32,
-    /// The shells of its cavities.
-    pub cavities: Vec<u32>,
-    /// Volume between outer shell and cavities, mm³; not meaningful where the outer shell does not close.
-    pub volume_mm3: f64,
-    /// Least and greatest corner.
-    pub box_mm: [Vec3; 2],
-}
+/// Solid angles that are summed at most; beyond it, coincident shells count as lying beside each other.
+const SOLID_ANGLES: usize = 500_000_000;
 
 /// Sets role and body of every shell; the bodies in order of their first facets, and whether the whole mesh
 /// is inside out.
@@ -102,14 +73,15 @@ fn containers(mesh: &TriangleMesh, shells: &[Shell], facet_shell: &[u32], extent
     }
     let held = |f: u32| holds.get(facet_shell[f as usize] as usize).is_some_and(|&h| h);
     let tree = FacetTree::new(mesh, (0..facet_shell.len() as u32).filter(|&f| held(f)).collect(), extent);
-    let own = facets_by_shell(facet_shell, shells.len());
-    (0..shells.len())
-        .into_par_iter()
-        .map(|s| match lies[s] {
-            true => containers_of(s, mesh, shells, facet_shell, &tree, own.of(s), extent),
-            false => Vec::new(),
-        })
-        .collect()
+    let all_closed = shells.iter().zip(&holds).all(|(s, &h)| s.closed || !h);
+    let groups = facets_by_shell(facet_shell, shells.len());
+    let search = Search { mesh, shells, facet_shell, extent, tree, groups, rays: if all_closed { 1 } else { VOTES } };
+    let by_ray: Vec<Option<Vec<u32>>> =
+        (0..shells.len()).into_par_iter().map(|s| if lies[s] { search.by_rays(s) } else { Some(Vec::new()) }).collect();
+    let tied = by_ray.iter().filter(|c| c.is_none()).count();
+    let affordable = tied.saturating_mul(facet_shell.len()) <= SOLID_ANGLES;
+    let last_word = |s: usize| if affordable { search.by_solid_angle(s) } else { Vec::new() };
+    by_ray.into_par_iter().enumerate().map(|(s, found)| found.unwrap_or_else(|| last_word(s))).collect()
 }
 
 /// Shells whose box holds that of another, and shells whose box lies in that of another.
@@ -161,45 +133,66 @@ fn facets_by_shell(facet_shell: &[u32], count: usize) -> Groups {
     Groups { starts, facets }
 }
 
-/// The shells that one shell lies in.
-fn containers_of(
-    s: usize,
-    mesh: &TriangleMesh,
-    shells: &[Shell],
-    facet_shell: &[u32],
-    tree: &FacetTree<'_>,
-    own: &[u32],
+/// What the search for containers looks at.
+struct Search<'a> {
+    mesh: &'a TriangleMesh,
+    shells: &'a [Shell],
+    facet_shell: &'a [u32],
     extent: f64,
-) -> Vec<u32> {
-    let holds = |t: usize| t != s && shells.get(t).is_some_and(|h| can_hold(&shells[s], h, extent));
-    let wanted = |f: usize| holds(facet_shell[f] as usize);
-    let probes: Vec<Vec3> = probes(own).map(|f| mesh.centroid(f)).collect();
-    let mut votes: Vec<(u32, bool)> = Vec::new();
-    let mut rays = 0;
-    for (probe, direction) in probes.iter().flat_map(|&p| DIRECTIONS.map(|d| (p, d))) {
-        let Some(crossings) = tree.crossings(probe, direction, wanted) else { continue };
-        let mut sums: Vec<(u32, i32)> = crossings.iter().map(|c| (facet_shell[c.facet], c.sign)).collect();
-        sums.sort_unstable();
-        votes.extend(sums.chunk_by(|a, b| a.0 == b.0).map(|own| {
-            let sum: i32 = own.iter().map(|c| c.1).sum();
-            let closed = shells[own[0].0 as usize].closed;
-            (own[0].0, if closed { sum != 0 } else { own.len() % 2 == 1 })
-        }));
-        rays += 1;
-        // Closed shells answer every ray alike; only the others need the vote.
-        if rays == VOTES || votes.iter().all(|v| shells[v.0 as usize].closed) {
-            break;
+    tree: FacetTree<'a>,
+    groups: Groups,
+    /// Rays without a tie that decide: closed shells answer every ray alike, the others need a vote.
+    rays: usize,
+}
+
+impl Search<'_> {
+    /// Whether the shell of a facet may hold shell `s`.
+    fn may_hold(&self, s: usize, facet: usize) -> bool {
+        let t = self.facet_shell[facet] as usize;
+        t != s && self.shells.get(t).is_some_and(|outer| can_hold(&self.shells[s], outer, self.extent))
+    }
+
+    fn probes(&self, s: usize) -> impl Iterator<Item = Vec3> + '_ {
+        probes(self.groups.of(s)).map(|f| self.mesh.centroid(f))
+    }
+
+    /// The shells that one shell lies in, or `None` where every ray ties.
+    fn by_rays(&self, s: usize) -> Option<Vec<u32>> {
+        let mut votes: Vec<u32> = Vec::new();
+        let mut rays = 0;
+        for (probe, direction) in self.probes(s).flat_map(|p| DIRECTIONS.map(|d| (p, d))) {
+            let Some(crossings) = self.tree.crossings(probe, direction, |f| self.may_hold(s, f)) else { continue };
+            let mut sums: Vec<(u32, i32)> = crossings.iter().map(|c| (self.facet_shell[c.facet], c.sign)).collect();
+            sums.sort_unstable();
+            votes.extend(sums.chunk_by(|a, b| a.0 == b.0).filter(|own| self.is_around(own)).map(|own| own[0].0));
+            rays += 1;
+            if rays == self.rays {
+                break;
+            }
+        }
+        votes.sort_unstable();
+        let most = votes.chunk_by(|a, b| a == b).filter(|v| 2 * v.len() > rays).map(|v| v[0]).collect();
+        (rays > 0).then_some(most)
+    }
+
+    /// Whether the crossings of one shell mean that the start of the ray lies in it.
+    fn is_around(&self, own: &[(u32, i32)]) -> bool {
+        if self.shells[own[0].0 as usize].closed {
+            own.iter().map(|c| c.1).sum::<i32>() != 0
+        } else {
+            own.len() % 2 == 1
         }
     }
-    if rays == 0 {
-        return by_solid_angle(probes.first(), mesh, shells.len(), facet_shell, holds);
+
+    /// The last word where every ray ties: the sum of solid angles, on a surface about one half.
+    fn by_solid_angle(&self, s: usize) -> Vec<u32> {
+        let Some(probe) = self.probes(s).next() else { return Vec::new() };
+        let mut sums = vec![0.0; self.shells.len()];
+        for (f, &t) in self.facet_shell.iter().enumerate().filter(|(f, _)| self.may_hold(s, *f)) {
+            sums[t as usize] += winding_of(self.mesh.corners(f), probe);
+        }
+        (0..self.shells.len() as u32).filter(|&t| sums[t as usize].abs() > 0.75).collect()
     }
-    votes.sort_unstable();
-    votes
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|v| 2 * v.iter().filter(|v| v.1).count() > if shells[v[0].0 as usize].closed { 0 } else { rays })
-        .map(|v| v[0].0)
-        .collect()
 }
 
 /// Up to four facets of a shell, far apart in their order.
@@ -208,71 +201,6 @@ fn probes(own: &[u32]) -> impl Iterator<Item = usize> + '_ {
     let mut at = vec![0, n / 3, 2 * n / 3, n.saturating_sub(1)];
     at.dedup();
     at.into_iter().filter_map(move |i| own.get(i)).map(|&f| f as usize)
-}
-
-/// The last word where every ray ties: the sum of solid angles, on a surface about one half.
-fn by_solid_angle(
-    probe: Option<&Vec3>,
-    mesh: &TriangleMesh,
-    shells: usize,
-    facet_shell: &[u32],
-    holds: impl Fn(usize) -> bool,
-) -> Vec<u32> {
-    let Some(&probe) = probe else { return Vec::new() };
-    let mut sums = vec![0.0; shells];
-    for (f, &t) in facet_shell.iter().enumerate().filter(|(_, t)| holds(**t as usize)) {
-        sums[t as usize] += winding_of(mesh.corners(f), probe);
-    }
-    (0..shells as u32).filter(|&t| sums[t as usize].abs() > 0.75).collect()
-}
-
-/// Sets the roles, outer shells before inner; for every shell the outer shell of its body.
-fn assign_roles(shells: &mut [Shell], inside: &[Vec<u32>], sign: f64) -> Vec<Option<usize>> {
-    let mut order: Vec<usize> = (0..shells.len()).filter(|&s| shells[s].role != Role::Ghost).collect();
-    order.sort_by_key(|&s| (inside[s].len(), s));
-    let mut layers = vec![0i32; shells.len()];
-    let mut hosts = vec![None; shells.len()];
-    for s in order {
-        let within: i32 = inside[s].iter().map(|&t| layers[t as usize]).sum();
-        let inward = sign * shells[s].volume_mm3 < 0.0;
-        let (role, layer) = match (within >= 1, inward) {
-            (true, true) => (Role::Cavity, -1),
-            (true, false) => (Role::Swallowed, 1),
-            (false, true) => (Role::Inverted, 1),
-            (false, false) => (Role::Body, 1),
-        };
-        layers[s] = layer;
-        shells[s].role = if shells[s].closed { role } else { Role::Open };
-        // The innermost shell around has the most shells around itself.
-        let around = inside[s].iter().map(|&t| t as usize).filter(|&t| layers[t] > 0);
-        let innermost = around.max_by_key(|&t| (inside[t].len(), std::cmp::Reverse(t)));
-        hosts[s] = if within >= 1 { innermost.and_then(|t| hosts[t]) } else { Some(s) };
-    }
-    hosts
-}
-
-fn bodies(shells: &mut [Shell], hosts: &[Option<usize>]) -> Vec<Body> {
-    let mut bodies: Vec<Body> = Vec::new();
-    for s in (0..shells.len()).filter(|&s| hosts[s] == Some(s)) {
-        shells[s].body = bodies.len() as u32;
-        bodies.push(Body {
-            shell: s as u32,
-            cavities: Vec::new(),
-            volume_mm3: shells[s].volume_mm3.abs(),
-            box_mm: shells[s].box_mm,
-        });
-    }
-    for s in 0..shells.len() {
-        let Some(host) = hosts[s].filter(|&h| h != s) else { continue };
-        shells[s].body = shells[host].body;
-        if shells[s].role == Role::Cavity
-            && let Some(body) = bodies.get_mut(shells[s].body as usize)
-        {
-            body.cavities.push(s as u32);
-            body.volume_mm3 -= shells[s].volume_mm3.abs();
-        }
-    }
-    bodies
 }
 
 #[cfg(test)]

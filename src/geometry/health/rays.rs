@@ -36,37 +36,35 @@ impl<'a> FacetTree<'a> {
     /// # Cost
     /// O(facets · log facets).
     pub(super) fn new(mesh: &'a TriangleMesh, facets: Vec<u32>, extent: f64) -> Self {
-        let mut tree = FacetTree { mesh, order: facets, nodes: Vec::new(), extent };
-        let count = tree.order.len();
-        let mut order = std::mem::take(&mut tree.order);
-        tree.build(&mut order, 0, count);
-        tree.order = order;
+        let mut tree = FacetTree { mesh, order: Vec::new(), nodes: Vec::with_capacity(facets.len()), extent };
+        let mut items: Vec<(Vec3, u32)> = facets.into_iter().map(|f| (mesh.centroid(f as usize), f)).collect();
+        tree.build(&mut items, 0);
+        tree.order = items.into_iter().map(|i| i.1).collect();
         tree
     }
 
-    /// Halving at the median of the longest side: the depth is at most log₂(facets), so recursion is safe.
-    fn build(&mut self, order: &mut [u32], from: usize, to: usize) {
-        let box_mm = self.box_of(&order[from..to]);
+    /// Halving at the median of the longest side of the centroids: the depth is at most log₂(facets), so
+    /// recursion is safe. Returns the box of the facets; `first` is the place of the first in the order.
+    fn build(&mut self, items: &mut [(Vec3, u32)], first: usize) -> [Vec3; 2] {
         let at = self.nodes.len();
-        self.nodes.push(Node { box_mm, first: from as u32, count: (to - from) as u32 });
-        if to - from <= LEAF {
-            return;
+        self.nodes.push(Node { box_mm: EMPTY, first: first as u32, count: items.len() as u32 });
+        if items.len() <= LEAF {
+            let corners = items.iter().flat_map(|i| self.mesh.corners(i.1 as usize));
+            self.nodes[at].box_mm = corners.fold(EMPTY, grown);
+            return self.nodes[at].box_mm;
         }
-        let sides = sub(box_mm[1], box_mm[0]);
+        let spread = items.iter().map(|i| i.0).fold(EMPTY, grown);
+        let sides = sub(spread[1], spread[0]);
         let axis = (1..3).fold(0, |best, a| if sides[a] > sides[best] { a } else { best });
-        let middle = (from + to) / 2;
-        let centre = |f: u32| self.mesh.corners(f as usize).iter().map(|p| p[axis]).sum::<f64>();
-        order[from..to]
-            .select_nth_unstable_by(middle - from, |&a, &b| centre(a).total_cmp(&centre(b)).then_with(|| a.cmp(&b)));
-        self.build(order, from, middle);
+        let middle = items.len() / 2;
+        items.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then_with(|| a.1.cmp(&b.1)));
+        let (low, high) = items.split_at_mut(middle);
+        let one = self.build(low, first);
         let second = self.nodes.len() as u32;
-        self.build(order, middle, to);
-        self.nodes[at].first = second;
-        self.nodes[at].count = 0;
-    }
-
-    fn box_of(&self, facets: &[u32]) -> [Vec3; 2] {
-        facets.iter().flat_map(|&f| self.mesh.corners(f as usize)).fold(EMPTY, grown)
+        let other = self.build(high, first + middle);
+        let box_mm = other.into_iter().fold(one, grown);
+        self.nodes[at] = Node { box_mm, first: second, count: 0 };
+        box_mm
     }
 
     /// All crossings of the ray from `start` along `direction` with facets that `wanted` names, or `None` for

@@ -1,8 +1,8 @@
 //! The connected pieces of a surface.
 
+use super::bodies::{NO_LABEL, Role};
 use super::boxes::{EMPTY, grown};
 use super::edges::{EdgeTable, is_collapsed};
-use super::nesting::{NO_LABEL, Role};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
 

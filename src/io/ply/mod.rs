@@ -6,5 +6,7 @@
 mod body;
 mod header;
 mod read;
+mod write;
 
 pub use read::read;
+pub use write::write;

@@ -9,6 +9,8 @@ mod binary;
 mod decide;
 mod read;
 mod text;
+mod write;
 
 pub(super) use decide::{fits_binary, looks_like_text, may_be_binary};
 pub use read::read;
+pub use write::write;

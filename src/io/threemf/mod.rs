@@ -10,6 +10,8 @@ mod package;
 mod read;
 mod relations;
 mod transform;
+mod write;
 mod xml;
 
 pub use read::read;
+pub use write::write;

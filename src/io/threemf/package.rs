@@ -56,12 +56,8 @@ impl<'a> Package<'a> {
         }
         // The directory of the `zip` crate keeps the last of equal names.
         if records > self.parts.len() {
-            return Err(Error::Damaged {
-                format: "3MF",
-                place: Place::Whole,
-                problem: format!("{} parts under {} names: some occur twice", records, self.parts.len()),
-                remedy: EXPORT.into(),
-            });
+            let problem = format!("{} parts under {} names: some occur twice", records, self.parts.len());
+            return Err(damaged("the archive", problem));
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! The 3 × 4 transforms of 3MF: a point is a row, and the matrix stands behind it.
 
-use crate::geometry::vector::{Vec3, cross, dot, norm};
+use crate::geometry::vector::{Vec3, add, along, cross, dot, norm, scale};
 
 /// An affine map p ↦ p·M + t, as the twelve numbers of the file: the rows of M, then t.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,13 +41,12 @@ impl Transform {
 
     /// The image of a point.
     pub(super) fn apply(&self, p: Vec3) -> Vec3 {
-        let [x, y, z] = self.direction(p);
-        [x + self.shift[0], y + self.shift[1], z + self.shift[2]]
+        add(self.direction(p), self.shift)
     }
 
     fn direction(&self, p: Vec3) -> Vec3 {
         let [r, s, t] = self.rows;
-        [0, 1, 2].map(|a| p[0] * r[a] + p[1] * s[a] + p[2] * t[a])
+        along(along(scale(r, p[0]), s, p[1]), t, p[2])
     }
 
     /// First this map, then another.

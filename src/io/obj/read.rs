@@ -1,15 +1,15 @@
-//! Wavefront OBJ: the faces of a text file; lines, points, textures and materials are left aside.
+//! Reading OBJ.
 //!
 //! The crate `tobj` parses the numbers and the faces. It names no line in its errors, resolves faces before
 //! it has seen all vertices, fans concave polygons and opens material files. So the statements are read and
 //! checked here, it is given vertices and faces alone in a form it cannot trip over, and its polygons are
 //! clipped by our own ears.
 
-use super::words::{Word, Words};
-use super::{Loaded, accept, polygon};
 use crate::error::{Error, Place, Result};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
+use crate::io::words::{Word, Words};
+use crate::io::{Loaded, accept, polygon};
 use crate::notice::Notice;
 
 /// Statements that say nothing about the surface.
