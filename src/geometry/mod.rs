@@ -2,7 +2,20 @@
 
 pub mod mesh;
 pub mod primitive;
+pub mod solid;
 pub mod vector;
+pub mod voxelize;
+mod voxelize_crossings;
+mod voxelize_fraction;
+mod voxelize_lattice;
+mod voxelize_shell;
+#[cfg(test)]
+mod voxelize_tests;
+mod voxelize_winding;
+pub mod winding;
 
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;
+pub use solid::{Doubt, InsideRule, Solid};
+pub use voxelize::{occupancy, voxelize};
+pub use winding::Winding;
