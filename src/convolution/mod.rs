@@ -7,9 +7,11 @@ mod convolver;
 mod direct;
 mod ntt;
 mod precision;
+mod tiles;
 mod transform;
 
 pub use convolver::{Convolver, Counts, Estimate, convolve_fields, correlate_fields};
 pub use direct::{convolve_directly, dilate_by_runs, run_count, sum_grid};
 pub use precision::{ALLOWED, MODULUS, Precision, Workload};
+pub use tiles::{convolve_tiled, dilate_tiled};
 pub use transform::{Real, RowContent, Spectrum, Transform, Window, good_even_size, good_size};
