@@ -174,7 +174,7 @@ impl Sides {
 }
 
 /// The grid of the lattice `h·(Z³ + phase)` that holds a box and one more cube on every side.
-fn lattice_box(lo: [f64; 3], hi: [f64; 3], spacing: Length, phase: [f64; 3]) -> Result<Grid> {
+pub(super) fn lattice_box(lo: [f64; 3], hi: [f64; 3], spacing: Length, phase: [f64; 3]) -> Result<Grid> {
     let h = spacing.as_mm();
     let axes = [0, 1, 2];
     let first = axes.map(|a| (lo[a] / h - phase[a] - 0.5).floor() - 1.0);
@@ -229,8 +229,8 @@ mod tests {
         let mesh = shape.mesh(Length::mm(0.01));
         for sides in [Sides::of_primitive(&shape, h, phase).unwrap(), Sides::of_mesh(&mesh, h, phase).unwrap()] {
             assert!(sides.full.is_subset(&sides.points).unwrap() && sides.points.is_subset(&sides.touched).unwrap());
-            for a in 0..3 {
-                let turns = sides.points.grid().origin()[a] / 0.3 - phase[a];
+            for (position, phase) in sides.points.grid().origin().iter().zip(phase) {
+                let turns = position / 0.3 - phase;
                 assert!((turns - turns.round()).abs() < 1e-9);
             }
             let (first, dims) = sides.touched.support_box().unwrap();
