@@ -119,9 +119,10 @@ impl Parts {
         let shells = self.outer.words_mut().par_chunks_mut(slab_words);
         shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().for_each(|(slab, (shell, density))| {
             let range = slab * layers..((slab + 1) * layers).min(nz);
+            let mut scratch = voxelize_fraction::Scratch::default();
             for &facet in facets.iter().flat_map(|chunk| &chunk[slab]) {
                 voxelize_shell::mark(lattice, facet, range.clone(), shell);
-                voxelize_fraction::add(lattice, facet, range.clone(), density);
+                voxelize_fraction::add(lattice, facet, range.clone(), &mut scratch, density);
             }
         });
     }

@@ -13,65 +13,63 @@ use std::ops::Range;
 ///
 /// `change` holds those layers in storage order. What lies before the grid changes the first cube of a row, what
 /// lies behind it nothing.
-pub(super) fn add(lattice: &Lattice, facet: u32, layers: Range<usize>, change: &mut [f32]) {
+pub(super) fn add(lattice: &Lattice, facet: u32, layers: Range<usize>, scratch: &mut Scratch, change: &mut [f32]) {
     let t = lattice.corners(facet);
     let [nx, ny, _] = lattice.dims;
     // Cube i is [i, i + 1]: exact, a lattice coordinate has at most 30 bits.
     let unit = 1.0 / f64::from(1u32 << lattice.bits);
-    let mut whole = Polygon { n: 3, p: [[0.0; 3]; CORNERS] };
+    let Scratch { whole, slices, pieces } = scratch;
+    whole.n = 3;
     for (to, from) in whole.p.iter_mut().zip(&t) {
         *to = from.map(|c| f64::from(c) * unit + 0.5);
     }
-    if whole.shadow() == 0.0 {
+    if whole.shadow_and_moment(0.0).0 == 0.0 {
         return;
     }
-    let mut row = |j: usize, k: usize, piece: &Polygon| {
-        let at = ((k - layers.start) * ny + j) * nx;
-        along_row(piece, &mut change[at..at + nx]);
-    };
-    whole.for_each_slice(2, layers.clone(), &mut |k, slice| {
-        slice.for_each_slice(1, 0..ny, &mut |j, piece| row(j, k, piece));
+    whole.for_each_slice(2, layers.clone(), slices, |k, slice| {
+        slice.for_each_slice(1, 0..ny, pieces, |j, piece| {
+            let at = ((k - layers.start) * ny + j) * nx;
+            along_row(piece, &mut change[at..at + nx]);
+        });
     });
 }
 
 /// Adds the changes of a piece that lies over one cell of the (y, z)-plane to the row behind that cell.
+#[inline]
 fn along_row(piece: &Polygon, change: &mut [f32]) {
     let nx = change.len();
     let (lo, hi) = piece.span(0);
     if lo >= nx as f64 {
         return;
     }
-    if lo < 0.0 {
-        let (before, within) = piece.split(0, 0.0);
-        change[0] -= before.shadow() as f32;
-        if hi > 0.0 {
-            along_row_from(&within, 0, change);
-        }
-        return;
-    }
-    along_row_from(piece, lo as usize, change);
-}
-
-/// The same for a piece that begins in cube `first` of the row.
-#[inline]
-fn along_row_from(piece: &Polygon, first: usize, change: &mut [f32]) {
-    let last = (piece.span(0).1.ceil() as usize).min(change.len()).max(first + 1);
-    let mut rest = *piece;
-    for i in first..last {
+    let first = if lo > 0.0 { lo as usize } else { 0 };
+    let x0 = first as f64;
+    // Area and moment about x0 of what lies before the current cube; what lies before the grid counts as its area.
+    let mut done = if lo < 0.0 { piece.below(0.0, x0) } else { (0.0, 0.0) };
+    change[first] -= done.0 as f32;
+    for i in first..nx {
         let end = (i + 1) as f64;
-        let within;
-        if i + 1 < last || rest.span(0).1 > end {
-            (within, rest) = rest.split(0, end);
-        } else {
-            within = rest;
-        }
-        let (area, moment) = within.shadow_and_moment(i as f64);
-        let here = moment - area;
+        let last = hi <= end;
+        let upto = if last { piece.shadow_and_moment(x0) } else { piece.below(end, x0) };
+        let (area, moment) = (upto.0 - done.0, upto.1 - done.1);
+        let here = moment - area * (end - x0);
         change[i] += here as f32;
         if let Some(next) = change.get_mut(i + 1) {
-            *next += (-area - here) as f32;
+            *next -= (area + here) as f32;
         }
+        if last {
+            break;
+        }
+        done = upto;
     }
+}
+
+/// Polygons to cut into, so that nothing is copied or cleared on the way.
+#[derive(Default)]
+pub(super) struct Scratch {
+    whole: Polygon,
+    slices: [Polygon; 3],
+    pieces: [Polygon; 3],
 }
 
 /// Turns the changes along a row into solid fractions: running sums within the shell, 0 or 1 elsewhere.
@@ -144,15 +142,13 @@ fn next(bits: &[u64], at: usize, n: usize, flip: u64) -> usize {
 const CORNERS: usize = 12;
 
 /// A convex polygon in space.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Polygon {
     n: usize,
     p: [[f64; 3]; CORNERS],
 }
 
 impl Polygon {
-    const EMPTY: Polygon = Polygon { n: 0, p: [[0.0; 3]; CORNERS] };
-
     #[inline]
     fn corners(&self) -> &[[f64; 3]] {
         &self.p[..self.n]
@@ -174,74 +170,139 @@ impl Polygon {
         })
     }
 
-    /// The parts below and above a plane across an axis.
+    /// Cuts into the parts below and above a plane across an axis.
     #[inline]
-    fn split(&self, axis: usize, at: f64) -> (Polygon, Polygon) {
-        let (mut below, mut above) = (Polygon::EMPTY, Polygon::EMPTY);
-        let Some(&(mut a)) = self.corners().last() else { return (below, above) };
-        let mut da = a[axis] - at;
-        for &b in self.corners() {
-            let db = b[axis] - at;
-            if (da < 0.0 && db > 0.0) || (da > 0.0 && db < 0.0) {
-                // From the lower end, so that both neighbours of an edge and both windings cut it alike.
-                let (from, to, s) = if da < 0.0 { (a, b, da / (da - db)) } else { (b, a, db / (db - da)) };
-                let mut cut = [0, 1, 2].map(|c| from[c] + s * (to[c] - from[c]));
-                cut[axis] = at;
+    fn split(&self, axis: usize, at: f64, below: &mut Polygon, above: &mut Polygon) {
+        (below.n, above.n) = (0, 0);
+        let Some(mut a) = self.corners().last() else { return };
+        for b in self.corners() {
+            if let Some(cut) = cut(a, b, axis, at) {
                 below.push(cut);
                 above.push(cut);
             }
-            if db <= 0.0 {
-                below.push(b);
+            if b[axis] <= at {
+                below.push(*b);
             }
-            if db >= 0.0 {
-                above.push(b);
+            if b[axis] >= at {
+                above.push(*b);
             }
-            (a, da) = (b, db);
+            a = b;
         }
-        (below, above)
     }
 
     /// Calls `visit(cell, piece)` for the pieces between the whole numbers of `cells`, in order.
     #[inline]
-    fn for_each_slice(&self, axis: usize, cells: Range<usize>, visit: &mut impl FnMut(usize, &Polygon)) {
+    fn for_each_slice(
+        &self,
+        axis: usize,
+        cells: Range<usize>,
+        scratch: &mut [Polygon; 3],
+        mut visit: impl FnMut(usize, &Polygon),
+    ) {
         let (lo, hi) = self.span(axis);
         if hi <= cells.start as f64 || lo >= cells.end as f64 {
             return;
         }
         let first = if lo <= cells.start as f64 { cells.start } else { lo as usize };
-        let last = (hi.ceil() as usize).clamp(first + 1, cells.end);
-        if first + 1 == last && lo >= first as f64 && hi <= last as f64 {
-            return visit(first, self);
+        let [piece, mut rest, mut above] = scratch.each_mut();
+        let mut left = self;
+        if lo < first as f64 {
+            self.split(axis, first as f64, piece, rest);
+            left = rest;
         }
-        let mut rest = if lo < first as f64 { self.split(axis, first as f64).1 } else { *self };
-        for cell in first..last {
-            let (piece, above) = rest.split(axis, (cell + 1) as f64);
-            if piece.n >= 3 {
-                visit(cell, &piece);
+        for cell in first..cells.end {
+            let end = (cell + 1) as f64;
+            if hi <= end {
+                return visit(cell, left);
             }
-            rest = above;
+            left.split(axis, end, piece, above);
+            if piece.n >= 3 {
+                visit(cell, piece);
+            }
+            std::mem::swap(&mut rest, &mut above);
+            left = rest;
         }
-    }
-
-    /// Signed area of the shadow on the (y, z)-plane.
-    #[inline]
-    fn shadow(&self) -> f64 {
-        self.shadow_and_moment(0.0).0
     }
 
     /// Signed area A of the shadow on the (y, z)-plane and ∫ (x − x0) dA.
     #[inline]
     fn shadow_and_moment(&self, x0: f64) -> (f64, f64) {
-        let corners = self.corners();
-        let (mut area, mut moment) = (0.0, 0.0);
-        let Some(a) = corners.first() else { return (0.0, 0.0) };
-        for edge in corners[1..].windows(2) {
-            let (b, c) = (edge[0], edge[1]);
-            let twice = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1]);
-            area += twice;
-            moment += twice * (a[0] + b[0] + c[0] - 3.0 * x0);
+        let mut fan = Fan::new(x0);
+        self.corners().iter().for_each(|p| fan.corner(p));
+        fan.finish()
+    }
+
+    /// The same for the part with x ≤ `at`.
+    #[inline]
+    fn below(&self, at: f64, x0: f64) -> (f64, f64) {
+        let mut fan = Fan::new(x0);
+        let Some(mut a) = self.corners().last() else { return (0.0, 0.0) };
+        for b in self.corners() {
+            if let Some(cut) = cut(a, b, 0, at) {
+                fan.corner(&cut);
+            }
+            if b[0] <= at {
+                fan.corner(b);
+            }
+            a = b;
         }
-        (0.5 * area, moment / 6.0)
+        fan.finish()
+    }
+}
+
+/// Where an edge passes through a plane across an axis, if its ends lie on different sides.
+///
+/// Reckoned from the lower end, so that both facets of an edge cut it alike.
+#[inline]
+fn cut(a: &[f64; 3], b: &[f64; 3], axis: usize, at: f64) -> Option<[f64; 3]> {
+    let (from, to) = if a[axis] < at && b[axis] > at {
+        (a, b)
+    } else if a[axis] > at && b[axis] < at {
+        (b, a)
+    } else {
+        return None;
+    };
+    let s = (at - from[axis]) / (to[axis] - from[axis]);
+    let mut cut = [0, 1, 2].map(|c| from[c] + s * (to[c] - from[c]));
+    cut[axis] = at;
+    Some(cut)
+}
+
+/// Area and moment of a polygon whose corners come one by one.
+struct Fan {
+    x0: f64,
+    first: [f64; 3],
+    previous: [f64; 3],
+    seen: usize,
+    area: f64,
+    moment: f64,
+}
+
+impl Fan {
+    #[inline]
+    fn new(x0: f64) -> Self {
+        Fan { x0, first: [0.0; 3], previous: [0.0; 3], seen: 0, area: 0.0, moment: 0.0 }
+    }
+
+    #[inline]
+    fn corner(&mut self, &[x, y, z]: &[f64; 3]) {
+        self.seen += 1;
+        if self.seen == 1 {
+            self.first = [x - self.x0, y, z];
+            return;
+        }
+        let [x, y, z] = [x - self.x0, y - self.first[1], z - self.first[2]];
+        if self.seen > 2 {
+            let twice = self.previous[1] * z - self.previous[2] * y;
+            self.area += twice;
+            self.moment += twice * (self.first[0] + self.previous[0] + x);
+        }
+        self.previous = [x, y, z];
+    }
+
+    #[inline]
+    fn finish(&self) -> (f64, f64) {
+        (0.5 * self.area, self.moment / 6.0)
     }
 }
 
@@ -257,8 +318,9 @@ mod tests {
         p.p[2] = [1.1, 0.6, 5.2];
         let (area, moment) = p.shadow_and_moment(0.0);
         let (mut areas, mut moments, mut pieces) = (0.0, 0.0, 0);
-        p.for_each_slice(2, 0..6, &mut |k, slice| {
-            slice.for_each_slice(1, 0..3, &mut |j, piece| {
+        let mut scratch = Scratch::default();
+        p.for_each_slice(2, 0..6, &mut scratch.slices, |k, slice| {
+            slice.for_each_slice(1, 0..3, &mut scratch.pieces, |j, piece| {
                 let (a, m) = piece.shadow_and_moment(0.0);
                 let ((y0, y1), (z0, z1)) = (piece.span(1), piece.span(2));
                 assert!(y0 >= j as f64 && y1 <= (j + 1) as f64 && z0 >= k as f64 && z1 <= (k + 1) as f64);

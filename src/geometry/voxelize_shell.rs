@@ -36,7 +36,7 @@ pub(super) fn mark(lattice: &Lattice, facet: u32, layers: Range<usize>, words: &
         }
         return;
     }
-    let tests = Separation::new(&t, lattice.bits);
+    let tests = Separation::new(&t, near.map(|(lo, hi)| lo == hi), lattice.bits);
     for k in z.0..=z.1 {
         for j in y.0..=y.1 {
             if !tests.across.iter().all(|e| e.reaches(j, k)) {
@@ -72,10 +72,20 @@ struct Separation {
 }
 
 impl Separation {
-    fn new(t: &[[i32; 3]; 3], bits: u32) -> Self {
+    /// The axes that can separate a facet, whose box is one cube thick along the axes `thin`, from a cube of that box.
+    ///
+    /// Where the box is one cube thick along an axis, a cube is met if and only if its shadow along that axis is.
+    fn new(t: &[[i32; 3]; 3], thin: [bool; 3], bits: u32) -> Self {
         let v = t.map(|p| p.map(i64::from));
-        let seen = |a: usize, b: usize| EdgeReach::of_triangle(v.map(|p| [p[a], p[b]]), bits);
-        Separation { across: seen(1, 2), top: seen(0, 1), side: seen(2, 0), plane: PlaneReach::new(&v, bits) }
+        let seen = |a: usize, b: usize| {
+            if thin[a] || thin[b] {
+                [EdgeReach::ALWAYS; 3]
+            } else {
+                EdgeReach::of_triangle(v.map(|p| [p[a], p[b]]), bits)
+            }
+        };
+        let plane = if thin.contains(&true) { PlaneReach::ALWAYS } else { PlaneReach::new(&v, bits) };
+        Separation { across: seen(1, 2), top: seen(0, 1), side: seen(2, 0), plane }
     }
 }
 
@@ -89,6 +99,8 @@ struct EdgeReach {
 }
 
 impl EdgeReach {
+    const ALWAYS: EdgeReach = EdgeReach { da: 0, db: 0, start: 0 };
+
     /// The three edges of a triangle; for a triangle without area both sides of its line must be within reach, which
     /// the same three tests express since its edges run both ways.
     fn of_triangle(v: [[i64; 2]; 3], bits: u32) -> [Self; 3] {
@@ -121,6 +133,8 @@ struct PlaneReach {
 }
 
 impl PlaneReach {
+    const ALWAYS: PlaneReach = PlaneReach { normal: [0.0; 3], offset: 0.0, reach: 0.0 };
+
     fn new(v: &[[i64; 3]; 3], bits: u32) -> Self {
         let d = |p: usize, axis: usize| v[p][axis] - v[0][axis];
         let minor = |a: usize, b: usize| (d(1, a) * d(2, b) - d(1, b) * d(2, a)) as f64;
