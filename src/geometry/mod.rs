@@ -1,8 +1,14 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
+pub mod bvh;
+pub mod distance;
+
+pub mod health;
+
 pub mod mesh;
 pub mod primitive;
 pub mod solid;
+pub mod triangle;
 pub mod vector;
 pub mod voxelize;
 mod voxelize_crossings;
@@ -13,6 +19,10 @@ mod voxelize_shell;
 mod voxelize_tests;
 mod voxelize_winding;
 pub mod winding;
+
+pub use distance::MeshDistance;
+
+pub use health::Health;
 
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;

@@ -3,8 +3,17 @@
 //! A [`Report`] is plain data with a published, versioned schema; the same input gives the same bytes. What
 //! pictures need beyond it (meshes with a value at every corner, slices) is an [`Exhibit`].
 
+mod chart;
 mod exhibit;
+pub mod glb;
+pub mod html;
+pub mod json;
+pub mod markup;
+pub mod mount;
+pub mod phrase;
+pub mod render;
 mod schema;
+pub mod terminal;
 
 pub use exhibit::{Exhibit, Slice, SurfaceMap};
 pub use schema::{

@@ -48,6 +48,16 @@ pub struct PartReport {
     pub pose: [[f64; 4]; 4],
 }
 
+impl PartReport {
+    /// A place of the input frame in the frame of the build, millimetres.
+    pub fn posed(&self, at_mm: Axis3) -> Axis3 {
+        [0, 1, 2].map(|r| {
+            let row = self.pose[r];
+            row[0] * at_mm[0] + row[1] * at_mm[1] + row[2] * at_mm[2] + row[3]
+        })
+    }
+}
+
 /// One limit of the process as it was applied.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LimitReport {

@@ -1,0 +1,205 @@
+//! A card for each check: state, gauge, value and bracket, limits and their source, margin, place, fix.
+
+use super::{Context, state_tag};
+use crate::check::{Sense, State};
+use crate::report::chart::{self, Gauge};
+use crate::report::markup::{Markup, markup};
+use crate::report::phrase::{self, Numbered};
+use crate::report::schema::{CheckReport, LimitReport};
+
+/// Most rows in the table of a card.
+const ROWS: usize = 100;
+
+/// Cards of what needs attention, worst first; then the passes and what did not run, folded but present.
+pub fn section(c: &Context) -> Markup {
+    let mut open: Vec<&CheckReport> = c.report.checks.iter().filter(|k| attention(k.state)).collect();
+    open.sort_by_key(|k| std::cmp::Reverse(k.state));
+    let cards = Markup::all(open.iter().map(|k| card(c, k)));
+    let nothing = if open.is_empty() {
+        Markup::raw("<p class=\"note\">Every check that ran passes.</p>")
+    } else {
+        Markup::default()
+    };
+    markup!(
+        "<section id=\"checks\" aria-label=\"Checks\"><h2>Checks</h2>{}<div class=\"cards\">{}</div>{}{}</section>\n",
+        nothing,
+        cards,
+        passes(c),
+        silent(c)
+    )
+}
+
+fn attention(state: State) -> bool {
+    matches!(state, State::Fail | State::Undecided | State::Warn | State::Error)
+}
+
+fn passes(c: &Context) -> Markup {
+    let passing: Vec<&CheckReport> = c.report.checks.iter().filter(|k| k.state == State::Pass).collect();
+    if passing.is_empty() {
+        return Markup::default();
+    }
+    let names: Vec<&str> = passing.iter().map(|k| k.name.as_str()).collect();
+    markup!(
+        "<details class=\"fold\"><summary>{} {} <span class=\"dim\">{}</span></summary><div class=\"cards\">{}</div></details>",
+        state_tag(State::Pass),
+        passing.len(),
+        names.join(", "),
+        Markup::all(passing.iter().map(|k| card(c, k)))
+    )
+}
+
+/// What did not run and what does not apply, with the reason: never a pass.
+fn silent(c: &Context) -> Markup {
+    let rows = |state: State| {
+        Markup::all(c.report.checks.iter().filter(|k| k.state == state).map(|k| {
+            let why = k.why.clone().unwrap_or_else(|| "no reason given".into());
+            markup!("<tr><td>{}</td><th scope=\"row\">{}</th><td>{}</td></tr>", state_tag(k.state), k.name, why)
+        }))
+    };
+    let rows = Markup::all([rows(State::NotRun), rows(State::NotApplicable)]);
+    if rows.is_empty() {
+        return Markup::default();
+    }
+    markup!("<h3>Said nothing about</h3><div class=\"wide\"><table class=\"plain\">{}</table></div>", rows)
+}
+
+fn card(c: &Context, k: &CheckReport) -> Markup {
+    let findings: Vec<&Numbered> = c.findings.iter().filter(|n| n.check.name == k.name).collect();
+    let first = findings.first().copied();
+    let picture = match first {
+        Some(n) => markup!("<figure class=\"close\">{}</figure>", c.image(&format!("close-{}", n.check.name))),
+        None => Markup::default(),
+    };
+    markup!(
+        "<article class=\"card {}\" id=\"check-{}\"><h3>{} {}</h3><p class=\"dim\">{} <code>{}</code></p>{}{}<dl>{}</dl>{}</article>",
+        k.state.word(),
+        k.name,
+        k.title,
+        state_tag(k.state),
+        k.name,
+        k.code,
+        gauge(k, first),
+        picture,
+        facts(k, &findings),
+        table(&findings)
+    )
+}
+
+/// The value that stands for the check: of its worst finding, else the worst value it met.
+fn gauge(k: &CheckReport, first: Option<&Numbered>) -> Markup {
+    let limits =
+        |l: Option<&LimitReport>| (l.and_then(|l| l.fail), l.and_then(|l| l.warn), l.map_or(Sense::Min, |l| l.sense));
+    match (first, &k.worst) {
+        (Some(n), _) => {
+            let f = n.finding;
+            let (value, low, high, unit) = (f.value, f.low, f.high, f.unit.as_str());
+            chart::gauge(&Gauge { value, low, high, fail: f.fail, warn: f.warn, sense: f.sense, unit })
+        }
+        (None, Some(w)) => {
+            let (fail, warn, sense) = limits(k.limit.as_ref());
+            chart::gauge(&Gauge { value: w.value, low: w.low, high: w.high, fail, warn, sense, unit: &w.unit })
+        }
+        (None, None) => Markup::default(),
+    }
+}
+
+/// The rows of a card.
+fn facts(k: &CheckReport, findings: &[&Numbered]) -> Markup {
+    let mut rows: Vec<(&'static str, String)> = Vec::new();
+    if let Some(n) = findings.first() {
+        finding_rows(&mut rows, n);
+    } else if let Some(w) = &k.worst {
+        rows.push(("Worst", phrase::measured(w.value, w.low, w.high, &w.unit)));
+        rows.extend(phrase::bracket(w.low, w.high).map(|b| ("Bracket", b)));
+        if let Some(l) = &k.limit {
+            rows.push(("Limit", phrase::limits(l.fail, l.warn, l.sense, &l.unit)));
+            rows.extend(l.warn.or(l.fail).map(|x| ("Margin", phrase::margin(w.value, x, l.sense, &l.unit))));
+        }
+        rows.extend(w.at_mm.map(|p| ("Where", format!("{} mm", phrase::point(p)))));
+    }
+    rows.extend(k.limit.as_ref().map(|l| ("From", origin(l))));
+    let places: u64 = findings.iter().map(|n| n.finding.count).sum();
+    if places > 0 {
+        rows.push(("Count", format!("{} in {}", places_word(places), findings_word(findings.len()))));
+    }
+    rows.extend(
+        findings
+            .first()
+            .map(|n| (if n.finding.state == State::Undecided { "To decide" } else { "Fix" }, n.finding.fix.clone())),
+    );
+    rows.extend(k.cover.clone().map(|cover| ("Cover", cover)));
+    rows.extend(k.why.clone().map(|why| ("Why", why)));
+    Markup::all(rows.into_iter().map(|(name, text)| markup!("<div><dt>{}</dt><dd>{}</dd></div>", name, text)))
+}
+
+fn finding_rows(rows: &mut Vec<(&'static str, String)>, n: &Numbered) {
+    let f = n.finding;
+    rows.push(("Worst", n.measured()));
+    let bracket = phrase::bracket(f.low, f.high).map_or_else(String::new, |b| format!("{b}, "));
+    rows.push(("Bracket", format!("{bracket}{}", phrase::known(f.basis))));
+    rows.push(("Limit", phrase::limits(f.fail, f.warn, f.sense, &f.unit)));
+    let against = |word: &str, limit: Option<f64>| {
+        limit.map(|l| format!("{} to {word}", phrase::margin(f.value, l, f.sense, &f.unit)))
+    };
+    let margins: Vec<String> = [against("must", f.fail), against("should", f.warn)].into_iter().flatten().collect();
+    if !margins.is_empty() {
+        rows.push(("Margin", margins.join("; ")));
+    }
+    let mut place = vec![format!("{} mm", phrase::point(f.at_mm))];
+    place.extend(n.size());
+    rows.push(("Where", place.join(" · ")));
+}
+
+/// Where a limit comes from.
+fn origin(l: &LimitReport) -> String {
+    let basis = match l.basis.as_str() {
+        "sourced" => "source",
+        "convention" => "convention",
+        other => other,
+    };
+    let overridden = if l.overridden { " (overridden)" } else { "" };
+    if l.source.is_empty() { format!("{basis}{overridden}") } else { format!("{basis}: {}{overridden}", l.source) }
+}
+
+fn places_word(n: u64) -> String {
+    if n == 1 { "1 place".into() } else { format!("{} places", phrase::thousands(n)) }
+}
+
+fn findings_word(n: usize) -> String {
+    if n == 1 { "1 finding".into() } else { format!("{n} findings") }
+}
+
+/// All findings of a check as a table, where there is more than one or one stands for several places.
+fn table(findings: &[&Numbered]) -> Markup {
+    let many = findings.len() > 1 || findings.iter().any(|n| n.finding.places.len() > 1);
+    if !many {
+        return Markup::default();
+    }
+    let row = |tag: Markup, value: String, bracket: Option<String>, at: [f64; 3]| {
+        let bracket = bracket.unwrap_or_default();
+        markup!("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>", tag, value, bracket, phrase::point(at))
+    };
+    let mut rows = Vec::new();
+    for n in findings {
+        let f = n.finding;
+        let tag = markup!("<a href=\"#{}\" class=\"pin {}\">{}</a>", n.anchor(), f.state.word(), n.number);
+        if f.places.len() > 1 {
+            rows.extend(f.places.iter().map(|p| {
+                let value = phrase::measured(p.value, p.low, p.high, &f.unit);
+                row(tag.clone(), value, phrase::bracket(p.low, p.high), p.at_mm)
+            }));
+        } else {
+            rows.push(row(tag, n.measured(), phrase::bracket(f.low, f.high), f.at_mm));
+        }
+    }
+    let left = rows.len().saturating_sub(ROWS);
+    rows.truncate(ROWS);
+    let more =
+        if left > 0 { markup!("<p class=\"note\">{} more stand in the JSON.</p>", left) } else { Markup::default() };
+    markup!(
+        "<details><summary>All places</summary><div class=\"wide\"><table><thead><tr><th scope=\"col\">Pin</th><th scope=\"col\">Value</th>\
+         <th scope=\"col\">Bracket</th><th scope=\"col\">Place, mm</th></tr></thead><tbody>{}</tbody></table></div>{}</details>",
+        Markup::all(rows),
+        more
+    )
+}

@@ -1,0 +1,120 @@
+//! The verdict as a banner, and the four answers.
+
+use super::Context;
+use crate::check::{Basis, State};
+use crate::report::markup::{Markup, markup};
+use crate::report::phrase::{self, Numbered};
+use crate::report::schema::Verdict;
+use crate::units::short;
+
+/// Glyph, verdict, counts; then number, consequence and remedy as one sentence.
+pub fn banner(c: &Context) -> Markup {
+    let state = phrase::verdict_state(c.report.verdict);
+    let counts: Vec<String> = phrase::counts(c.report).into_iter().map(|(_, _, words)| words).collect();
+    markup!(
+        "<section class=\"banner {}\" aria-label=\"Verdict\"><h1><span class=\"state {}\"><span aria-hidden=\"true\">{}</span> {}</span> \
+         <span class=\"counts\">{}</span></h1><p>{}</p></section>\n",
+        state.word(),
+        state.word(),
+        state.glyph(),
+        phrase::headline(c.report.verdict),
+        counts.join(" · "),
+        c.report.summary
+    )
+}
+
+/// The four questions somebody has before printing, each with an answer and what it rests on.
+pub fn answers(c: &Context) -> Markup {
+    let one = |question: &'static str, [answer, ground]: [String; 2]| {
+        markup!("<div class=\"answer\"><h2>{}</h2><p class=\"big\">{}</p><p>{}</p></div>", question, answer, ground)
+    };
+    markup!(
+        "<section class=\"answers\" aria-label=\"Four answers\">{}{}{}{}</section>\n",
+        one("Can it be made?", can_it(c)),
+        one("Where not?", where_not(c)),
+        one("How sure is that?", how_sure(c)),
+        one("What should change?", what_changes(c))
+    )
+}
+
+fn can_it(c: &Context) -> [String; 2] {
+    let answer = match c.report.verdict {
+        Verdict::Pass => "Yes",
+        Verdict::Warn => "Yes, with warnings",
+        Verdict::Undecided => "Cannot tell yet",
+        Verdict::Fail => "Not as it is",
+    };
+    let failing = names(c, State::Fail);
+    let ground = if !failing.is_empty() {
+        format!("fails: {}", failing.join(", "))
+    } else {
+        let (ran, all) = (ran(c), c.report.checks.len());
+        format!("{} of {all} checks ran, {} pass", ran, c.report.count(State::Pass))
+    };
+    [answer.into(), ground]
+}
+
+fn where_not(c: &Context) -> [String; 2] {
+    let Some(first) = c.findings.first() else {
+        return ["Nowhere that was looked at".into(), "no finding in the checks that ran".into()];
+    };
+    let at = format!("{} at {} mm", first.check.name, phrase::point(first.finding.at_mm));
+    let others = c.findings.len() - 1;
+    let rest = match others {
+        0 => "the only finding".into(),
+        1 => "and 1 more place".into(),
+        n => format!("and {n} more places; pins show them"),
+    };
+    [at, rest]
+}
+
+fn how_sure(c: &Context) -> [String; 2] {
+    let answer = c.findings.first().map_or_else(|| "Every pass is covered".into(), known);
+    let decided = c.report.checks.iter().filter(|k| matches!(k.state, State::Pass | State::Warn | State::Fail)).count();
+    let mut ground = format!("{decided} of {} verdicts are decided", c.report.checks.len());
+    for (state, words) in [(State::Undecided, "undecided"), (State::NotRun, "not run"), (State::Error, "broke down")] {
+        match c.report.count(state) {
+            0 => {}
+            n => ground.push_str(&format!(", {n} {words}")),
+        }
+    }
+    [answer, ground]
+}
+
+/// How well the value of a finding is known: `0.45 mm ± 0.0001 mm, certified`.
+fn known(n: &Numbered) -> String {
+    let f = n.finding;
+    let half = 0.5 * (f.high - f.low);
+    match f.basis {
+        Basis::Estimated => format!("{}, estimated", n.measured()),
+        Basis::Exact => format!("{}, exact", n.measured()),
+        Basis::Certified if half < 1e-6 => format!("{}, certified", n.measured()),
+        Basis::Certified => {
+            // One digit, rounded up: the claim stays true.
+            let step = 10f64.powf(half.log10().floor());
+            let half = (half / step - 1e-6).ceil() * step;
+            format!("{} ± {}, certified", n.measured(), phrase::quantity(half, &f.unit))
+        }
+    }
+}
+
+fn what_changes(c: &Context) -> [String; 2] {
+    let mut fixes = c.findings.iter().map(|n| n.finding.fix.clone()).filter(|f| !f.is_empty());
+    let Some(first) = fixes.next() else {
+        return ["Nothing".into(), "no check asks for a change".into()];
+    };
+    let then = fixes.next().map_or("nothing else".into(), |f| format!("then: {f}"));
+    [first, then]
+}
+
+/// Names of the checks in a state.
+fn names(c: &Context, state: State) -> Vec<String> {
+    c.report.checks.iter().filter(|k| k.state == state).map(|k| k.name.clone()).collect()
+}
+
+/// How many checks gave an answer.
+fn ran(c: &Context) -> String {
+    let ran =
+        c.report.checks.iter().filter(|k| !matches!(k.state, State::NotRun | State::NotApplicable | State::Error));
+    short(ran.count() as f64)
+}

@@ -1,0 +1,102 @@
+// What stands over the view: cut, scale bar, the value that was clicked, the legend.
+
+const sign = (unit) => ({ deg: "°", mm2: " mm²", mm3: " mm³", 1: "" })[unit] ?? " " + unit;
+const short = (x) => String(Math.round(x * 1e4) / 1e4);
+
+function element(tag, parts = {}, ...children) {
+  const e = Object.assign(document.createElement(tag), parts);
+  e.append(...children);
+  return e;
+}
+
+/** The controls of the cut, the scale bar and the place where values are said. */
+export function makePanel(view) {
+  const buttons = ["x", "y", "z"].map((name, axis) =>
+    element("button", { type: "button", textContent: name.toUpperCase(), ariaPressed: "false" }));
+  const slider = element("input", { type: "range", min: 0, max: 1000, value: 500, ariaLabel: "Place of the cut", disabled: true });
+  const set = (axis) => {
+    buttons.forEach((b, i) => { b.ariaPressed = String(i === axis); });
+    slider.disabled = axis < 0;
+    view.setCut(axis, slider.value / 1000);
+    view.settle();
+  };
+  buttons.forEach((b, i) => b.addEventListener("click", () => set(view.cut.axis === i ? -1 : i)));
+  slider.addEventListener("input", () => view.setCut(view.cut.axis, slider.value / 1000));
+  slider.addEventListener("change", () => view.settle());
+  const home = element("button", { type: "button", textContent: "Home" });
+  home.addEventListener("click", () => { view.home(); view.draw(); });
+  const label = element("span", { textContent: "Cut" });
+  const group = element("div", { className: "cut", role: "group", ariaLabel: "Cut" }, label, ...buttons, slider, home);
+  const bar = element("div", { className: "scale" }, element("span"), element("i"));
+  const value = element("p", { className: "value", role: "status" });
+  value.textContent = "Click the part to read a value.";
+  view.host.append(group, bar, value);
+  return {
+    set,
+    slider,
+    /** Sets the scale bar for so many pixels a millimetre. */
+    scale(pixels) {
+      const room = 130 / pixels, decade = 10 ** Math.floor(Math.log10(room));
+      const length = [5, 2, 1].map((k) => k * decade).find((l) => l <= room) ?? decade;
+      bar.firstChild.textContent = short(length) + " mm";
+      bar.lastChild.style.width = length * pixels + "px";
+    },
+    /** Says what stands at a place of the surface. */
+    say(hit, map) {
+      if (!hit) { value.textContent = "Click the part to read a value."; return; }
+      const at = view.unposed(hit.place).map((x) => short(Math.round(x * 100) / 100)).join(", ");
+      const v = map ? hit.corners.reduce((s, c, i) => s + map.values[c] * hit.weights[i], 0) : NaN;
+      if (!(v === v)) { value.textContent = `${map ? map.title : "Surface"}: not measured here · ${at} mm`; return; }
+      const beyond = v >= map.high - 1e-9 ? "≥ " : "";
+      const step = (map.high - map.low) / 65534;
+      const f = view.findings.find((f) => f.check === map.check &&
+        view.unposed(hit.place).every((x, a) => x >= f.box_mm[0][a] - 0.05 && x <= f.box_mm[1][a] + 0.05));
+      const found = f ? ` · in finding ${view.findings.indexOf(f) + 1}: ${short(f.value)} (${short(f.low)}–${short(f.high)})` : "";
+      value.textContent = `${map.title} ${beyond}${short(Math.round(v * 1e3) / 1e3)}${sign(map.unit)}${found} · at ${at} mm`;
+      value.title = `Read from the display copy, in steps of ${step.toPrecision(1)}${sign(map.unit)}`;
+    },
+  };
+}
+
+/** The legend of a map: name and unit, hard steps, a tick at each limit, an open end. */
+export function makeLegend(view) {
+  const box = element("div", { className: "legend" });
+  view.host.append(box);
+  return (map) => {
+    box.replaceChildren();
+    box.hidden = !map;
+    if (!map) return;
+    const across = (v) => Math.min(100, Math.max(0, (100 * (v - map.low)) / (map.high - map.low)));
+    const relation = map.sense === "max" ? "≤" : "≥";
+    const limits = [["must", map.fail], ["should", map.warn]].filter(([, l]) => l != null).sort((a, b) => a[1] - b[1]);
+    const stops = gradient(map, across).map(([c, at]) => `${c} ${at}%`).join(",");
+    const bar = element("div", { className: "bar" });
+    bar.style.background = `linear-gradient(90deg,${stops})`;
+    for (const [, l] of limits) {
+      const tick = element("i");
+      tick.style.left = across(l) + "%";
+      bar.append(tick);
+    }
+    const words = limits.map(([word, l]) => `${word} ${relation} ${short(l)}`).join("   ");
+    box.append(element("b", { textContent: map.title + (sign(map.unit) ? ` (${sign(map.unit).trim()})` : "") }),
+      element("span", { className: "words", textContent: words }), bar,
+      element("span", { className: "ends" }, element("span", { textContent: short(map.low) }), element("span", { textContent: "≥ " + short(map.high) })));
+  };
+}
+
+/** Colours and places of the bar, from low to high. */
+function gradient(map, across) {
+  const FAIL = ["#7a0428", "#b41828", "#de4a1e", "#f07c24"], WARN = ["#f7c434", "#fbe074"], GOOD = ["#acc0cf", "#dee7ed"];
+  const max = map.sense === "max";
+  const cuts = [map.fail, map.warn].filter((l) => l != null).map(across).sort((a, b) => a - b);
+  const kinds = [];
+  if (map.fail != null) kinds.push(FAIL);
+  if (map.warn != null) kinds.push(WARN);
+  kinds.push(GOOD);
+  if (max) kinds.reverse();
+  const ends = [0, ...cuts, 100];
+  return kinds.flatMap((colours, i) => {
+    const row = max ? [...colours].reverse() : colours;
+    return row.map((c, k) => [c, ends[i] + ((ends[i + 1] - ends[i]) * k) / (row.length - 1)]);
+  });
+}

@@ -1,0 +1,380 @@
+// The 3-D view: a part painted by its maps, a cut, pins. Adds to the page; nothing depends on it.
+import {
+  BufferAttribute, BufferGeometry, DoubleSide, GLSL3, Mesh, OrthographicCamera, Scene, ShaderMaterial,
+  Sphere, Vector3, Vector4, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { readGlb } from "./glb.js";
+import { FRAGMENT, VERTEX } from "./shader.js";
+import { firstHit } from "./ray.js";
+import { makeLegend, makePanel } from "./panel.js";
+import { selfTest } from "./selftest.js";
+
+const SIDES = [[-58, 28], [-122, 28], [32, 28], [148, 28], [-58, -24], [-122, -24], [32, -24], [148, -24]];
+const still = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** Starts the view in `host`; `bytes` is a GLB, `report` the report's JSON. Throws where WebGL is missing. */
+export function start(host, bytes, report) {
+  const model = readGlb(bytes);
+  const view = new View(host, model, report);
+  view.choose(view.mapOf(view.findings[0]) ?? 0);
+  view.home();
+  view.fromHash();
+  view.draw();
+  return view;
+}
+
+class View {
+  constructor(host, model, report) {
+    this.host = host;
+    this.model = model;
+    this.report = report;
+    this.cut = { axis: -1, at: 0.5 };
+    this.current = -1;
+    this.map = 0;
+    this.findings = collect(report);
+    this.makeScene();
+    this.makePins();
+    this.panel = makePanel(this);
+    this.legend = makeLegend(this);
+    this.listen();
+  }
+
+  makeScene() {
+    // Software renderers spend most of their time on multisampling: ask first, then choose.
+    const probe = document.createElement("canvas").getContext("webgl2");
+    if (!probe) throw new Error("WebGL 2 is not available");
+    const info = probe.getExtension("WEBGL_debug_renderer_info");
+    this.renderer = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
+    probe.getExtension("WEBGL_lose_context")?.loseContext();
+    const soft = /swiftshader|llvmpipe|basic render/i.test(this.renderer);
+    this.gl = new WebGLRenderer({ antialias: !soft, alpha: true, preserveDrawingBuffer: false });
+    this.gl.setPixelRatio(soft ? 1 : Math.min(2, devicePixelRatio));
+    this.canvas = this.gl.domElement;
+    this.canvas.tabIndex = 0;
+    this.canvas.setAttribute("role", "application");
+    this.canvas.setAttribute("aria-label",
+      "3-D view of the part. Arrows turn, plus and minus zoom, n and p go to findings, 1 to 9 choose a map, h goes home.");
+    this.host.append(this.canvas);
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(this.model.positions, 3));
+    g.setIndex(new BufferAttribute(this.model.indices, 1));
+    g.computeBoundingBox();
+    this.box = g.boundingBox;
+    this.ball = this.box.getBoundingSphere(new Sphere());
+    this.material = new ShaderMaterial({
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide,
+      uniforms: {
+        low: { value: 0 }, high: { value: 1 }, fail: { value: 0 }, warn: { value: 0 }, kind: { value: 0 },
+        sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) },
+        dot_size: { value: this.gl.getPixelRatio() },
+      },
+    });
+    this.scene = new Scene();
+    this.scene.add(new Mesh(g, this.material));
+    this.camera = new OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.enableDamping = false;
+    this.controls.enableZoom = false;
+    this.controls.zoomToCursor = true;
+    this.size();
+  }
+
+  /** Fits the canvas to its place on the page. */
+  size() {
+    const w = Math.max(200, this.host.clientWidth), h = Math.max(200, this.host.clientHeight);
+    this.gl.setSize(w, h, false);
+    const k = w / h, r = (this.ball.radius * 0.98) / Math.min(1, k);
+    Object.assign(this.camera, { left: -r * k, right: r * k, top: r, bottom: -r });
+    this.camera.near = -20 * this.ball.radius;
+    this.camera.far = 40 * this.ball.radius;
+    this.camera.updateProjectionMatrix();
+  }
+
+  listen() {
+    this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("end", () => this.settle());
+    this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
+    this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
+    this.canvas.addEventListener("keydown", (e) => this.key(e));
+    let down = null;
+    this.canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; this.canvas.focus({ preventScroll: true }); });
+    this.canvas.addEventListener("pointerup", (e) => {
+      if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 4) this.read(e.clientX, e.clientY);
+    });
+    new ResizeObserver(() => { this.size(); this.draw(); }).observe(this.host);
+    document.documentElement.addEventListener("theme", () => this.draw());
+    addEventListener("hashchange", () => this.fromHash());
+    document.querySelectorAll("input.choice").forEach((input, i) => {
+      input.addEventListener("change", () => { if (input.checked) this.choose(i); });
+    });
+    document.querySelectorAll("a.pinned, td a.pin").forEach((a) => {
+      a.addEventListener("click", (e) => {
+        const at = this.findings.findIndex((f) => "#" + f.anchor === a.getAttribute("href"));
+        if (at < 0) return;
+        e.preventDefault();
+        this.fly(at);
+      });
+    });
+  }
+
+  key(e) {
+    if (e.ctrlKey || e.metaKey || e.altKey) return;
+    const turn = (a, b) => this.turn(a, b);
+    const does = {
+      ArrowLeft: () => turn(-10, 0), ArrowRight: () => turn(10, 0), ArrowUp: () => turn(0, 10), ArrowDown: () => turn(0, -10),
+      "+": () => this.zoom(1.2), "=": () => this.zoom(1.2), "-": () => this.zoom(1 / 1.2),
+      n: () => this.fly((this.current + 1) % this.findings.length),
+      p: () => this.fly((Math.max(this.current, 0) + this.findings.length - 1) % this.findings.length),
+      h: () => { this.home(); this.draw(); },
+    }[e.key];
+    if (/^[1-9]$/.test(e.key) && this.model.maps[e.key - 1]) this.choose(e.key - 1);
+    else if (does && (this.findings.length || !/[np]/.test(e.key))) does();
+    else return;
+    e.preventDefault();
+  }
+
+  turn(azimuth, elevation) {
+    const d = this.camera.position.clone().sub(this.controls.target);
+    const r = d.length(), a = Math.atan2(d.y, d.x) + (azimuth * Math.PI) / 180;
+    const e = Math.min(1.55, Math.max(-1.55, Math.asin(d.z / r) + (elevation * Math.PI) / 180));
+    this.look(this.controls.target, direction((a * 180) / Math.PI, (e * 180) / Math.PI), this.camera.zoom);
+    this.draw();
+    this.settle();
+  }
+
+  zoom(by) {
+    this.camera.zoom *= by;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Looks at a point from a direction. */
+  look(target, from, zoom) {
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(from, 4 * this.ball.radius);
+    this.camera.zoom = zoom;
+    this.camera.updateProjectionMatrix();
+    this.camera.lookAt(target);
+    this.camera.updateMatrixWorld();
+    this.controls.update();
+  }
+
+  home() {
+    this.current = -1;
+    this.mark();
+    this.look(this.ball.center, direction(...SIDES[0]), 1);
+    this.settle();
+  }
+
+  /** The map of a finding's check. */
+  mapOf(finding) {
+    const at = finding ? this.model.maps.findIndex((m) => m.check === finding.check) : -1;
+    return at < 0 ? undefined : at;
+  }
+
+  /** Paints another map. */
+  choose(at) {
+    const map = this.model.maps[at];
+    this.map = at;
+    const u = this.material.uniforms, g = this.scene.children[0].geometry;
+    if (map) {
+      g.setAttribute("value", new BufferAttribute(map.values, 1));
+      u.low.value = map.low;
+      u.high.value = map.high;
+      u.fail.value = map.fail ?? 0;
+      u.warn.value = map.warn ?? 0;
+      u.kind.value = (map.fail == null ? 0 : 1) + (map.warn == null ? 0 : 2);
+      u.sense.value = map.sense === "max" ? -1 : 1;
+      u.tie.value = (0.75 * (map.high - map.low)) / 65534; // Equal to a limit, but for the copy's own step, is good.
+    } else {
+      g.setAttribute("value", new BufferAttribute(new Float32Array(this.model.positions.length / 3).fill(NaN), 1));
+    }
+    const input = document.querySelectorAll("input.choice")[at];
+    if (input) input.checked = true;
+    this.legend?.(map);
+    this.draw();
+  }
+
+  /** Moves the cut; the half towards the eye is taken away. */
+  setCut(axis, at) {
+    this.cut = { axis, at };
+    const plane = this.material.uniforms.plane.value;
+    if (axis < 0) plane.set(0, 0, 0, 0);
+    else {
+      const lo = this.box.min.getComponent(axis), hi = this.box.max.getComponent(axis);
+      const d = this.camera.position.clone().sub(this.controls.target).getComponent(axis) >= 0 ? 1 : -1;
+      const n = [0, 0, 0];
+      n[axis] = d;
+      plane.set(n[0], n[1], n[2], -d * (lo + (hi - lo) * at));
+    }
+    this.draw();
+  }
+
+  cutAway(x, y, z) {
+    const p = this.material.uniforms.plane.value;
+    return p.x * x + p.y * y + p.z * z + p.w > 1e-6;
+  }
+
+  /** Flies to a finding, from a side that shows it. */
+  fly(at) {
+    const f = this.findings[at];
+    if (!f) return;
+    this.current = at;
+    const own = this.mapOf(f);
+    if (own !== undefined && own !== this.map) this.choose(own);
+    const target = new Vector3(...this.posed(f.at_mm));
+    const now = this.camera.position.clone().sub(this.controls.target).normalize();
+    const sides = [now, ...SIDES.map((s) => direction(...s))];
+    const walls = sides.map((d) => this.hidden(target, d, f) ? 1 : 0);
+    const from = sides[Math.max(0, walls.indexOf(0))];
+    const span = Math.max(...[0, 1, 2].map((a) => f.box_mm[1][a] - f.box_mm[0][a]), 0.12 * this.ball.radius);
+    const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
+    this.mark();
+    history.replaceState(null, "", "#" + f.anchor);
+    this.host.scrollIntoView({ block: "nearest", behavior: still.matches ? "auto" : "smooth" });
+    this.glide(target, from, zoom);
+  }
+
+  glide(target, from, zoom) {
+    const t0 = this.controls.target.clone(), z0 = this.camera.zoom;
+    const d0 = this.camera.position.clone().sub(t0).normalize();
+    const begun = performance.now(), length = still.matches ? 0 : 420;
+    this.gliding = { target, from, zoom };
+    const step = (now) => {
+      if (this.gliding?.target !== target) return;
+      const t = length ? Math.min(1, (now - begun) / length) : 1, s = t * t * (3 - 2 * t);
+      const d = d0.clone().lerp(from, s);
+      if (d.length() < 1e-3) d.copy(from);
+      this.look(t0.clone().lerp(target, s), d.normalize(), z0 * Math.pow(zoom / z0, s));
+      this.draw();
+      if (t < 1) requestAnimationFrame(step);
+      else { this.gliding = null; this.settle(); }
+    };
+    if (length) requestAnimationFrame(step);
+    else step(begun);
+  }
+
+  /** Goes to the finding that the address names. */
+  fromHash() {
+    const at = this.findings.findIndex((f) => "#" + f.anchor === location.hash);
+    if (at >= 0 && at !== this.current) this.fly(at);
+  }
+
+  /** A place of the file in the frame of the build. */
+  posed(p) {
+    return this.report.part.pose.slice(0, 3).map((r) => r[0] * p[0] + r[1] * p[1] + r[2] * p[2] + r[3]);
+  }
+
+  /** A place of the build in the frame of the file. */
+  unposed(q) {
+    const m = this.report.part.pose, d = [0, 1, 2].map((r) => q[r] - m[r][3]);
+    return [0, 1, 2].map((c) => m[0][c] * d[0] + m[1][c] * d[1] + m[2][c] * d[2]);
+  }
+
+  /** Whether more than a finding's own skin stands between its place and the eye. */
+  hidden(place, toward, f) {
+    const own = f.unit === "mm" ? 0.6 * f.high : 0;
+    const skin = Math.min(own, 0.1 * this.ball.radius) + 0.012 * this.ball.radius;
+    const origin = place.clone().addScaledVector(toward, skin);
+    return firstHit(this.model, origin, toward, (x, y, z) => this.cutAway(x, y, z)) !== null;
+  }
+
+  makePins() {
+    this.pinBox = document.createElement("div");
+    this.pinBox.className = "pins";
+    this.host.append(this.pinBox);
+    this.pins = this.findings.slice(0, 40).map((f, i) => {
+      const b = document.createElement("button");
+      b.type = "button";
+      b.className = "pin " + f.state;
+      b.textContent = String(i + 1);
+      b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.state}`);
+      b.addEventListener("click", () => this.fly(i));
+      this.pinBox.append(b);
+      return { b, f, place: new Vector3(...this.posed(f.at_mm)) };
+    });
+  }
+
+  mark() {
+    document.querySelectorAll(".finding.current").forEach((e) => e.classList.remove("current"));
+    this.pins.forEach((p, i) => p.b.classList.toggle("current", i === this.current));
+    const f = this.findings[this.current];
+    const li = f && document.getElementById(f.anchor);
+    if (!li) return;
+    li.classList.add("current");
+    const list = li.parentElement;
+    if (list.scrollHeight > list.clientHeight) list.scrollTop = li.offsetTop - list.offsetTop - 8;
+  }
+
+  /** What is done when the view comes to rest: the cut's side, and which pins are hidden. */
+  settle() {
+    if (this.cut.axis >= 0) this.setCut(this.cut.axis, this.cut.at);
+    const toward = this.camera.position.clone().sub(this.controls.target).normalize();
+    for (const p of this.pins) p.b.classList.toggle("hidden", this.hidden(p.place, toward, p.f));
+  }
+
+  /** Reads the value under a point of the page. */
+  read(x, y) {
+    const r = this.canvas.getBoundingClientRect();
+    const p = new Vector3(((x - r.left) / r.width) * 2 - 1, 1 - ((y - r.top) / r.height) * 2, -1).unproject(this.camera);
+    const toward = this.camera.position.clone().sub(this.controls.target).normalize();
+    p.addScaledVector(toward, 12 * this.ball.radius);
+    const hit = firstHit(this.model, p, toward.clone().negate(), (a, b, c) => this.cutAway(a, b, c));
+    this.panel.say(hit, this.model.maps[this.map]);
+    return hit;
+  }
+
+  /** Draws once, at the next frame. */
+  draw() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => { this.asked = false; this.render(); });
+  }
+
+  render() {
+    const c = this.camera;
+    c.updateMatrixWorld();
+    const right = new Vector3(), up = new Vector3(), toward = new Vector3();
+    c.matrixWorld.extractBasis(right, up, toward);
+    this.material.uniforms.lamp.value.copy(toward).addScaledVector(right, -0.55).addScaledVector(up, 0.75).normalize();
+    this.gl.render(this.scene, c);
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, v = new Vector3();
+    for (const p of this.pins) {
+      v.copy(p.place).project(c);
+      const out = Math.abs(v.x) > 1 || Math.abs(v.y) > 1;
+      p.b.style.display = out ? "none" : "";
+      p.b.style.transform = `translate(${((v.x + 1) / 2) * w}px,${((1 - v.y) / 2) * h}px) translate(-50%,-50%)`;
+    }
+    this.panel.scale((w * c.zoom) / (c.right - c.left));
+    this.frames = (this.frames ?? 0) + 1;
+  }
+
+  selfTest() {
+    return selfTest(this);
+  }
+}
+
+function direction(azimuth, elevation) {
+  const a = (azimuth * Math.PI) / 180, e = (elevation * Math.PI) / 180;
+  return new Vector3(Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e));
+}
+
+/** The findings in the order of the page: the list there knows it. */
+function collect(report) {
+  const all = {};
+  for (const check of report.checks) for (const f of check.findings) (all[check.name] ??= []).push({ ...f, check: check.name });
+  const found = [];
+  for (const li of document.querySelectorAll("[data-finding]")) {
+    const anchor = li.id, check = anchor.slice(0, anchor.lastIndexOf("-"));
+    const at = JSON.parse(li.dataset.at);
+    const f = (all[check] ?? []).find((g) => g.at_mm.every((x, a) => Math.abs(x - at[a]) < 2e-6) && !g.taken);
+    if (f) {
+      f.taken = true;
+      found.push({ ...f, anchor });
+    }
+  }
+  return found;
+}
+

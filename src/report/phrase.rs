@@ -1,0 +1,297 @@
+//! Numbers, limits and verdicts as people read them; terminal, page and Markdown say the same words.
+
+use super::schema::{CheckReport, Report, Verdict};
+use crate::check::{Basis, Finding, Sense, State};
+use crate::units::short;
+
+/// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
+pub fn unit_sign(unit: &str) -> &str {
+    match unit {
+        "deg" => "°",
+        "mm2" => "mm²",
+        "mm3" => "mm³",
+        "1" => "",
+        other => other,
+    }
+}
+
+/// A value with its unit: `0.45 mm`, `45°`, `0.31`.
+pub fn quantity(value: f64, unit: &str) -> String {
+    with_unit(&short(value), unit)
+}
+
+/// A number already in digits, with its unit behind it.
+fn with_unit(digits: &str, unit: &str) -> String {
+    match unit_sign(unit) {
+        "" => digits.to_string(),
+        "°" => format!("{digits}°"),
+        sign => format!("{digits} {sign}"),
+    }
+}
+
+/// Decimals that show a bracket to two digits of its width, 0 to 4.
+fn decimals_of(width: f64) -> usize {
+    if width > 1e-9 { (1.0 - width.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 }
+}
+
+/// A number with fixed decimals, rounded down or up as `outward` says, never `-0`.
+fn outward(value: f64, decimals: usize, direction: Direction) -> String {
+    let scale = 10f64.powi(decimals as i32);
+    // 1e-6 keeps 0.49 · 100 = 49.000000000000004 from being pushed to 0.50.
+    let ticks = match direction {
+        Direction::Down => (value * scale + 1e-6).floor(),
+        Direction::Up => (value * scale - 1e-6).ceil(),
+    };
+    short(if ticks == 0.0 { 0.0 } else { ticks / scale })
+}
+
+/// Where a bracket's end is rounded to, so that the printed bracket still holds the truth.
+#[derive(Clone, Copy)]
+enum Direction {
+    Down,
+    Up,
+}
+
+/// The ends of a bracket, rounded outwards: `0.42–0.49`; `None` where value and bracket are one number.
+pub fn bracket(low: f64, high: f64) -> Option<String> {
+    let width = high - low;
+    (width > 1e-6).then(|| {
+        let decimals = decimals_of(width);
+        format!("{}–{}", outward(low, decimals, Direction::Down), outward(high, decimals, Direction::Up))
+    })
+}
+
+/// A value at the digits its bracket supports, with its unit.
+pub fn measured(value: f64, low: f64, high: f64, unit: &str) -> String {
+    let width = high - low;
+    if width <= 1e-6 {
+        return quantity(value, unit);
+    }
+    let scale = 10f64.powi(decimals_of(width) as i32);
+    quantity((value * scale).round() / scale, unit)
+}
+
+/// How a value is known, in words for the page.
+pub fn known(basis: Basis) -> &'static str {
+    match basis {
+        Basis::Exact => "exact",
+        Basis::Certified => "certified",
+        Basis::Estimated => "estimated",
+    }
+}
+
+/// The relation a good value has to its limit.
+pub fn relation(sense: Sense) -> &'static str {
+    match sense {
+        Sense::Min => "≥",
+        Sense::Max => "≤",
+    }
+}
+
+/// Both limits as one phrase: `must ≥ 0.5 mm, should ≥ 0.8 mm`; `no limit` without any.
+pub fn limits(fail: Option<f64>, warn: Option<f64>, sense: Sense, unit: &str) -> String {
+    let one =
+        |word: &str, limit: Option<f64>| limit.map(|l| format!("{word} {} {}", relation(sense), quantity(l, unit)));
+    let parts: Vec<String> = [one("must", fail), one("should", warn)].into_iter().flatten().collect();
+    if parts.is_empty() { "no limit".into() } else { parts.join(", ") }
+}
+
+/// The limit a finding is judged by in its state: the one it breaks or holds.
+pub fn deciding_limit(f: &Finding) -> Option<(&'static str, f64)> {
+    let fail = f.fail.map(|l| ("must", l));
+    let warn = f.warn.map(|l| ("should", l));
+    match f.state {
+        State::Fail | State::Undecided => fail.or(warn),
+        _ => warn.or(fail),
+    }
+}
+
+/// The limit a finding is judged by, as a phrase: `must ≥ 0.5 mm`.
+pub fn deciding(f: &Finding) -> String {
+    deciding_limit(f)
+        .map_or("no limit".into(), |(word, l)| format!("{word} {} {}", relation(f.sense), quantity(l, &f.unit)))
+}
+
+/// The margin with sign and percent of the limit: `−0.35 mm (−44 %)`.
+pub fn margin(value: f64, limit: f64, sense: Sense, unit: &str) -> String {
+    let margin = match sense {
+        Sense::Min => value - limit,
+        Sense::Max => limit - value,
+    };
+    let sign = if margin < 0.0 { "−" } else { "+" };
+    let digits = with_unit(&short(margin.abs()), unit);
+    if limit.abs() > 1e-9 {
+        format!("{sign}{digits} ({sign}{} %)", (margin / limit * 100.0).abs().round())
+    } else {
+        format!("{sign}{digits}")
+    }
+}
+
+/// A point in millimetres, at a hundredth: `21.6, 0, 11`.
+pub fn point(at_mm: [f64; 3]) -> String {
+    at_mm.map(|x| short((x * 100.0).round() / 100.0)).join(", ")
+}
+
+/// A whole number in groups of three: `101,806`.
+pub fn thousands(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// Bytes for people: `179 kB`, `1.2 MB`.
+pub fn bytes(n: u64) -> String {
+    match n {
+        0..1000 => format!("{n} B"),
+        1000..1_000_000 => format!("{} kB", (n as f64 / 1e3).round()),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", n as f64 / 1e6),
+        _ => format!("{:.1} GB", n as f64 / 1e9),
+    }
+}
+
+/// The extent of the part: `56 × 36 × 32.4 mm`.
+pub fn extent(box_mm: [[f64; 3]; 2]) -> String {
+    let sides = [0, 1, 2].map(|a| short(((box_mm[1][a] - box_mm[0][a]) * 100.0).round() / 100.0));
+    format!("{} mm", sides.join(" × "))
+}
+
+/// The verdict as a headline.
+pub fn headline(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "Printable",
+        Verdict::Warn => "Printable, with warnings",
+        Verdict::Undecided => "Cannot tell yet",
+        Verdict::Fail => "Not printable as is",
+    }
+}
+
+/// The state whose glyph and colour stand for a verdict.
+pub fn verdict_state(verdict: Verdict) -> State {
+    match verdict {
+        Verdict::Pass => State::Pass,
+        Verdict::Warn => State::Warn,
+        Verdict::Undecided => State::Undecided,
+        Verdict::Fail => State::Fail,
+    }
+}
+
+/// The state as a word on a card.
+pub fn state_word(state: State) -> &'static str {
+    match state {
+        State::Pass => "Passes",
+        State::Warn => "Warning",
+        State::Undecided => "Undecided",
+        State::Fail => "Fails",
+        State::Error => "Broke down",
+        State::NotRun => "Not run",
+        State::NotApplicable => "Not applicable",
+    }
+}
+
+/// How many checks are in each state, worst first: `2 fail`, `1 undecided`, …; states without checks are left out.
+pub fn counts(report: &Report) -> Vec<(State, usize, String)> {
+    [
+        (State::Fail, "fail"),
+        (State::Error, "broke down"),
+        (State::Undecided, "undecided"),
+        (State::Warn, "warn"),
+        (State::Pass, "pass"),
+        (State::NotRun, "not run"),
+        (State::NotApplicable, "not applicable"),
+    ]
+    .into_iter()
+    .map(|(state, word)| (state, report.count(state), word))
+    .filter(|(_, n, _)| *n > 0)
+    .map(|(state, n, word)| (state, n, format!("{n} {word}")))
+    .collect()
+}
+
+/// A finding with the check it belongs to, its number in the report and its number within the check.
+#[derive(Clone, Copy)]
+pub struct Numbered<'a> {
+    /// From 1, worst first over the whole report: the number on its pin.
+    pub number: usize,
+    /// From 1, within its check.
+    pub within: usize,
+    pub check: &'a CheckReport,
+    pub finding: &'a Finding,
+}
+
+impl Numbered<'_> {
+    /// The anchor of the finding in the page: `thin-wall-1`.
+    pub fn anchor(&self) -> String {
+        format!("{}-{}", self.check.name, self.within)
+    }
+
+    /// What is measured, in the unit of the finding.
+    pub fn measured(&self) -> String {
+        measured(self.finding.value, self.finding.low, self.finding.high, &self.finding.unit)
+    }
+
+    /// The extent of the finding: area, volume and number of equal places, as far as they are known.
+    pub fn size(&self) -> Vec<String> {
+        let f = self.finding;
+        let coarse = |v: f64| short(if v >= 10.0 { v.round() } else { (v * 100.0).round() / 100.0 });
+        let mut out = Vec::new();
+        if f.count > 1 {
+            out.push(format!("{} places", thousands(f.count)));
+        }
+        out.extend(f.area_mm2.map(|a| format!("{} mm²", coarse(a))));
+        out.extend(f.volume_mm3.map(|v| format!("{} mm³", coarse(v))));
+        out
+    }
+}
+
+/// All findings that are not passes, worst first, each with its numbers.
+pub fn numbered(report: &Report) -> Vec<Numbered<'_>> {
+    let mut pairs: Vec<(&CheckReport, &Finding)> = report
+        .checks
+        .iter()
+        .flat_map(|c| c.findings.iter().map(move |f| (c, f)))
+        .filter(|(_, f)| f.state > State::Pass)
+        .collect();
+    pairs.sort_by(|a, b| Finding::worst_first(a.1, b.1));
+    let mut seen = std::collections::BTreeMap::<&str, usize>::new();
+    pairs
+        .into_iter()
+        .enumerate()
+        .map(|(i, (check, finding))| {
+            let within = seen.entry(&check.name).or_default();
+            *within += 1;
+            Numbered { number: i + 1, within: *within, check, finding }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brackets_are_rounded_outwards_and_keep_two_digits() {
+        assert_eq!(bracket(0.4212, 0.4873).as_deref(), Some("0.421–0.488"));
+        assert_eq!(bracket(0.42, 0.49).as_deref(), Some("0.42–0.49"));
+        assert_eq!(bracket(8.6, 9.74).as_deref(), Some("8.6–9.8"));
+        assert_eq!(bracket(0.45, 0.45), None);
+        assert_eq!(measured(0.45123, 0.42, 0.49, "mm"), "0.451 mm");
+        assert_eq!(measured(45.0, 45.0, 45.0, "deg"), "45°");
+    }
+
+    #[test]
+    fn margins_have_sign_and_percent() {
+        assert_eq!(margin(0.45, 0.8, Sense::Min, "mm"), "−0.35 mm (−44 %)");
+        assert_eq!(margin(9.2, 0.0, Sense::Max, "mm3"), "−9.2 mm³");
+        assert_eq!(margin(3.72, 0.5, Sense::Min, "mm"), "+3.22 mm (+644 %)");
+    }
+
+    #[test]
+    fn whole_numbers_are_grouped() {
+        assert_eq!([0, 999, 1000, 101806].map(thousands), ["0", "999", "1,000", "101,806"]);
+    }
+}

@@ -1,0 +1,244 @@
+//! The summary on a terminal: at most 30 lines, worst first, with the next command to type.
+
+use super::phrase::{self, Numbered};
+use super::schema::Report;
+use crate::check::{Basis, State};
+use crate::error::{Error, printable};
+
+/// Most findings that are listed; each takes two lines, and the whole must fit 30.
+const LISTED: usize = 7;
+
+/// Columns that a line may take.
+const WIDTH: usize = 120;
+
+/// Whether the text carries colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Palette {
+    /// Text alone: not a terminal, or `NO_COLOR` is set.
+    Plain,
+    /// With ANSI escape sequences.
+    Ansi,
+}
+
+/// What the summary says beside the report: where the files are and how long it took.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Outputs {
+    /// The part as it was named on the command line; the commands to type next repeat it.
+    pub part: String,
+    /// What was written: a word (`report`, `data`, `pictures`), the place, and its length in bytes.
+    pub written: Vec<(String, String, u64)>,
+    /// Wall-clock seconds of the run.
+    pub seconds: Option<f64>,
+}
+
+impl Palette {
+    /// The text in the colour of a state.
+    fn state(self, state: State, text: &str) -> String {
+        let code = match state {
+            State::Fail | State::Error => "1;31",
+            State::Warn => "33",
+            State::Undecided => "1;34",
+            State::Pass => "32",
+            State::NotRun | State::NotApplicable => "2",
+        };
+        self.wrap(code, text)
+    }
+
+    fn wrap(self, code: &str, text: &str) -> String {
+        match self {
+            Palette::Plain => text.to_string(),
+            Palette::Ansi => format!("\u{1b}[{code}m{text}\u{1b}[0m"),
+        }
+    }
+}
+
+/// The summary: part, verdict, findings worst first with their fixes, passes, files and the next command.
+///
+/// At most 30 lines; the findings beyond the seventh are counted and left to the report. Names from files are
+/// printed with their control characters escaped.
+pub fn summary(report: &Report, outputs: &Outputs, palette: Palette) -> String {
+    let findings = phrase::numbered(report);
+    let mut lines = header(report, palette);
+    lines.extend([
+        String::new(),
+        verdict(report, outputs, palette),
+        printable_sentence(&report.summary),
+        String::new(),
+    ]);
+    for n in findings.iter().take(LISTED) {
+        lines.extend(finding(n, palette));
+    }
+    if findings.len() > LISTED {
+        lines.push(palette.wrap("2", &format!("… {} more in the report", findings.len() - LISTED)));
+    }
+    lines.extend(other_checks(report, palette));
+    if let Some(first) = report.warnings.first() {
+        let more = report.warnings.len() - 1;
+        let more = if more > 0 { format!(" (and {more} more in the report)") } else { String::new() };
+        lines.push(clipped(&format!("note: {}{more}", printable_sentence(&first.message))));
+    }
+    lines.push(String::new());
+    for (what, place, length) in outputs.written.iter().take(3) {
+        lines.push(format!("{what:<8}{} ({})", printable(place), phrase::bytes(*length)));
+    }
+    lines.extend(next_command(&findings, outputs));
+    lines.join("\n") + "\n"
+}
+
+/// The verdict alone, for `--quiet`.
+pub fn verdict_line(report: &Report, palette: Palette) -> String {
+    verdict(report, &Outputs::default(), palette) + "\n"
+}
+
+/// An error in at most five lines: what, where, what to try, and how to learn more.
+///
+/// ```
+/// use amcheck::{Error, error::Place, report::terminal::{self, Palette}};
+/// let e = Error::Damaged { format: "STL", place: Place::Byte(84), problem: "17 facets are missing".into(),
+///                          remedy: "export the part again".into() };
+/// assert_eq!(terminal::error(&e, Some("part.stl"), Palette::Plain),
+///     "error[E011]: damaged STL: 17 facets are missing\n  --> part.stl: byte 84\n  help: export the part again\n  \
+///      explain: amcheck explain E011\n");
+/// ```
+pub fn error(error: &Error, file: Option<&str>, palette: Palette) -> String {
+    let head = palette.wrap("1;31", &format!("error[{}]:", error.code()));
+    let mut out = format!("{head} {}\n", printable_sentence(&error.to_string()));
+    let place = match (file.map(printable), error.place()) {
+        (Some(file), Some(place)) => Some(format!("{file}: {place}")),
+        (file, place) => file.or(place),
+    };
+    if let Some(place) = place {
+        out.push_str(&format!("  --> {place}\n"));
+    }
+    out.push_str(&format!(
+        "  help: {}\n  explain: amcheck explain {}\n",
+        printable_sentence(&error.remedy()),
+        error.code()
+    ));
+    out
+}
+
+/// Part and process, two lines.
+fn header(report: &Report, palette: Palette) -> Vec<String> {
+    let part = &report.part;
+    let tight = if part.watertight { "watertight" } else { "not watertight" };
+    let bodies = if part.bodies == 1 { "1 body".into() } else { format!("{} bodies", phrase::thousands(part.bodies)) };
+    vec![
+        format!(
+            "amcheck {}  {}  {}, {} triangles, {bodies}, {tight}",
+            printable(&report.tool.version),
+            palette.wrap("1", &printable(&part.file)),
+            phrase::extent(part.box_mm),
+            phrase::thousands(part.triangles),
+        ),
+        format!(
+            "process {} ({})   grid {}   units {} ({})",
+            printable(&report.process.name),
+            printable(&report.process.title),
+            phrase::quantity(report.grid.spacing_mm, "mm"),
+            printable(&part.units),
+            printable(&part.units_from),
+        ),
+    ]
+}
+
+/// The verdict with its counts and the time it took.
+fn verdict(report: &Report, outputs: &Outputs, palette: Palette) -> String {
+    let state = phrase::verdict_state(report.verdict);
+    let headline = format!("{} {}", state.glyph(), phrase::headline(report.verdict).to_uppercase());
+    let mut out = palette.wrap("1", &palette.state(state, &headline));
+    for (state, _, words) in phrase::counts(report) {
+        out.push_str("   ");
+        out.push_str(&palette.state(state, &words));
+    }
+    if let Some(seconds) = outputs.seconds {
+        out.push_str(&palette.wrap("2", &format!("   {seconds:.1} s")));
+    }
+    out
+}
+
+/// One finding in two lines: value, bracket, limit, place; then what to change.
+fn finding(n: &Numbered, palette: Palette) -> [String; 2] {
+    let f = n.finding;
+    let name = format!("{} {}[{}]", f.state.glyph(), printable(&n.check.name), n.within);
+    let held = match (phrase::bracket(f.low, f.high), f.basis) {
+        (Some(bracket), _) => format!("({bracket})"),
+        (None, Basis::Estimated) => "(estimated)".into(),
+        (None, _) => "(exact)".into(),
+    };
+    let mut line = format!(
+        "{:<20} {:<10} {:<15} {:<17} at {}",
+        name,
+        n.measured(),
+        held,
+        phrase::deciding(f),
+        phrase::point(f.at_mm)
+    );
+    for size in n.size() {
+        line.push_str("   ");
+        line.push_str(&size);
+    }
+    let word = if f.state == State::Undecided { "decide" } else { "fix" };
+    let line = clipped(&line);
+    [
+        line.replacen(&name, &palette.state(f.state, &name), 1),
+        clipped(&format!("    {word}: {}", printable_sentence(&f.fix))),
+    ]
+}
+
+/// The checks without findings: passes with their worst values, what did not run and why.
+fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
+    let named = |state: State| report.checks.iter().filter(move |c| c.state == state);
+    let list = |state: State, words: &str, items: Vec<String>| {
+        let line = format!("{} {} {words}: {}", state.glyph(), items.len(), items.join(", "));
+        (!items.is_empty()).then(|| palette.state(state, &clipped(&line)))
+    };
+    let passes = named(State::Pass).map(|c| match &c.worst {
+        Some(w) => format!("{} {}", printable(&c.name), phrase::measured(w.value, w.low, w.high, &w.unit)),
+        None => printable(&c.name),
+    });
+    let reasons = |state: State| {
+        named(state)
+            .map(|c| format!("{} ({})", printable(&c.name), printable(c.why.as_deref().unwrap_or("no reason given"))))
+            .collect()
+    };
+    [
+        list(State::Pass, "pass", passes.collect()),
+        list(State::Error, "broke down", reasons(State::Error)),
+        list(State::NotRun, "not run", reasons(State::NotRun)),
+        list(State::NotApplicable, "not applicable", reasons(State::NotApplicable)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// The command that helps most now: decide what is undecided, else explain the worst check.
+fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
+    let worst = findings.first()?;
+    let command = match findings.iter().find(|n| n.finding.state == State::Undecided) {
+        Some(open) if worst.finding.state == State::Undecided => {
+            format!("amcheck {} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))
+        }
+        _ => format!("amcheck explain {}", printable(&worst.check.name)),
+    };
+    Some(format!("{:<8}{command}", "next"))
+}
+
+/// A word for a shell: quoted where it holds anything but letters, digits and a few signs.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "./_-+".contains(c);
+    let word = printable(word);
+    if word.chars().all(plain) && !word.is_empty() { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+/// A sentence with control characters escaped; unlike a name it may be long.
+fn printable_sentence(text: &str) -> String {
+    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { String::from(c) };
+    text.chars().map(escaped).collect()
+}
+
+/// A line cut to the width of the summary.
+fn clipped(line: &str) -> String {
+    if line.chars().count() <= WIDTH { line.into() } else { line.chars().take(WIDTH - 1).chain(['…']).collect() }
+}

@@ -1,0 +1,162 @@
+//! The press on an invented part: every format is looked at from outside.
+
+mod sample;
+
+use amcheck::check::State;
+use amcheck::report::terminal::{self, Outputs, Palette};
+use amcheck::report::{Report, html, json, render};
+
+fn outputs() -> Outputs {
+    Outputs {
+        part: "bracket.stl".into(),
+        written: vec![
+            ("report".into(), "reports/bracket/report.html".into(), 179_000),
+            ("data".into(), "reports/bracket/report.json".into(), 9_120),
+        ],
+        seconds: Some(1.3),
+    }
+}
+
+#[test]
+fn the_schema_accepts_the_report_and_refuses_a_broken_one() {
+    let schema: serde_json::Value = serde_json::from_str(json::SCHEMA_TEXT).unwrap();
+    let validator = jsonschema::validator_for(&schema).unwrap();
+    let mut value: serde_json::Value = serde_json::from_str(&json::write(&sample::report("bracket.stl"))).unwrap();
+    if let Err(e) = validator.validate(&value) {
+        panic!("{e} at {}", e.instance_path);
+    }
+    value["checks"][2]["findings"][0]["state"] = "perhaps".into();
+    assert!(!validator.is_valid(&value));
+    value["checks"][2]["findings"] = serde_json::json!([]);
+    assert!(validator.is_valid(&value));
+    value["checks"][5].as_object_mut().unwrap().remove("why");
+    assert!(!validator.is_valid(&value), "a check that did not run must say why");
+}
+
+#[test]
+fn json_reads_back_as_the_same_report_and_hides_no_markup() {
+    let report = sample::report(sample::HOSTILE);
+    let text = json::write(&report);
+    let back: Report = serde_json::from_str(&text).unwrap();
+    assert!(json::write(&back) == text, "what was read back is written differently");
+    let inside = json::inside_html(&text);
+    assert!(!inside.contains('<') && !inside.contains('>'));
+    assert!(serde_json::from_str::<Report>(&inside).unwrap() == back);
+    assert_eq!(back.part.file, sample::HOSTILE);
+}
+
+#[test]
+fn the_summary_is_short_worst_first_and_plain_without_colour() {
+    let report = sample::report("bracket.stl");
+    let text = terminal::summary(&report, &outputs(), Palette::Plain);
+    println!("{text}");
+    assert!(text.lines().count() <= 30, "{text}");
+    assert!(text.chars().all(|c| c == '\n' || !c.is_control()));
+    let at = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("{needle} is missing in\n{text}"));
+    assert!(at("thin-wall[1]") < at("blend[1]") && at("blend[1]") < at("thin-wall[2]"), "{text}");
+    assert!(text.contains("0.45 mm") && text.contains("must ≥ 0.5 mm") && text.contains("fix: Thicken"));
+    let coloured = terminal::summary(&report, &outputs(), Palette::Ansi);
+    assert!(coloured.contains("\u{1b}[1;31m"));
+}
+
+#[test]
+fn a_hundred_findings_and_hostile_names_still_fit_thirty_lines() {
+    let mut report = sample::report("a\u{1b}[2J\nb.stl");
+    let one = report.checks[2].findings[0].clone();
+    report.checks[2].findings = vec![one; 100];
+    for (c, state) in report.checks.iter_mut().zip([State::Error, State::Pass]) {
+        (c.state, c.why) = (state, Some("line\nline".repeat(80)));
+    }
+    let text = terminal::summary(&report, &outputs(), Palette::Plain);
+    assert!(text.lines().count() <= 30, "{} lines\n{text}", text.lines().count());
+    assert!(text.contains("more in the report") && !text.contains('\u{1b}'));
+}
+
+/// Where tests leave what a person may want to look at.
+fn shelf() -> std::path::PathBuf {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("press");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn every_map_every_check_and_every_slice_gets_a_picture() {
+    let report = sample::report("bracket.stl");
+    let pictures = render::pictures(&report, &sample::exhibit(2.0));
+    for p in &pictures {
+        std::fs::write(shelf().join(format!("{}.png", p.name)), &p.png).unwrap();
+        let image = image::load_from_memory(&p.png).unwrap();
+        assert!(image.width() >= 460 && p.png.len() < 120_000, "{}: {} bytes", p.name, p.png.len());
+        assert!(!p.alt.is_empty());
+    }
+    let names: Vec<&str> = pictures.iter().map(|p| p.name.as_str()).collect();
+    for name in ["thin-wall", "overhang", "narrow-gap", "close-thin-wall", "close-trapped-volume", "slice-x", "slice-z"]
+    {
+        assert!(names.contains(&name), "{name} is missing in {names:?}");
+    }
+    assert!(pictures == render::pictures(&report, &sample::exhibit(2.0)), "the same input gives other bytes");
+}
+
+#[test]
+fn an_empty_exhibit_and_an_empty_report_still_give_pictures() {
+    let mut report = sample::report("bracket.stl");
+    report.checks.clear();
+    let pictures = render::pictures(&report, &amcheck::report::Exhibit::default());
+    assert_eq!(pictures.len(), 1);
+}
+
+fn page_of(file: &str) -> String {
+    let report = sample::report(file);
+    let exhibit = sample::exhibit(2.0);
+    let pictures = render::pictures(&report, &exhibit);
+    html::page(&report, &exhibit, &pictures)
+}
+
+#[test]
+fn the_page_is_whole_small_and_asks_for_nothing() {
+    let page = page_of("bracket.stl");
+    std::fs::write(shelf().join("report.html"), &page).unwrap();
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    for needle in [
+        "Can it be made?",
+        "Where not?",
+        "How sure is that?",
+        "What should change?",
+        "Not printable as is",
+        "must ≥ 0.5 mm, should ≥ 0.8 mm",
+        "−0.05 mm (−10 %) to must",
+        "left out by --skip island",
+        "id=\"thin-wall-1\"",
+        "id=\"check-narrow-gap\"",
+        "Slices through the worst finding",
+        "duplicate-facets",
+        "default-src 'none'",
+    ] {
+        assert!(page.contains(needle), "{needle} is missing");
+    }
+    for foreign in ["http://", "https://", "//cdn", "url(", "@import"] {
+        let rest = page.replace("http://www.w3.org/2000/svg", "");
+        assert!(!rest.contains(foreign), "the page names {foreign}");
+    }
+    assert!(page == page_of("bracket.stl"), "the same input gives other bytes");
+}
+
+#[test]
+fn a_hostile_name_stays_a_name_in_the_page() {
+    let page = page_of(sample::HOSTILE);
+    assert!(!page.contains("<img src=x>") && !page.contains("</script><"), "the name breaks out");
+    assert!(page.contains("&lt;/script&gt;&lt;img src=x&gt;.stl") && page.contains("\\u003c/script\\u003e"));
+    assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
+}
+
+/// Says how long the press takes for about 100,000 corners; a figure to read (`--nocapture`), not a limit.
+#[test]
+fn the_time_of_the_press_is_said() {
+    let (report, exhibit) = (sample::report("bracket.stl"), sample::exhibit(1.8));
+    let start = std::time::Instant::now();
+    let pictures = render::pictures(&report, &exhibit);
+    let drawn = start.elapsed();
+    let page = html::page(&report, &exhibit, &pictures);
+    let printed = start.elapsed() - drawn;
+    println!("{} corners: pictures {drawn:.0?}, page {printed:.0?}, {} bytes", exhibit.corners.len(), page.len());
+}
