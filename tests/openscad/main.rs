@@ -187,11 +187,14 @@ fn the_lower_volume_converges_in_first_order() {
     }
 }
 
+/// Makes a wrong element of a right one; the number is the spacing.
+type Mistake = fn(&Sides, f64) -> Sides;
+
 /// A mistake in the element is seen as samples outside the true result: reflected, axes swapped, shifted by a sample,
 /// phase lost, half a cell off.
 #[test]
 fn mistakes_are_caught() {
-    let mistakes: [(&str, fn(&Sides, f64) -> Sides); 6] = [
+    let mistakes: [(&str, Mistake); 6] = [
         ("reflected", |b, _| b.reflected()),
         ("x and y swapped", |b, _| each(b, swapped)),
         ("one sample to +x", |b, h| moved(b, [h, 0.0, 0.0])),
