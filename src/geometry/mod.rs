@@ -1,12 +1,14 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
 pub mod bvh;
+pub mod contour;
 pub mod distance;
 
 pub mod health;
 
 pub mod mesh;
 pub mod primitive;
+pub mod refine;
 pub mod solid;
 pub mod triangle;
 pub mod vector;

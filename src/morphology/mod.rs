@@ -5,12 +5,14 @@
 
 mod element;
 mod minkowski;
+mod offset;
 mod opening;
 mod sandwich;
 mod sweep;
 
 pub use element::{Shape, Sides, StructuringElement};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
+pub use offset::{Shaped, close_by_ball, offset, open_by_ball};
 pub use opening::{closing, opening, regularize};
 pub use sandwich::Sandwich;
 pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, unsweep};
