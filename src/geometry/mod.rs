@@ -1,11 +1,14 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
 pub mod bvh;
+pub mod contour;
 pub mod distance;
 
 pub mod health;
 
 pub mod mesh;
+pub mod primitive;
+pub mod refine;
 pub mod solid;
 pub mod triangle;
 pub mod vector;
@@ -24,6 +27,7 @@ pub use distance::MeshDistance;
 pub use health::Health;
 
 pub use mesh::TriangleMesh;
+pub use primitive::Primitive;
 pub use solid::{Doubt, InsideRule, Solid};
 pub use voxelize::{occupancy, voxelize};
 pub use winding::Winding;
