@@ -2,6 +2,7 @@
 
 pub mod health;
 pub mod mesh;
+pub mod repair;
 pub mod vector;
 
 pub use health::Health;
