@@ -166,7 +166,7 @@ fn what_can_be_mended_is_mended() {
     let mended = |name: &str| {
         let loaded = load(name)?.unwrap();
         // Well below the resolution of any process, well above the rounding of these files.
-        Some(Health::of(&amcheck::geometry::repair::repaired(&loaded.mesh, 1e-4).mesh))
+        Some(Health::of(&amcheck::geometry::health::repaired(&loaded.mesh, 1e-4).mesh))
     };
     let Some(stitched) = mended("broken/open_576_edges.stl") else { return };
     let twin = Health::of(&load("formats/featuretype_closed.ply").unwrap().unwrap().mesh);

@@ -2,7 +2,6 @@
 
 pub mod health;
 pub mod mesh;
-pub mod repair;
 pub mod vector;
 
 pub use health::Health;

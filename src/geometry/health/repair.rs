@@ -1,8 +1,8 @@
 //! Mending what can be mended without inventing surface.
 
-use super::health::{Health, Role};
-use super::mesh::TriangleMesh;
-use super::vector::{Vec3, norm2, sub};
+use super::{Health, Role};
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, norm2, sub};
 use crate::notice::Notice;
 use rustc_hash::FxHashMap;
 
@@ -29,11 +29,11 @@ pub struct Repaired {
 /// Holes are not filled, crossings are not cut: no surface is made up. Vertices that are not on an open edge never move.
 ///
 /// ```
-/// use amcheck::geometry::{TriangleMesh, repair};
+/// use amcheck::geometry::{TriangleMesh, health};
 /// // A tetrahedron whose last facet missed its corner by rounding.
 /// let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0 + 1e-7]];
 /// let cracked = TriangleMesh::weld([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 4, 2]].map(|t: [usize; 3]| t.map(|v| p[v])));
-/// let mended = repair::repaired(&cracked, 1e-6);
+/// let mended = health::repaired(&cracked, 1e-6);
 /// assert_eq!(mended.mesh.vertices.len(), 4);
 /// ```
 pub fn repaired(mesh: &TriangleMesh, tolerance_mm: f64) -> Repaired {
