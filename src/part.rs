@@ -215,9 +215,9 @@ impl Part {
         [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
     }
 
-    /// Exact distances to the facets.
+    /// Exact distances to the facets that bound the solid.
     pub fn distance(&self) -> &MeshDistance {
-        self.distance.get_or_init(|| MeshDistance::new(&self.mesh))
+        self.distance.get_or_init(|| MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)))
     }
 
     /// The generalized winding number.

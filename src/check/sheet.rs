@@ -64,7 +64,8 @@ impl Sheets<'_> {
             notice: self.notice(),
             resolution: 0.75 * self.widest(),
             tolerance: 2.0 * tie,
-            budget: (self.context.refine / 10_000).max(64),
+            // An evaluation visits some sixty-four boxes and facets.
+            budget: self.context.refine / 64,
         }
     }
 

@@ -112,6 +112,12 @@ impl Bvh {
         Bvh { nodes, order }
     }
 
+    /// The same tree with primitive `i` called `names[i]`.
+    pub fn renamed(mut self, names: &[u32]) -> Self {
+        self.order.iter_mut().for_each(|i| *i = names[*i as usize]);
+        self
+    }
+
     /// The nodes; the root is first. Empty for no primitives.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes

@@ -42,6 +42,23 @@ impl MeshDistance {
         MeshDistance { triangles, normals, tree }
     }
 
+    /// The distances to the facets of a mesh for which `counts` holds; facets keep their numbers.
+    pub fn to_some(mesh: &TriangleMesh, counts: impl Fn(usize) -> bool) -> Self {
+        let names: Vec<u32> = (0..mesh.triangles.len()).filter(|&f| counts(f)).map(|f| f as u32).collect();
+        let tree = Self::of_facets(mesh, names.iter().map(|&f| f as usize)).tree.renamed(&names);
+        MeshDistance { tree, ..Self::bare(mesh) }
+    }
+
+    /// All facets, without a tree.
+    fn bare(mesh: &TriangleMesh) -> Self {
+        let facets = 0..mesh.triangles.len();
+        MeshDistance {
+            triangles: facets.clone().map(|f| mesh.corners(f)).collect(),
+            normals: facets.map(|f| mesh.normal(f)).collect(),
+            tree: Bvh::default(),
+        }
+    }
+
     /// The corners of a facet.
     pub fn corners(&self, facet: u32) -> [Vec3; 3] {
         self.triangles[facet as usize]

@@ -6,7 +6,7 @@
 //! Facets, edges and vertices are finite, so the search needs no grid and sees walls below any voxel.
 
 use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
-use super::feature::Features;
+use super::feature::{Feature, Features};
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
 use crate::geometry::triangle::closest_point;
@@ -22,6 +22,11 @@ const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
 /// A ball stopped at less than this was stopped by the side it grew from (12°).
 const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
+/// Ball and bound that differ by less than this share of the limit agree; the thinnest place of a group is sought further.
+const AGREE: f64 = 0.005;
+/// Evaluations of the first look at a feature; most are decided by one or two.
+const FIRST_LOOK: u64 = 256;
+
 /// What is searched for, all lengths in millimetres.
 #[derive(Debug, Clone, Copy)]
 pub struct Question {
@@ -35,7 +40,7 @@ pub struct Question {
     pub resolution: f64,
     /// What a point of the surface may intrude into a ball: the step of the file's coordinates.
     pub tolerance: f64,
-    /// Evaluations a feature as long as eight resolutions may cost; longer ones in proportion more.
+    /// Evaluations that the whole search may cost; the first look at each feature is always taken.
     pub budget: u64,
 }
 
@@ -135,23 +140,27 @@ impl Cover {
     /// O(log n) for a feature without an opposing one; a thin region costs its area over the resolution squared.
     /// Runs on all cores; the result does not depend on their number.
     pub fn search(mesh: &MeshDistance, features: &Features, question: &Question) -> Cover {
-        let found: Vec<Cover> = features
-            .list
-            .par_iter()
-            .with_min_len(64)
-            .map(|feature| {
-                let mut seeker = Seeker {
-                    mesh,
-                    features,
-                    question,
-                    facet: feature.facet,
-                    thinnest: f64::INFINITY,
-                    cover: Cover::default(),
-                };
-                seeker.seek(Patch::from(feature));
-                seeker.cover
-            })
-            .collect();
+        let seek = |feature: &Feature, budget: u64| {
+            let facet = feature.facet;
+            let cover = Cover::default();
+            let mut seeker = Seeker { mesh, features, question, facet, budget, thinnest: f64::INFINITY, cover };
+            seeker.seek(Patch::from(feature));
+            seeker.cover
+        };
+        let mut found: Vec<Cover> = features.list.par_iter().with_min_len(64).map(|f| seek(f, FIRST_LOOK)).collect();
+        // What the first look left open shares the rest of the budget; the shares do not depend on the order of work.
+        let spent: u64 = found.iter().map(|c| c.evaluations).sum();
+        let finest = question.finest();
+        let open: Vec<usize> =
+            (0..found.len()).filter(|&i| found[i].unresolved.iter().any(|u| u.extent > finest)).collect();
+        let share = question.budget.saturating_sub(spent) / (open.len() as u64).max(1);
+        if share > FIRST_LOOK {
+            let again: Vec<Cover> = open.par_iter().map(|&i| seek(&features.list[i], share)).collect();
+            for (i, mut cover) in open.into_iter().zip(again) {
+                cover.evaluations += found[i].evaluations;
+                found[i] = cover;
+            }
+        }
         let facets = features.list.iter().map(|f| f.facet as usize + 1).max().unwrap_or(0);
         let mut all = Cover { facets: vec![FacetSheet::FREE; facets], ..Cover::default() };
         for (feature, c) in features.list.iter().zip(found) {
@@ -177,6 +186,7 @@ pub(super) struct Seeker<'a> {
     features: &'a Features,
     question: &'a Question,
     facet: u32,
+    budget: u64,
     /// Least diameter of a sheet found so far.
     thinnest: f64,
     cover: Cover,
@@ -193,9 +203,6 @@ enum Look {
 impl Seeker<'_> {
     fn seek(&mut self, whole: Patch) {
         let finest = self.question.finest();
-        // A long feature needs more patches along its rim than a short one.
-        let budget =
-            (self.question.budget as f64 * (1.0 + whole.longest_edge().0 / (8.0 * self.question.resolution))) as u64;
         let mut queue = VecDeque::from([whole]);
         while let Some(patch) = queue.pop_front() {
             let Some(chord) = self.features.nearest_chord(&patch, self.question.notice) else {
@@ -213,7 +220,7 @@ impl Seeker<'_> {
                     // Something as thin is already known on this very feature.
                     continue;
                 }
-                if self.cover.evaluations < budget && patch.longest_edge().0 > finest {
+                if self.cover.evaluations < self.budget && patch.longest_edge().0 > finest {
                     queue.extend(patch.halves());
                 } else if self.question.class(low) < 2 {
                     self.cover.unresolved.push(Unresolved {
@@ -243,11 +250,12 @@ impl Seeker<'_> {
         let ball = self.mesh.touching_ball(patch.centroid(), inward, 0.51 * q.notice, q.tolerance);
         let low = self.bound(patch, &ball, chord);
         if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
-            if q.class(low) != q.class(2.0 * ball.radius) && edge > q.finest() {
+            let apart = q.class(low) != q.class(2.0 * ball.radius) && 2.0 * ball.radius - low > AGREE * q.warn;
+            if apart && edge > q.finest() {
                 return Look::Open { low };
             }
             // At the finest patch what the ball measures is what is there.
-            let low = if q.class(low) == q.class(2.0 * ball.radius) { low } else { 2.0 * ball.radius };
+            let low = if apart { 2.0 * ball.radius } else { low };
             let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
             let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
             self.record(&ball, shape, low, patch.area());
@@ -278,7 +286,9 @@ impl Seeker<'_> {
             let stop = ball.stop?;
             if ball.separation() >= NEARLY_WALL {
                 let thick = 2.0 * ball.radius;
-                return (thick <= 1.05 * chord.bound && q.class(thick) == q.class(chord.bound)).then_some(ball);
+                return (thick <= 1.05 * chord.bound
+                    && (q.class(thick) == q.class(chord.bound) || thick - chord.bound <= AGREE * q.warn))
+                    .then_some(ball);
             }
             if ball.separation() > GENTLE {
                 return None;
