@@ -1,6 +1,6 @@
 //! How wide the way out of a void is: one sweep over a clearance field in decreasing order.
 
-use super::components::{Adjacency, components};
+use super::components::{Adjacency, Forest, components};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::Grid;
@@ -138,7 +138,9 @@ impl MergeTree {
         let mut rank = vec![NONE; grid.samples()];
         let mut done = Indicator::empty(*grid);
         let mut tree = MergeTree { parent: vec![NONE; n], leads_out: vec![false; n] };
-        let mut newest = Newest::new(n);
+        // The root of a set is its oldest member, which new ones are hung on at once; `newest` is the root of its tree.
+        let mut forest = Forest::new(n);
+        let mut newest: Vec<u32> = (0..n as u32).collect();
         for (r, &at) in order.iter().enumerate() {
             let index = grid.index(at as usize);
             let mut leads_out = exits.contains(index) || Block::about(open, index).bits != 0;
@@ -146,11 +148,13 @@ impl MergeTree {
             let mut rest = Block::about(&done, index);
             while let Some((step, others)) = rest.next_cluster() {
                 let near = shifted(grid, index, step);
-                let child = newest.root(rank[near]);
-                if child != r as u32 {
-                    tree.parent[child as usize] = r as u32;
-                    leads_out |= tree.leads_out[child as usize];
-                    newest.put_below(child, r as u32);
+                let root = forest.root(rank[near]);
+                let child = newest[root as usize] as usize;
+                if child != r {
+                    tree.parent[child] = r as u32;
+                    leads_out |= tree.leads_out[child];
+                    let root = forest.join(root, r as u32);
+                    newest[root as usize] = r as u32;
                 }
                 rest = others;
             }
@@ -250,30 +254,6 @@ fn catch(grid: &Grid, values: &[f32], order: &[u32], pocket_of: &[u32], pockets:
             owner[at as usize] = pocket;
             owned.set(index, true);
         }
-    }
-}
-
-/// Disjoint sets whose root is their newest member.
-struct Newest {
-    parent: Vec<u32>,
-}
-
-impl Newest {
-    fn new(n: usize) -> Self {
-        Newest { parent: (0..n as u32).collect() }
-    }
-
-    fn root(&mut self, mut a: u32) -> u32 {
-        while self.parent[a as usize] != a {
-            let up = self.parent[self.parent[a as usize] as usize];
-            self.parent[a as usize] = up;
-            a = up;
-        }
-        a
-    }
-
-    fn put_below(&mut self, root: u32, newer: u32) {
-        self.parent[root as usize] = newer;
     }
 }
 
