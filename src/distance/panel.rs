@@ -132,7 +132,8 @@ fn least(sites: &[Row], index_bits: u32, y: usize, range: Range<usize>, best: &m
     let mut found = [1 << PACKED_BITS; LANES];
     for (s, sites) in range.clone().zip(&sites[range]) {
         let d = y.abs_diff(s) as u32;
-        let add = (d * d) << index_bits;
+        // Opaque, so that the compiler puts lines and not sites side by side in a vector.
+        let add = std::hint::black_box((d * d) << index_bits);
         for (found, &site) in found.iter_mut().zip(sites) {
             let candidate = site + add;
             *found = if candidate < *found { candidate } else { *found };

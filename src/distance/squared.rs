@@ -244,7 +244,7 @@ fn end_of_run(bits: &[u64], from: usize, n: usize) -> usize {
 }
 
 /// Panels that are fetched together: a few cache lines in a row cost little more than one.
-const PANELS: usize = 4;
+const PANELS: usize = 8;
 
 /// Words of a few panels side by side, row by row.
 type Block = [Row; PANELS];

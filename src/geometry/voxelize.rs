@@ -19,10 +19,11 @@ use std::ops::Range;
 /// by the rounding. `density` is min(1, ∫ w) over each cube: exact but for f32 rounding, save where the surfaces of
 /// two overlapping bodies cut one cube, where it may count their overlap twice.
 ///
-/// With [`InsideRule::Winding`], S = { p : w(p) ≥ ½ } with the generalized winding number ([`Winding`]): exact at
-/// samples near facets, probed every 16 samples elsewhere. `inner` and `outer` then hold for the facets, not for what
-/// closes the holes between them, and `density` counts facets where the row across them is complete and samples where it
-/// is not. [`Solid::doubt`] says how much of it is a guess. A mesh that is inside out as a whole comes out empty.
+/// With [`InsideRule::Winding`], S = { p : w(p) ≥ ½ } with the generalized winding number ([`Winding`]): probed off the
+/// surface, counted through the facets where that adds up, and evaluated at every sample where it does not; `centres` is
+/// then an estimate. `inner` and `outer` hold for the facets, not for what closes the holes between them, and `density`
+/// counts facets where the row across them is complete and samples where it is not. [`Solid::doubt`] says how much of it
+/// is a guess. A mesh that is inside out as a whole comes out empty.
 ///
 /// The grid may be a window of the part: what lies outside it still decides what is inside.
 ///
@@ -59,8 +60,9 @@ pub fn voxelize(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<So
         }
         InsideRule::Winding => {
             parts.mark_surface(&lattice, layers);
-            let winding = Winding::new(mesh);
-            Some(voxelize_winding::classify(&winding, grid, parts.outer.words(), parts.centres.words_mut()))
+            let (winding, crossings) = (Winding::new(mesh), Crossings::of(&lattice, voxelize_winding::BUNDLE));
+            let (shell, centres) = (parts.outer.words(), parts.centres.words_mut());
+            Some(voxelize_winding::classify(&winding, &crossings, grid, shell, centres))
         }
     };
     parts.settle(rule, doubt)

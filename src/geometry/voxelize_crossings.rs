@@ -38,13 +38,20 @@ impl Crossings {
         Crossings { events }
     }
 
+    /// The crossings of a slab by row and along the row: `row << 32 | sample << 1 | leaves`, where the surface is crossed
+    /// just before the sample.
+    pub fn sorted(&self, slab: usize) -> Vec<u64> {
+        let mut events: Vec<u64> = self.events.iter().flat_map(|chunk| chunk[slab].iter().copied()).collect();
+        events.sort_unstable();
+        events
+    }
+
     /// Sets the bits of the samples with winding number ≥ 1 in the rows of a slab, which must be zero before.
     ///
     /// # Errors
     /// [`Error::Operand`] if a row leaves the part more or less often than it enters: the surface has a boundary.
     pub fn fill(&self, slab: usize, first_row: usize, nx: usize, words: &mut [u64]) -> Result<()> {
-        let mut events: Vec<u64> = self.events.iter().flat_map(|chunk| chunk[slab].iter().copied()).collect();
-        events.sort_unstable();
+        let events = self.sorted(slab);
         let words_per_row = nx.div_ceil(64);
         for row in events.chunk_by(|a, b| a >> 32 == b >> 32) {
             let at = ((row[0] >> 32) as usize - first_row) * words_per_row;

@@ -125,7 +125,7 @@ pub(super) fn settle_open(centres: &[u64], shell: &[u64], row: &mut [f32]) {
 
 /// The first position from `at` on whose bit, exclusive-or with `flip`, is set; `n` if there is none.
 #[inline]
-fn next(bits: &[u64], at: usize, n: usize, flip: u64) -> usize {
+pub(super) fn next(bits: &[u64], at: usize, n: usize, flip: u64) -> usize {
     let mut word = at / 64;
     let mut mask = !0u64 << (at % 64);
     while word * 64 < n {

@@ -43,8 +43,8 @@ pub(super) fn mark(lattice: &Lattice, facet: u32, layers: Range<usize>, words: &
                 continue;
             }
             let (lo, hi) = tests.plane.interval(j, k, x);
-            let meets =
-                |i: i32| tests.top.iter().all(|e| e.reaches(i, j)) && tests.side.iter().all(|e| e.reaches(k, i));
+            let (top, side) = (tests.top.map(|e| e.along_a(j)), tests.side.map(|e| e.along_b(k)));
+            let meets = |i: i32| top.iter().chain(&side).all(|(step, start)| step * i64::from(i) + start >= 0);
             // Each test leaves an interval of the row, and so do all of them together.
             let Some(first) = (lo..=hi).find(|&i| meets(i)) else { continue };
             let last = (first..=hi).rev().find(|&i| meets(i)).unwrap_or(first);
@@ -116,9 +116,22 @@ impl EdgeReach {
         })
     }
 
+    /// Slope and value at 0 along the first axis, at `b` on the second: the square is reached where they are not negative.
+    #[inline]
+    fn along_a(&self, b: i32) -> (i64, i64) {
+        (-self.db, self.da * i64::from(b) + self.start)
+    }
+
+    /// Slope and value at 0 along the second axis, at `a` on the first.
+    #[inline]
+    fn along_b(&self, a: i32) -> (i64, i64) {
+        (self.da, self.start - self.db * i64::from(a))
+    }
+
     #[inline]
     fn reaches(&self, a: i32, b: i32) -> bool {
-        self.da * i64::from(b) - self.db * i64::from(a) + self.start >= 0
+        let (step, start) = self.along_b(a);
+        step * i64::from(b) + start >= 0
     }
 }
 
@@ -127,13 +140,15 @@ impl EdgeReach {
 /// In floating point with its rounding error added to the reach: a cube in doubt counts as cut.
 struct PlaneReach {
     normal: [f64; 3],
+    /// 1 / n_x, not used where n_x is 0.
+    inverse: f64,
     /// n·v0, in units of spacings.
     offset: f64,
     reach: f64,
 }
 
 impl PlaneReach {
-    const ALWAYS: PlaneReach = PlaneReach { normal: [0.0; 3], offset: 0.0, reach: 0.0 };
+    const ALWAYS: PlaneReach = PlaneReach { normal: [0.0; 3], inverse: 0.0, offset: 0.0, reach: 0.0 };
 
     fn new(v: &[[i64; 3]; 3], bits: u32) -> Self {
         let d = |p: usize, axis: usize| v[p][axis] - v[0][axis];
@@ -146,21 +161,29 @@ impl PlaneReach {
         // Every product is below |n|₁·2^25 spacings and has passed at most 8 roundings of 2^-53: below |n|₁·2^-24;
         // |n|₁·2^-20 is added. One unit of slack is |n|₁·2^-bits, at least 2^-16.
         let reach = size * (0.5 + unit + 1.0 / f64::from(1u32 << 20));
-        PlaneReach { normal, offset, reach }
+        PlaneReach { normal, inverse: 1.0 / normal[0], offset, reach }
     }
 
     /// The cubes of row (j, k) between `x.0` and `x.1` that the plane cuts: a superset, exact to rounding.
     #[inline]
     fn interval(&self, j: i32, k: i32, x: (i32, i32)) -> (i32, i32) {
         let rest = self.offset - self.normal[1] * f64::from(j) - self.normal[2] * f64::from(k);
-        let n = self.normal[0];
-        if n == 0.0 {
+        if self.normal[0] == 0.0 {
             return if rest.abs() <= self.reach { x } else { (1, 0) };
         }
-        let (a, b) = ((rest - self.reach) / n, (rest + self.reach) / n);
+        let (a, b) = ((rest - self.reach) * self.inverse, (rest + self.reach) * self.inverse);
         let (lo, hi) = if a < b { (a, b) } else { (b, a) };
-        // Outward by a hair, since the division rounds as well.
+        // Outward by a hair, since these products round as well.
         let hair = 1.0 / f64::from(1u32 << 20);
-        ((lo - hair).ceil().max(f64::from(x.0)) as i32, (hi + hair).floor().min(f64::from(x.1)) as i32)
+        let (least, most) = (f64::from(x.0), f64::from(x.1));
+        // Cut to one beyond either end, so that an empty interval stays empty and a far one stays a number.
+        (-floor(-(lo - hair).clamp(least, most + 1.0)), floor((hi + hair).clamp(least - 1.0, most)))
     }
+}
+
+/// ⌊x⌋ for what fits; a call less than the library's.
+#[inline]
+fn floor(x: f64) -> i32 {
+    let whole = x as i32;
+    whole - i32::from(f64::from(whole) > x)
 }

@@ -1,79 +1,261 @@
 //! Inside and outside of a surface that does not close, sample by sample where it must be.
+//!
+//! Off the surface the winding number is harmonic: bundles of rows that no facet touches are probed every few samples,
+//! and evaluated in full only between probes that differ or are in doubt. Through the shell the crossings of the row
+//! are counted from one known side to the other; where they do not add up, the samples are evaluated.
 
 use super::solid::Doubt;
-use super::voxelize_crossings::set_range;
+use super::voxelize_crossings::{Crossings, set_range};
 use super::winding::Winding;
 use crate::grid::Grid;
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Samples between two probes of a free stretch of a row.
+/// Rows along y and along z that are probed together.
+pub(super) const BUNDLE: usize = 4;
+/// Samples between two probes of a bundle.
 const STRIDE: usize = 16;
+/// Samples in a row within the shell that are believed to the crossings alone.
+const TRUSTED: usize = 3;
 /// A winding number this near to one half does not tell inside from outside.
 const DOUBTFUL: f64 = 0.25;
 
 /// Sets the bits of the samples with winding number ≥ ½ and returns what was in doubt.
 ///
-/// Every sample whose cube a facet touches is evaluated. Off the surface the winding number is harmonic, so there a row
-/// is probed every few samples and evaluated in full only between probes that differ or are in doubt.
-pub(super) fn classify(winding: &Winding, grid: &Grid, shell: &[u64], centres: &mut [u64]) -> Doubt {
+/// `crossings` are those of the facets, [`BUNDLE`] layers to a slab, and `shell` the cubes that they touch.
+pub(super) fn classify(
+    winding: &Winding,
+    crossings: &Crossings,
+    grid: &Grid,
+    shell: &[u64],
+    centres: &mut [u64],
+) -> Doubt {
     let [nx, ny, _] = grid.dims();
     let words = nx.div_ceil(64);
-    let rows = centres.par_chunks_mut(words).zip(shell.par_chunks(words)).enumerate();
-    let tally = rows
-        .map(|(row, (bits, shell))| {
-            let mut tally = Tally { inside: 0, doubtful: 0, worst: f64::INFINITY, at: 0, winding: 0.0 };
-            let mut probe = |i: usize| {
-                let w = winding.at(grid.position([i, row % ny, row / ny]));
-                tally.note(row * nx + i, w);
-                w
-            };
-            classify_row(nx, shell, bits, &mut probe);
-            tally.inside = bits.iter().map(|w| u64::from(w.count_ones())).sum();
-            tally
+    let slab = words * ny * BUNDLE;
+    let slabs = centres.par_chunks_mut(slab).zip(shell.par_chunks(slab)).enumerate();
+    let tally = slabs
+        .map(|(at, (centres, shell))| {
+            let first_row = at * BUNDLE * ny;
+            let mut slab = Slab { winding, grid, first_row, words, shell, centres, tally: Tally::default() };
+            let mut known = vec![0u64; shell.len()];
+            slab.bundles(&mut known);
+            slab.free_runs(&known);
+            slab.shell_runs(&crossings.sorted(at));
+            slab.tally.inside = slab.centres.iter().map(|w| u64::from(w.count_ones())).sum();
+            slab.tally
         })
-        .reduce(|| Tally { inside: 0, doubtful: 0, worst: f64::INFINITY, at: usize::MAX, winding: 0.0 }, Tally::joined);
+        .reduce(Tally::default, Tally::joined);
     let share = tally.doubtful as f64 / (tally.inside + tally.doubtful).max(1) as f64;
     let place = if tally.at < grid.samples() { grid.index(tally.at) } else { [0; 3] };
     Doubt { share, at_mm: grid.position(place), winding: tally.winding }
 }
 
-/// Sets the bits of one row.
-fn classify_row(nx: usize, shell: &[u64], bits: &mut [u64], probe: &mut impl FnMut(usize) -> f64) {
-    let touched = |i: usize| shell[i / 64] >> (i % 64) & 1 == 1;
-    let mut from = 0;
-    while from < nx {
-        let w = probe(from);
-        let inside = w >= 0.5;
-        let to = (from + 1..nx.min(from + STRIDE)).find(|&i| touched(i)).unwrap_or(nx.min(from + STRIDE));
-        if touched(from) || to == from + 1 {
-            if inside {
-                set_range(bits, from, from + 1);
+/// A few layers in the making.
+struct Slab<'a> {
+    winding: &'a Winding,
+    grid: &'a Grid,
+    first_row: usize,
+    words: usize,
+    shell: &'a [u64],
+    centres: &'a mut [u64],
+    tally: Tally,
+}
+
+impl Slab<'_> {
+    fn nx(&self) -> usize {
+        self.grid.dims()[0]
+    }
+
+    /// Rows of the slab.
+    fn rows(&self) -> usize {
+        self.shell.len() / self.words
+    }
+
+    fn bits(&self, row: usize) -> Range<usize> {
+        row * self.words..(row + 1) * self.words
+    }
+
+    fn inside(&self, row: usize, i: usize) -> bool {
+        bit(&self.centres[self.bits(row)], i)
+    }
+
+    /// The winding number at a sample, noted.
+    fn evaluate(&mut self, row: usize, i: usize) -> f64 {
+        let (nx, ny) = (self.nx(), self.grid.dims()[1]);
+        let row = self.first_row + row;
+        let w = self.winding.at(self.grid.position([i, row % ny, row / ny]));
+        self.tally.note(row * nx + i, w);
+        w
+    }
+
+    /// Evaluates every sample of a range that is not in the shell, or every sample of it.
+    fn evaluate_all(&mut self, row: usize, range: Range<usize>) {
+        for i in range {
+            if self.evaluate(row, i) >= 0.5 {
+                let bits = self.bits(row);
+                set_range(&mut self.centres[bits], i, i + 1);
             }
-            from += 1;
-            continue;
         }
-        let last = probe(to - 1);
-        let sure = (w - 0.5).abs() >= DOUBTFUL && (last - 0.5).abs() >= DOUBTFUL;
-        if sure && inside == (last >= 0.5) {
-            if inside {
-                set_range(bits, from, to);
+    }
+
+    /// Decides the stretches that are free of the shell in all rows of a bundle, and marks them as known.
+    fn bundles(&mut self, known: &mut [u64]) {
+        let ny = self.grid.dims()[1];
+        let layers = self.rows() / ny;
+        for j in (0..ny).step_by(BUNDLE) {
+            let deep = BUNDLE.min(ny - j);
+            let rows: Vec<usize> = (0..layers).flat_map(|k| (k * ny + j)..(k * ny + j + deep)).collect();
+            let mut touched = vec![0u64; self.words];
+            for &row in &rows {
+                touched.iter_mut().zip(&self.shell[self.bits(row)]).for_each(|(t, s)| *t |= s);
             }
-        } else {
-            for i in from..to {
-                let inside = if i == from {
-                    inside
-                } else if i == to - 1 {
-                    last >= 0.5
-                } else {
-                    probe(i) >= 0.5
-                };
-                if inside {
-                    set_range(bits, i, i + 1);
+            let middle = rows[rows.len() / 2];
+            for free in runs(&touched, self.nx(), 0) {
+                for &row in &rows {
+                    let bits = self.bits(row);
+                    set_range(&mut known[bits], free.start, free.end);
+                }
+                self.probe(&rows, middle, free);
+            }
+        }
+    }
+
+    /// Decides one free stretch of a bundle from probes along one of its rows.
+    fn probe(&mut self, rows: &[usize], middle: usize, free: Range<usize>) {
+        let mut from = free.start;
+        let mut before = self.evaluate(middle, from);
+        loop {
+            let to = (from + STRIDE).min(free.end - 1);
+            let behind = if to > from { self.evaluate(middle, to) } else { before };
+            let clear = (before - 0.5).abs() >= DOUBTFUL && (behind - 0.5).abs() >= DOUBTFUL;
+            // The last probe belongs to the next stretch, and to this one if there is none.
+            let range = from..if to == free.end - 1 { free.end } else { to };
+            if !clear || (before >= 0.5) != (behind >= 0.5) {
+                rows.iter().for_each(|&row| self.evaluate_all(row, range.clone()));
+            } else if before >= 0.5 {
+                for &row in rows {
+                    let bits = self.bits(row);
+                    set_range(&mut self.centres[bits], range.start, range.end);
+                }
+            }
+            if range.end == free.end {
+                return;
+            }
+            (from, before) = (to, behind);
+        }
+    }
+
+    /// Decides what is free in a row but not in its bundle: like the known samples of the same run if they agree and are
+    /// near, else by probes of its own.
+    fn free_runs(&mut self, known: &[u64]) {
+        for row in 0..self.rows() {
+            for free in runs(&self.shell[self.bits(row)], self.nx(), 0) {
+                let decided = &known[self.bits(row)];
+                let gaps: Vec<Range<usize>> =
+                    runs(decided, free.end, 0).map(|gap| gap.start.max(free.start)..gap.end).collect();
+                for gap in gaps.into_iter().filter(|gap| gap.start < gap.end) {
+                    let before = (gap.start > free.start).then(|| self.inside(row, gap.start - 1));
+                    let behind = (gap.end < free.end).then(|| self.inside(row, gap.end));
+                    match (before, behind) {
+                        (Some(a), Some(b)) if a != b => self.evaluate_all(row, gap),
+                        (None, None) => self.probe(&[row], row, gap),
+                        _ if gap.len() > STRIDE => self.probe(&[row], row, gap),
+                        (Some(true), _) | (_, Some(true)) => {
+                            let bits = self.bits(row);
+                            set_range(&mut self.centres[bits], gap.start, gap.end);
+                        }
+                        _ => {}
+                    }
                 }
             }
         }
-        from = to;
     }
+
+    /// Decides the shell by counting crossings from what is known before it to what is known behind it.
+    fn shell_runs(&mut self, events: &[u64]) {
+        let nx = self.nx();
+        for row in 0..self.rows() {
+            let number = (self.first_row + row) as u64;
+            let first = events.partition_point(|event| event >> 32 < number);
+            let last = events.partition_point(|event| event >> 32 <= number);
+            let events = &events[first..last];
+            let stretches: Vec<Range<usize>> = runs(&self.shell[self.bits(row)], nx, !0).collect();
+            for stretch in stretches {
+                let before = (stretch.start > 0).then(|| i64::from(self.inside(row, stretch.start - 1)));
+                let behind = (stretch.end < nx).then(|| i64::from(self.inside(row, stretch.end)));
+                let step = |event: &u64| 1 - 2 * (event & 1) as i64;
+                let place = |event: &u64| (*event as u32 >> 1) as usize;
+                let here: Vec<u64> =
+                    events.iter().copied().filter(|e| (stretch.start..=stretch.end).contains(&place(e))).collect();
+                let total: i64 = here.iter().map(step).sum();
+                let start = match (before, behind) {
+                    (Some(a), Some(b)) if a + total == b => Some(a),
+                    (Some(a), None) => Some(a),
+                    // What lies before the grid is counted at its first sample.
+                    (None, Some(b)) => Some(b - total),
+                    _ => None,
+                };
+                // A count beyond one body, or below none, says that the start was wrong.
+                let mut count = start.unwrap_or(-1);
+                let mut sound = (0..=1).contains(&count) || before.is_none();
+                for (n, event) in here.iter().enumerate() {
+                    count += step(event);
+                    let settled = here.get(n + 1).is_none_or(|next| place(next) > place(event));
+                    sound &= !settled || (0..=1).contains(&count);
+                }
+                match start {
+                    Some(start) if sound => {
+                        self.count_through(row, stretch.clone(), start, &here);
+                        // Along a facet nothing is crossed, at its open end neither: long stretches are probed.
+                        let mut probes = stretch.clone().skip(TRUSTED).step_by(TRUSTED + 1);
+                        if probes.any(|i| self.inside(row, i) != (self.evaluate(row, i) >= 0.5)) {
+                            let bits = self.bits(row);
+                            clear_range(&mut self.centres[bits], stretch.clone());
+                            self.evaluate_all(row, stretch);
+                        }
+                    }
+                    _ => self.evaluate_all(row, stretch),
+                }
+            }
+        }
+    }
+
+    /// Sets the samples of a stretch where the running count is positive.
+    fn count_through(&mut self, row: usize, stretch: Range<usize>, start: i64, events: &[u64]) {
+        let bits = self.bits(row);
+        let (mut count, mut from) = (start, stretch.start);
+        for &event in events {
+            let at = ((event as u32 >> 1) as usize).clamp(stretch.start, stretch.end);
+            if count >= 1 {
+                set_range(&mut self.centres[bits.clone()], from, at);
+            }
+            count += 1 - 2 * (event & 1) as i64;
+            from = at;
+        }
+        if count >= 1 {
+            set_range(&mut self.centres[bits], from, stretch.end);
+        }
+    }
+}
+
+fn clear_range(bits: &mut [u64], range: Range<usize>) {
+    range.for_each(|i| bits[i / 64] &= !(1 << (i % 64)));
+}
+
+fn bit(bits: &[u64], i: usize) -> bool {
+    bits[i / 64] >> (i % 64) & 1 == 1
+}
+
+/// The maximal stretches below `n` whose bits, exclusive-or with `flip`, are 0.
+fn runs(bits: &[u64], n: usize, flip: u64) -> impl Iterator<Item = Range<usize>> + '_ {
+    let next = move |at: usize, flip: u64| super::voxelize_fraction::next(bits, at, n, flip);
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let from = next(at, !flip);
+        at = next(from, flip);
+        (from < n).then_some(from..at)
+    })
 }
 
 /// What a set of evaluations found; joined in any order it is the same.
@@ -84,6 +266,12 @@ struct Tally {
     worst: f64,
     at: usize,
     winding: f64,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Tally { inside: 0, doubtful: 0, worst: f64::INFINITY, at: usize::MAX, winding: 0.0 }
+    }
 }
 
 impl Tally {

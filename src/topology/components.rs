@@ -139,17 +139,17 @@ fn join(forest: &mut Forest, runs: &[Run], a: std::ops::Range<usize>, b: std::op
 }
 
 /// Disjoint sets whose root is their least member.
-struct Forest {
+pub(super) struct Forest {
     parent: Vec<u32>,
 }
 
 impl Forest {
-    fn new(n: usize) -> Self {
+    pub fn new(n: usize) -> Self {
         Forest { parent: (0..n as u32).collect() }
     }
 
     /// The least member of the set of `a`; halves the path on the way.
-    fn root(&mut self, mut a: u32) -> u32 {
+    pub fn root(&mut self, mut a: u32) -> u32 {
         while self.parent[a as usize] != a {
             let up = self.parent[self.parent[a as usize] as usize];
             self.parent[a as usize] = up;
@@ -158,9 +158,11 @@ impl Forest {
         a
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    /// Makes one set of two and returns its root.
+    pub fn join(&mut self, a: u32, b: u32) -> u32 {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
+        a.min(b)
     }
 }
 

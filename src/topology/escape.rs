@@ -1,6 +1,7 @@
 //! How wide the way out of a void is: one sweep over a clearance field in decreasing order.
 
-use super::components::{Adjacency, components};
+use super::block::{Block, for_each_neighbour, shifted};
+use super::components::{Adjacency, Forest, components};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::Grid;
@@ -138,7 +139,9 @@ impl MergeTree {
         let mut rank = vec![NONE; grid.samples()];
         let mut done = Indicator::empty(*grid);
         let mut tree = MergeTree { parent: vec![NONE; n], leads_out: vec![false; n] };
-        let mut newest = Newest::new(n);
+        // The root of a set is its oldest member, which new ones are hung on at once; `newest` is the root of its tree.
+        let mut forest = Forest::new(n);
+        let mut newest: Vec<u32> = (0..n as u32).collect();
         for (r, &at) in order.iter().enumerate() {
             let index = grid.index(at as usize);
             let mut leads_out = exits.contains(index) || Block::about(open, index).bits != 0;
@@ -146,11 +149,13 @@ impl MergeTree {
             let mut rest = Block::about(&done, index);
             while let Some((step, others)) = rest.next_cluster() {
                 let near = shifted(grid, index, step);
-                let child = newest.root(rank[near]);
-                if child != r as u32 {
-                    tree.parent[child as usize] = r as u32;
-                    leads_out |= tree.leads_out[child as usize];
-                    newest.put_below(child, r as u32);
+                let root = forest.root(rank[near]);
+                let child = newest[root as usize] as usize;
+                if child != r {
+                    tree.parent[child] = r as u32;
+                    leads_out |= tree.leads_out[child];
+                    let root = forest.join(root, r as u32);
+                    newest[root as usize] = r as u32;
                 }
                 rest = others;
             }
@@ -249,108 +254,6 @@ fn catch(grid: &Grid, values: &[f32], order: &[u32], pocket_of: &[u32], pockets:
             found.samples += 1;
             owner[at as usize] = pocket;
             owned.set(index, true);
-        }
-    }
-}
-
-/// Disjoint sets whose root is their newest member.
-struct Newest {
-    parent: Vec<u32>,
-}
-
-impl Newest {
-    fn new(n: usize) -> Self {
-        Newest { parent: (0..n as u32).collect() }
-    }
-
-    fn root(&mut self, mut a: u32) -> u32 {
-        while self.parent[a as usize] != a {
-            let up = self.parent[self.parent[a as usize] as usize];
-            self.parent[a as usize] = up;
-            a = up;
-        }
-        a
-    }
-
-    fn put_below(&mut self, root: u32, newer: u32) {
-        self.parent[root as usize] = newer;
-    }
-}
-
-/// The 3×3×3 samples about one, as bits 9·(Δz + 1) + 3·(Δy + 1) + (Δx + 1); the one in the middle is left out.
-#[derive(Clone, Copy)]
-struct Block {
-    bits: u32,
-}
-
-impl Block {
-    const MIDDLE: u32 = 1 << 13;
-    /// Bits whose Δx, Δy, Δz is not the greatest, so that they may move one up.
-    const NOT_LAST: [u32; 3] = [0o333333333, 0o077077077, 0o000777777];
-
-    /// The members of a set among the neighbours of a sample.
-    #[inline]
-    fn about(set: &Indicator, [i, j, k]: [usize; 3]) -> Self {
-        let [_, ny, nz] = set.grid().dims();
-        let (word, bit) = (i / 64, i % 64);
-        let mut bits = 0;
-        for z in k.saturating_sub(1)..(k + 2).min(nz) {
-            for y in j.saturating_sub(1)..(j + 2).min(ny) {
-                let row = set.row(y, z);
-                let here = row[word];
-                let before = if bit > 0 {
-                    here >> (bit - 1)
-                } else {
-                    here << 1 | if word > 0 { row[word - 1] >> 63 } else { 0 }
-                };
-                let behind = if bit == 63 { row.get(word + 1).map_or(0, |next| (next & 1) << 2) } else { 0 };
-                let three = (before & if bit == 63 { 3 } else { 7 } | behind) as u32;
-                bits |= three << (9 * (z + 1 - k) + 3 * (y + 1 - j));
-            }
-        }
-        Block { bits: bits & !Self::MIDDLE }
-    }
-
-    /// The first sample of the next cluster of touching samples, and what remains without the cluster.
-    #[inline]
-    fn next_cluster(self) -> Option<(u32, Self)> {
-        if self.bits == 0 {
-            return None;
-        }
-        let mut cluster = self.bits & self.bits.wrapping_neg();
-        loop {
-            let mut wide = cluster;
-            for (last, step) in Self::NOT_LAST.into_iter().zip([1, 3, 9]) {
-                wide |= (wide & last) << step | (wide >> step) & last;
-            }
-            let grown = wide & self.bits;
-            if grown == cluster {
-                return Some((self.bits.trailing_zeros(), Block { bits: self.bits & !cluster }));
-            }
-            cluster = grown;
-        }
-    }
-}
-
-/// The storage offset of a neighbour by its place in a [`Block`].
-#[inline]
-fn shifted(grid: &Grid, [i, j, k]: [usize; 3], place: u32) -> usize {
-    let place = place as usize;
-    grid.offset([i + place % 3 - 1, j + place / 3 % 3 - 1, k + place / 9 - 1])
-}
-
-/// Calls `visit` with the storage offsets of the up to 26 samples around one.
-#[inline]
-fn for_each_neighbour(grid: &Grid, [i, j, k]: [usize; 3], mut visit: impl FnMut(usize)) {
-    let [nx, ny, nz] = grid.dims();
-    let span = |c: usize, n: usize| c.saturating_sub(1)..(c + 2).min(n);
-    for z in span(k, nz) {
-        for y in span(j, ny) {
-            for x in span(i, nx) {
-                if [x, y, z] != [i, j, k] {
-                    visit((z * ny + y) * nx + x);
-                }
-            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Components, Betti numbers and escape diameters of sets of samples.
 
+mod block;
 mod components;
 mod escape;
 mod euler;
