@@ -74,7 +74,7 @@ class View {
     });
     this.scene = new Scene();
     this.scene.add(new Mesh(g, this.material));
-    setTimeout(() => this.makeLines(), 0);
+    if (!this.model.coarse) setTimeout(() => this.makeLines(), 0); // Corners moved onto steps make false creases.
     this.camera = new OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
