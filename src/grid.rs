@@ -163,6 +163,45 @@ impl Grid {
     }
 }
 
+/// Bytes that casting takes for each sample: three bit sets, an f32 density and the voxelizer's scratch.
+pub const BYTES_PER_SAMPLE: u128 = 12;
+
+/// A spacing and what a grid of it takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fitting {
+    pub spacing: Length,
+    /// Samples along the three sides, margin of one included.
+    pub samples: u128,
+    pub bytes: u128,
+}
+
+impl Fitting {
+    /// What a grid of this spacing over a box takes, computed before anything is allocated.
+    pub fn of(extent_mm: [f64; 3], spacing: Length) -> Self {
+        let cells = extent_mm.map(|e| ((e / spacing.as_mm()).ceil().clamp(1.0, 1e15) as u128) + 3);
+        let samples = cells.into_iter().fold(1u128, u128::saturating_mul);
+        Fitting { spacing, samples, bytes: samples.saturating_mul(BYTES_PER_SAMPLE) }
+    }
+
+    /// The default spacing: the larger of a sixth of the smallest limit and 1/256 of the longest side, coarsened until the
+    /// grid takes at most `budget_bytes`.
+    pub fn default_for(extent_mm: [f64; 3], smallest_limit: Option<Length>, budget_bytes: u128) -> Self {
+        let longest = extent_mm.into_iter().fold(0.0, f64::max);
+        let wanted = smallest_limit.map_or(0.0, |l| l.as_mm() / 6.0).max(longest / 256.0);
+        Self::coarsened(extent_mm, Length::mm(wanted), budget_bytes)
+    }
+
+    /// The same box at the least spacing, not below this one by more than rounding, that fits the budget.
+    pub fn coarsened(extent_mm: [f64; 3], spacing: Length, budget_bytes: u128) -> Self {
+        let mut fitting = Fitting::of(extent_mm, spacing);
+        while fitting.bytes > budget_bytes && fitting.spacing.as_mm() < 1e12 {
+            let factor = (fitting.bytes as f64 / budget_bytes as f64).cbrt().max(1.001);
+            fitting = Fitting::of(extent_mm, fitting.spacing * factor);
+        }
+        fitting
+    }
+}
+
 /// Number of samples of a box of counts, without overflow.
 pub fn samples_of(dims: [usize; 3]) -> u128 {
     dims.iter().map(|&n| n as u128).fold(1, u128::saturating_mul)
@@ -192,6 +231,16 @@ mod tests {
         for (a, extent) in [10.0, 1.0, 0.05].into_iter().enumerate() {
             assert!(first[a] <= -0.3 * 1.5 && last[a] >= extent + 0.3 * 1.5, "axis {a}: {first:?} {last:?}");
         }
+    }
+
+    #[test]
+    fn the_need_is_known_before_it_is_taken() {
+        let huge = Fitting::of([150_000.0; 3], Length::mm(0.1));
+        assert!(huge.samples > 3_000_000_000_000_000_000);
+        let fits = Fitting::coarsened([150_000.0; 3], Length::mm(0.1), 1 << 30);
+        assert!(fits.bytes <= 1 << 30 && fits.bytes > 1 << 29, "{fits:?}");
+        let usual = Fitting::default_for([50.0, 50.0, 5.0], Some(Length::mm(0.8)), 1 << 30);
+        assert_eq!(usual.spacing, Length::mm(50.0 / 256.0));
     }
 
     #[test]

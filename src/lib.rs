@@ -19,7 +19,11 @@
 //! error and notice, units, grid, field, {geometry, distance, convolution}, {io, morphology, medial, topology,
 //! layer, process}, access, part, check, report, analyze, cli.
 
+#[cfg(feature = "report")]
+pub mod analyze;
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod convolution;
 pub mod distance;
 pub mod error;
@@ -31,6 +35,7 @@ pub mod layer;
 pub mod medial;
 pub mod morphology;
 pub mod notice;
+pub mod part;
 pub mod process;
 #[cfg(feature = "report")]
 pub mod report;

@@ -1,5 +1,19 @@
 //! The court: each check reads a part and a process and returns an outcome.
+//!
+//! A new check is one file here, one line in [`registry`], one part that must pass, one that must fail and one row in the
+//! table of expected results; a test fails if any is missing.
 
+mod build_volume;
+mod contract;
 mod finding;
+mod island;
+mod mesh;
+mod narrow_gap;
+mod overhang;
+mod place;
+pub mod registry;
+mod sheet;
+mod thin_wall;
 
+pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst};
 pub use finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};

@@ -1,1 +1,17 @@
 //! Convolution and correlation by real 3-D Fourier transforms, with exact counts where a verdict rests on them.
+//!
+//! [`Convolver`] keeps a part's spectrum and lays any number of elements over it; [`Workload`] is the rule that says
+//! which arithmetic is exact, and refuses the rest.
+
+mod convolver;
+mod direct;
+mod ntt;
+mod precision;
+mod tiles;
+mod transform;
+
+pub use convolver::{Convolver, Counts, Estimate, convolve_fields, correlate_fields};
+pub use direct::{convolve_directly, dilate_by_runs, run_count, sum_grid};
+pub use precision::{ALLOWED, MODULUS, Precision, Workload};
+pub use tiles::{convolve_tiled, dilate_tiled};
+pub use transform::{Real, RowContent, Spectrum, Transform, Window, good_even_size, good_size};

@@ -9,6 +9,7 @@ mod density;
 mod indicator;
 mod sampled;
 mod signed_distance;
+mod window;
 
 pub use density::Density;
 pub use indicator::Indicator;

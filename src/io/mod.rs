@@ -1,22 +1,35 @@
 //! The reading room and its counterpart: one format, one file.
 //!
 //! Formats are recognised by content, never by suffix; no number in a header is believed before the bytes
-//! behind it have been counted.
+//! behind it have been counted. Meshes are read as STL, 3MF, OBJ and PLY and written as these and GLB; fields
+//! are written as NPY, NRRD and VTI. A writer takes any `std::io::Write`; to a file it goes through
+//! [`write_atomically`], so that no half-written file is ever left.
 
-use crate::geometry::TriangleMesh;
-use crate::notice::Notice;
+// What comes from outside is neither unwrapped nor indexed.
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic))]
 
-/// What a reader hands over: a mesh in the unit of the file, and what the reader noticed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Loaded {
-    /// Coordinates in millimetres if `unit_mm` is 1 or unknown, otherwise still in file units.
-    pub mesh: TriangleMesh,
-    /// The format as a word, `STL (binary)`.
-    pub format: &'static str,
-    /// Millimetres per file unit, where the file says so.
-    pub unit_mm: Option<f64>,
-    /// What has to be repeated in the report.
-    pub notices: Vec<Notice>,
-    /// The coordinate step of the file's number format relative to the largest coordinate (2⁻²⁴ for binary STL).
-    pub relative_step: f64,
-}
+mod accept;
+mod atomic;
+pub mod glb;
+mod loaded;
+pub mod npy;
+pub mod nrrd;
+pub mod obj;
+mod path;
+pub mod ply;
+mod polygon;
+mod raster;
+mod read;
+mod salvage;
+mod sniff;
+pub mod stl;
+pub mod threemf;
+pub mod vti;
+mod words;
+
+pub use atomic::write_atomically;
+pub use loaded::Loaded;
+pub use path::read_path;
+pub use raster::Raster;
+pub use read::read;
+pub use salvage::Salvage;

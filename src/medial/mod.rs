@@ -1,1 +1,14 @@
 //! Where grid and mesh meet: medial balls, feature pairs, witnesses and covers.
+//!
+//! A wall is a pair of opposing features with an empty ball between them. [`cover`] searches all pairs by branch and
+//! bound, so that *no wall thinner than the limit* is a proof and not a sampling; [`cluster`] turns what it finds into places.
+
+pub mod chord;
+pub mod cluster;
+pub mod cover;
+pub mod feature;
+pub mod map;
+pub mod refine;
+
+pub use cover::{Cover, Question, Sample, Shape};
+pub use feature::{Features, Side};

@@ -1,1 +1,18 @@
 //! Dilation, erosion, opening, closing, offset, sweep: the words of the field, and nothing else.
+//!
+//! On sets of samples the operators are exact, whatever path they take. On shapes known from three sides ([`Sides`])
+//! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
+
+mod element;
+mod minkowski;
+mod offset;
+mod opening;
+mod sandwich;
+mod sweep;
+
+pub use element::{Shape, Sides, StructuringElement};
+pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
+pub use offset::{Shaped, close_by_ball, offset, open_by_ball};
+pub use opening::{closing, opening, regularize};
+pub use sandwich::Sandwich;
+pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, unsweep};

@@ -1,1 +1,13 @@
-//! Processes: limits with value, unit, basis and source.
+//! Processes: limits with value, unit, basis and source; built-in profiles as data.
+//!
+//! A limit that no source supports is a *convention*: it says so and warns at most. A user's own limit is *user*.
+
+mod builtin;
+mod limit;
+mod profile;
+mod rule;
+
+pub use builtin::{BUILTIN, builtin};
+pub use limit::{Limit, LimitBasis};
+pub use profile::{Element, Process};
+pub use rule::{Bound, Dimension, RULES, Rule, rule};

@@ -13,6 +13,7 @@ pub mod json;
 pub mod junit;
 pub mod markdown;
 pub mod markup;
+pub mod mount;
 pub mod phrase;
 pub mod render;
 pub mod sarif;

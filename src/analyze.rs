@@ -1,0 +1,390 @@
+//! The one pipeline: mesh, process and options in; report and exhibit out.
+
+use crate::check::registry::CHECKS;
+use crate::check::{Bracket, Check, Context, Measured, Outcome, Sense, State};
+use crate::error::{Error, Result};
+use crate::grid::{Fitting, Grid};
+use crate::io::Loaded;
+use crate::notice::Notice;
+use crate::part::{Part, Up};
+use crate::process::{Dimension, Process, rule};
+use crate::report::mount::{Wanted, mount};
+use crate::report::{
+    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict,
+    WorstReport,
+};
+use crate::units::{Length, report_digits, short};
+use sha2::{Digest, Sha256};
+use std::time::Instant;
+
+/// Bytes that the default grid may take, whatever memory the machine has: the same part gets the same grid everywhere.
+pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
+
+/// What is asked of a part.
+#[derive(Debug, Clone)]
+pub struct Options {
+    pub process: Process,
+    pub up: Up,
+    /// Unit of the file's numbers and its millimetres, where the user says so.
+    pub units: Option<(String, f64)>,
+    /// Spacing, where the user gives one.
+    pub voxel: Option<Length>,
+    /// Budget for deciding what is open, in samples.
+    pub refine: u64,
+    /// Bytes that fields may take.
+    pub memory_bytes: u128,
+    /// Names of the checks to run; empty for all.
+    pub only: Vec<String>,
+    /// Names of the checks to leave out.
+    pub skip: Vec<String>,
+    /// Shift of the sampling lattice in units of the spacing, for tests.
+    pub phase: [f64; 3],
+}
+
+impl Options {
+    /// The defaults for a process.
+    pub fn new(process: Process) -> Self {
+        Options {
+            process,
+            up: Up::PlusZ,
+            units: None,
+            voxel: None,
+            refine: 64_000_000,
+            memory_bytes: 4 << 30,
+            only: Vec::new(),
+            skip: Vec::new(),
+            phase: [0.0; 3],
+        }
+    }
+}
+
+/// A report, what its pictures need, and how long each stage took.
+pub struct Analysis {
+    pub report: Report,
+    pub exhibit: Exhibit,
+    /// Stage and seconds; apart from the report, which is the same on every machine.
+    pub timings: Vec<(String, f64)>,
+}
+
+/// A part that has been read, posed and measured, before any field is made.
+pub struct Prepared {
+    part: Part,
+    fitting: Fitting,
+    file: String,
+    sha256: String,
+    units: (String, &'static str),
+    notices: Vec<Notice>,
+    timings: Vec<(String, f64)>,
+}
+
+impl Prepared {
+    /// What the grid will take.
+    pub fn fitting(&self) -> Fitting {
+        self.fitting
+    }
+
+    /// The part.
+    pub fn part(&self) -> &Part {
+        &self.part
+    }
+}
+
+/// Reads units, poses the part and chooses the grid; nothing large is allocated.
+///
+/// # Errors
+/// [`Error::TooLarge`] if an explicit spacing needs more memory than allowed, with the spacing that fits; otherwise as
+/// [`Part::new`].
+pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
+    let start = Instant::now();
+    let (units, scale) = match (&options.units, loaded.unit_mm) {
+        (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
+        (None, Some(mm)) => (("file".to_string(), "file"), mm),
+        (None, None) => (("mm".to_string(), "assumed"), 1.0),
+    };
+    let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
+    let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.iter().chain(&hi).fold(0.0f64, |m, x| m.max(x.abs())));
+    let reach = 1.25 * widest_gap(&options.process);
+    let part = Part::new(mesh, options.up, largest * loaded.relative_step, reach)?;
+    let fitting = choose_spacing(&part, options)?;
+    let mut notices = loaded.notices;
+    if units.1 == "assumed" {
+        notices
+            .push(Notice::new("units-assumed", format!("{} carries no unit; millimetres were assumed", loaded.format)));
+    }
+    let mut prepared = Prepared {
+        part,
+        fitting,
+        file: std::path::Path::new(file).file_name().map_or_else(|| file.into(), |n| n.to_string_lossy().into_owned()),
+        sha256: Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect(),
+        units,
+        notices,
+        timings: Vec::new(),
+    };
+    prepared.timings.push(("prepare".into(), start.elapsed().as_secs_f64()));
+    Ok(prepared)
+}
+
+/// Runs the checks and mounts the exhibit.
+///
+/// # Errors
+/// What keeps the part from being cast at all; a check that breaks down is reported as such and does not stop the others.
+pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
+    let mut timings = std::mem::take(&mut prepared.timings);
+    let mut clock = Instant::now();
+    let mut lap = |name: &str| {
+        timings.push((name.to_string(), clock.elapsed().as_secs_f64()));
+        clock = Instant::now();
+    };
+    let extent = prepared.part.extent();
+    let grid = Grid::covering([0.0; 3], extent, prepared.fitting.spacing, 1, options.phase)?;
+    prepared.part.cast_on(grid);
+    prepared.part.solid()?;
+    lap("cast");
+    let part = &prepared.part;
+    let context = Context { refine: options.refine, spacing_mm: grid.h() };
+    let mut checks = Vec::new();
+    let mut wanted: Vec<Wanted> = Vec::new();
+    let mut notices = prepared.notices.clone();
+    notices.extend(part.notices());
+    let mut spent = 0;
+    for check in CHECKS {
+        let (report, measured) = judge(*check, part, options, &context);
+        if let Some(m) = measured {
+            spent += m.spent;
+            notices.extend(m.notices);
+            wanted.extend(m.map.map(|map| (report.name.clone(), map)));
+        }
+        lap(&report.name);
+        checks.push(report);
+    }
+    notices.extend(doubt(part));
+    let verdict = verdict_of(&checks);
+    let mut report = Report {
+        schema: SCHEMA.into(),
+        tool: Tool { name: "amcheck".into(), version: env!("CARGO_PKG_VERSION").into() },
+        verdict,
+        summary: String::new(),
+        part: part_report(&prepared)?,
+        process: process_report(&options.process),
+        grid: GridReport {
+            spacing_mm: report_digits(grid.h()),
+            dims: grid.dims().map(|n| n as u64),
+            samples: grid.samples() as u64,
+            memory_bytes: u64::try_from(prepared.fitting.bytes).unwrap_or(u64::MAX),
+            refined: spent,
+            refine_budget: options.refine,
+        },
+        checks,
+        warnings: notices,
+    };
+    report.summary = sentence(&report);
+    lap("judge");
+    let exhibit = mount(part, &report, &wanted);
+    lap("mount");
+    Ok(Analysis { report, exhibit, timings })
+}
+
+/// The widest gap the process limits: how far bodies are looked for around each other.
+fn widest_gap(process: &Process) -> f64 {
+    ["narrow-gap", "narrow-gap.between-bodies"]
+        .iter()
+        .filter_map(|k| process.limit(k))
+        .flat_map(|l| [l.fail, l.warn])
+        .flatten()
+        .fold(0.0, f64::max)
+}
+
+fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
+    let smallest = options
+        .process
+        .limits
+        .iter()
+        .filter(|(key, _)| rule(key).is_ok_and(|r| r.dimension == Dimension::Length))
+        .flat_map(|(_, l)| [l.fail, l.warn])
+        .flatten()
+        .filter(|x| *x > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let smallest = smallest.is_finite().then(|| Length::mm(smallest));
+    match options.voxel {
+        None => Ok(Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES.min(options.memory_bytes))),
+        Some(spacing) => {
+            let fitting = Fitting::of(part.extent(), spacing);
+            if fitting.bytes <= options.memory_bytes {
+                return Ok(fitting);
+            }
+            let fits = Fitting::coarsened(part.extent(), spacing, options.memory_bytes).spacing.as_mm();
+            let fits = (fits * 1e3).ceil() / 1e3;
+            Err(Error::TooLarge {
+                what: format!("a grid of {} samples at {spacing}", fitting.samples),
+                need_bytes: fitting.bytes,
+                allowed_bytes: options.memory_bytes,
+                remedy: format!(
+                    "--voxel {}mm fits; or leave --voxel out: walls and gaps are measured on the mesh",
+                    short(fits)
+                ),
+            })
+        }
+    }
+}
+
+/// One check's line of the report, and what it measured.
+fn judge(check: &dyn Check, part: &Part, options: &Options, context: &Context) -> (CheckReport, Option<Measured>) {
+    let meta = check.meta();
+    let mut report = CheckReport {
+        code: meta.code.into(),
+        name: meta.name.into(),
+        title: meta.title.into(),
+        state: State::NotRun,
+        why: None,
+        worst: None,
+        limit: None,
+        cover: None,
+        findings: Vec::new(),
+    };
+    let listed = |names: &[String]| names.iter().any(|n| n == meta.name || n.eq_ignore_ascii_case(meta.code));
+    if listed(&options.skip) || (!options.only.is_empty() && !listed(&options.only)) {
+        report.why = Some(if listed(&options.skip) { "left out by --skip" } else { "not in --only" }.into());
+        return (report, None);
+    }
+    match check.run(part, &options.process, context) {
+        Err(e) => {
+            report.state = State::Error;
+            report.why = Some(e.to_string());
+            (report, None)
+        }
+        Ok(Outcome::NotApplicable(why)) => {
+            report.state = State::NotApplicable;
+            report.why = Some(why);
+            (report, None)
+        }
+        Ok(Outcome::Measured(mut m)) => {
+            report.state = m.findings.iter().map(|f| f.state).max().unwrap_or(State::Pass).max(State::Pass);
+            report.worst = m.worst.as_ref().map(|w| {
+                let b = w.bracket.rounded();
+                let at_mm = w.at.map(|p| part.to_file(p).map(report_digits));
+                WorstReport { value: b.value, low: b.low, high: b.high, unit: w.unit.into(), at_mm }
+            });
+            report.limit = m.rule.and_then(|key| limit_report(&options.process, key));
+            report.cover = Some(std::mem::take(&mut m.cover));
+            report.findings = std::mem::take(&mut m.findings);
+            report.findings.sort_by(crate::check::Finding::worst_first);
+            (report, Some(*m))
+        }
+    }
+}
+
+fn limit_report(process: &Process, key: &str) -> Option<LimitReport> {
+    let limit = process.limit(key)?;
+    let rule = rule(key).ok()?;
+    Some(LimitReport {
+        fail: limit.fail,
+        warn: limit.warn,
+        sense: if rule.bound == crate::process::Bound::Least { Sense::Min } else { Sense::Max },
+        unit: rule.dimension.unit().into(),
+        basis: limit.basis.word().into(),
+        source: limit.source,
+        overridden: limit.overridden,
+    })
+}
+
+fn part_report(prepared: &Prepared) -> Result<PartReport> {
+    let part = &prepared.part;
+    let solid = part.solid()?;
+    let (low, high) = (solid.inner.volume().as_mm3(), solid.outer.volume().as_mm3());
+    let sound = part.health().is_solid() && !part.body_pairs().iter().any(|p| p.distance <= part.step());
+    let value = if sound { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
+    let extent = part.extent();
+    let corners = [part.to_file([0.0; 3]), part.to_file(extent)];
+    Ok(PartReport {
+        file: prepared.file.clone(),
+        sha256: prepared.sha256.clone(),
+        triangles: part.mesh().triangles.len() as u64,
+        bodies: part.health().bodies.len() as u64,
+        box_mm: [
+            [0, 1, 2].map(|a| report_digits(corners[0][a].min(corners[1][a]))),
+            [0, 1, 2].map(|a| report_digits(corners[0][a].max(corners[1][a]))),
+        ],
+        volume_mm3: Bracket::new(value, low, high).rounded(),
+        area_mm2: report_digits(part.mesh().area()),
+        units: prepared.units.0.clone(),
+        units_from: prepared.units.1.into(),
+        watertight: part.health().is_watertight(),
+        pose: part.pose().map(|row| row.map(report_digits)),
+    })
+}
+
+fn process_report(process: &Process) -> ProcessReport {
+    ProcessReport {
+        name: process.name.clone(),
+        title: process.title.clone(),
+        layer_height_mm: process.layer_height_mm,
+        build_volume_mm: process.build_volume_mm,
+        prints_supports: process.prints_supports,
+        limits: process.limits.keys().filter_map(|k| Some((k.clone(), limit_report(process, k)?))).collect(),
+    }
+}
+
+/// Says where a winding number does not tell inside from outside.
+fn doubt(part: &Part) -> Option<Notice> {
+    let doubt = part.solid().ok()?.doubt?;
+    (doubt.share > 0.0).then(|| {
+        let text = format!(
+            "inside and outside come from the winding number; it is in doubt at {:.2} % of the evaluated places",
+            100.0 * doubt.share
+        );
+        Notice::new("uncertain-inside", text).at(part.to_file(doubt.at_mm).map(report_digits))
+    })
+}
+
+/// The worst state of all checks; one that broke down leaves the part undecided.
+fn verdict_of(checks: &[CheckReport]) -> Verdict {
+    checks
+        .iter()
+        .map(|c| match c.state {
+            State::Fail => Verdict::Fail,
+            State::Undecided | State::Error => Verdict::Undecided,
+            State::Warn => Verdict::Warn,
+            State::Pass | State::NotRun | State::NotApplicable => Verdict::Pass,
+        })
+        .max()
+        .unwrap_or(Verdict::Pass)
+}
+
+/// The verdict as a sentence: number, consequence, remedy.
+fn sentence(report: &Report) -> String {
+    let findings = report.findings();
+    let ran = report
+        .checks
+        .iter()
+        .filter(|c| !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
+        .count();
+    let Some(worst) = findings.first() else {
+        return format!("All {ran} checks that ran pass for {}.", report.process.name);
+    };
+    let needed = match (worst.state, worst.fail, worst.warn) {
+        (State::Fail | State::Undecided, Some(limit), _) => needed(worst.sense, limit, &worst.unit, "must"),
+        (_, _, Some(limit)) => needed(worst.sense, limit, &worst.unit, "should"),
+        _ => String::new(),
+    };
+    let more = match findings.len() - 1 {
+        0 => String::new(),
+        n => format!(" {n} more {} below.", if n == 1 { "finding is" } else { "findings are" }),
+    };
+    format!("{}{needed}: {}.{more}", capital(&worst.message), worst.fix)
+}
+
+fn needed(sense: Sense, limit: f64, unit: &str, word: &str) -> String {
+    let sign = if sense == Sense::Min { "at least" } else { "at most" };
+    match unit {
+        "1" | "mm2" if limit == 0.0 => String::new(),
+        "1" => format!(" ({word} be {sign} {})", short(limit)),
+        "deg" => format!(" ({word} be {sign} {}°)", short(limit)),
+        "mm2" => format!(" ({word} be {sign} {} mm²)", short(limit)),
+        unit => format!(" ({word} be {sign} {} {unit})", short(limit)),
+    }
+}
+
+fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
+}

@@ -1,0 +1,94 @@
+//! AM202: places where a layer starts in mid-air.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Witness};
+use super::place::{group_equal, locate, reported};
+use crate::error::Result;
+use crate::geometry::vector::along;
+use crate::layer::{Island as Start, islands};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+
+/// AM202 `island`.
+pub struct Island;
+
+static META: Meta = Meta {
+    code: "AM202",
+    name: "island",
+    title: "Layer regions with nothing beneath",
+    what: "Finds every place where material begins above the plate with none of its own beneath it, and gives the area of its \
+           first layer and how far it rises before it joins the rest.",
+    why: "The first layer of an island is printed on nothing: it is dragged away by the nozzle, or floats off in the vat.",
+    how: "Material begins at local minima of the height of the surface that have material above them. All minima of a mesh lie at \
+          vertices, so a sweep from the lowest vertex up, joining components as they meet, finds every one. One that joins \
+          material that began lower within a layer is printed with it.",
+    limits: "What starts within half a layer of the plate stands on it. Bodies that touch are one where the winding number just below the place says so. Islands held by a support are still \
+             listed: they are where supports must stand.",
+    source: "Merge tree of the height function: H. Carr, J. Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003.",
+};
+
+impl Check for Island {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        if process.powder_supports {
+            return Ok(Outcome::NotApplicable("loose powder holds the part up in this process".into()));
+        }
+        let Some(limits) = limits_of(process, "island") else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let rests = |i: &Start| {
+            let just_below = along(i.lowest, [0.0, 0.0, -1.0], 20.0 * part.step());
+            !part.bounds_solid(i.facet as usize) || (!plain(part) && part.winding().at(just_below) >= 0.5)
+        };
+        let found: Vec<Start> =
+            islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
+                .into_iter()
+                .filter(|i| !rests(i))
+                .collect();
+        let mut measured = Measured {
+            cover: format!(
+                "Every local minimum of the surface was judged, at layers of {} mm.",
+                short(process.layer_height_mm)
+            ),
+            rule: Some("island"),
+            ..Measured::default()
+        };
+        measured.worst =
+            Some(found.iter().max_by(|a, b| a.first_layer_area_mm2.total_cmp(&b.first_layer_area_mm2)).map_or(
+                Worst { bracket: Bracket::exact(0.0), unit: "mm2", at: None },
+                |i| Worst { bracket: Bracket::exact(i.first_layer_area_mm2), unit: "mm2", at: Some(i.lowest) },
+            ));
+        let findings = found.iter().map(|i| {
+            let bracket = Bracket::exact(i.first_layer_area_mm2);
+            let mut f = Finding::judged(META.code, "start", bracket, Basis::Exact, limits, "mm2", 0.0);
+            f.area_mm2 = Some(report_digits(i.first_layer_area_mm2));
+            locate(&mut f, part, context, i.lowest, i.extent);
+            let layer = (i.lowest[2] / process.layer_height_mm).floor().max(0.0) as u64;
+            f.layers = Some([layer, layer]);
+            f.witness = Some(Witness { kind: "lowest-point".into(), points_mm: vec![reported(part, i.lowest)] });
+            let rise = if i.rise_mm.is_finite() {
+                format!("joins the rest {} mm higher", short(i.rise_mm))
+            } else {
+                "never joins the rest".into()
+            };
+            f.message = format!("starts in mid-air at z = {} mm, {rise}", short(i.lowest[2]));
+            f.fix =
+                format!("put a support of {} mm under it, or let it grow out of the part below", short(i.lowest[2]));
+            f
+        });
+        measured.findings = group_equal(findings.collect(), 1e-3);
+        for f in measured.findings.iter_mut().filter(|f| f.count > 1) {
+            f.message = format!("{} places: {}", f.count, f.message);
+        }
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// A single closed body, in which nothing can lie beneath a minimum unseen.
+fn plain(part: &Part) -> bool {
+    part.health().is_solid() && !part.body_pairs().iter().any(|p| p.distance <= part.step())
+}

@@ -1,0 +1,72 @@
+//! Where a finding is, in the frame of the file, and a name for it that survives small edits.
+
+use super::contract::Context;
+use super::finding::{Finding, Spot};
+use crate::geometry::vector::{Vec3, bounds};
+use crate::part::Part;
+use crate::units::report_digits;
+
+/// A point of the build's frame as the report gives it: in the frame of the file, at the report's resolution.
+pub fn reported(part: &Part, p: Vec3) -> Vec3 {
+    part.to_file(p).map(report_digits)
+}
+
+/// Puts a finding at a point with an extent, both in the frame of the build, and names it.
+///
+/// The fingerprint is check, kind, the place rounded to twice the spacing in the part's own frame, and the size class of the
+/// extent (a power of two of millimetres).
+pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
+    finding.at_mm = reported(part, at);
+    let corners = [extent.0, extent.1].map(|p| reported(part, p));
+    let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
+    finding.box_mm = [lo, hi];
+    let cell = 2.0 * context.spacing_mm;
+    let [x, y, z] = at.map(|c| (c / cell).round() as i64);
+    let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
+    let class = if longest > 0.0 { longest.log2().round() as i64 } else { -99 };
+    finding.fingerprint = format!("{}/{}/{x},{y},{z}/{class}", finding.code, finding.kind);
+    finding.places = vec![Spot { at_mm: finding.at_mm, value: finding.value, low: finding.low, high: finding.high }];
+}
+
+/// Joins findings of equal kind, state and value into one with a count; the first of each keeps its place.
+///
+/// Equal means within `tolerance` of the first of the group.
+pub fn group_equal(findings: Vec<Finding>, tolerance: f64) -> Vec<Finding> {
+    let mut groups: Vec<Finding> = Vec::new();
+    for f in findings {
+        let same = |g: &&mut Finding| {
+            g.kind == f.kind
+                && g.state == f.state
+                && (g.value - f.value).abs() <= tolerance
+                && g.bodies.is_some() == f.bodies.is_some()
+        };
+        match groups.iter_mut().find(same) {
+            Some(g) => join(g, f),
+            None => groups.push(f),
+        }
+    }
+    groups
+}
+
+fn join(group: &mut Finding, f: Finding) {
+    group.count += f.count;
+    group.places.extend(f.places);
+    group.low = group.low.min(f.low);
+    group.high = group.high.max(f.high);
+    group.decided &= f.decided;
+    let sum = |a: Option<f64>, b: Option<f64>| match (a, b) {
+        (Some(a), Some(b)) => Some(report_digits(a + b)),
+        (a, b) => a.or(b),
+    };
+    group.area_mm2 = sum(group.area_mm2, f.area_mm2);
+    group.volume_mm3 = sum(group.volume_mm3, f.volume_mm3);
+    for a in 0..3 {
+        group.box_mm[0][a] = group.box_mm[0][a].min(f.box_mm[0][a]);
+        group.box_mm[1][a] = group.box_mm[1][a].max(f.box_mm[1][a]);
+    }
+    if let (Some(mine), Some(theirs)) = (&mut group.bodies, f.bodies) {
+        mine.extend(theirs);
+        mine.sort_unstable();
+        mine.dedup();
+    }
+}

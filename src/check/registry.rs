@@ -1,0 +1,35 @@
+//! The ordered list of checks.
+
+use super::contract::{Check, Meta};
+use crate::error::{Error, Result, nearest, printable};
+
+/// All checks, in the order of the report.
+pub const CHECKS: &[&dyn Check] = &[
+    &super::mesh::Mesh,
+    &super::build_volume::BuildVolume,
+    &super::thin_wall::ThinWall,
+    &super::narrow_gap::NarrowGap,
+    &super::overhang::Overhang,
+    &super::island::Island,
+];
+
+/// The text of every check, in order.
+pub fn metas() -> impl Iterator<Item = &'static Meta> {
+    CHECKS.iter().map(|c| c.meta())
+}
+
+/// A check by its code or its name.
+///
+/// # Errors
+/// [`Error::UnknownName`] with the nearest name.
+pub fn find(name: &str) -> Result<&'static dyn Check> {
+    let wanted = name.trim();
+    CHECKS.iter().find(|c| c.meta().name == wanted || c.meta().code.eq_ignore_ascii_case(wanted)).copied().ok_or_else(
+        || Error::UnknownName {
+            what: "check",
+            given: printable(name),
+            nearest: nearest(name, metas().flat_map(|m| [m.name, m.code])),
+            known: metas().map(|m| m.name.to_string()).collect(),
+        },
+    )
+}

@@ -1,0 +1,359 @@
+//! Findings from sheets of material or void: what AM101 and AM103 share.
+
+use super::contract::{Context, Measured, Worst};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::place::{group_equal, locate, reported};
+use crate::geometry::vector::{Vec3, bounds};
+use crate::medial::chord::PARALLEL;
+use crate::medial::cluster::{group, principal_extents};
+use crate::medial::cover::FacetSheet;
+use crate::medial::refine::thinnest_on;
+use crate::medial::{Cover, Question, Sample, Shape, Side};
+use crate::notice::Notice;
+use crate::part::{BodyPair, Part};
+use crate::units::{report_digits, short};
+
+/// Bound and ball that differ by less than this are one, millimetres.
+const TOUCH: f64 = 1e-3;
+/// Facets on which the thinnest place of one sheet is sought.
+const REFINED: usize = 64;
+/// A sheet that thins to less than this share of the limit has run out to an edge.
+const RUN_OUT: f64 = 0.05;
+
+/// Whose surfaces bound the sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    WithinBody,
+    BetweenBodies,
+}
+
+/// One kind of finding with its own limits.
+#[derive(Debug, Clone)]
+pub struct Kind {
+    pub name: &'static str,
+    pub rule: &'static str,
+    pub limits: Limits,
+    pub reading: Reading,
+}
+
+/// The search for thin sheets on one side of a part's surface.
+pub struct Sheets<'a> {
+    pub part: &'a Part,
+    pub context: &'a Context,
+    pub code: &'static str,
+    pub side: Side,
+    pub kinds: Vec<Kind>,
+}
+
+impl Sheets<'_> {
+    /// Up to this width sheets are noticed: a quarter more than the widest limit.
+    pub fn notice(&self) -> f64 {
+        1.25 * self.widest()
+    }
+
+    fn widest(&self) -> f64 {
+        self.kinds.iter().flat_map(|k| [k.limits.fail, k.limits.warn]).flatten().fold(0.0, f64::max)
+    }
+
+    fn question(&self) -> Question {
+        let tie = self.part.step();
+        let fail = self.kinds.iter().filter_map(|k| k.limits.fail).fold(0.0, f64::max);
+        Question {
+            fail: fail - tie,
+            warn: self.widest() - tie,
+            notice: self.notice(),
+            resolution: 0.75 * self.widest(),
+            tolerance: 2.0 * tie,
+            budget: (self.context.refine / 10_000).max(64),
+        }
+    }
+
+    /// Searches, groups and judges.
+    pub fn measure(&self) -> (Measured, Vec<FacetSheet>) {
+        let question = self.question();
+        let cover = Cover::search(self.part.distance(), self.part.features(self.side), &question);
+        let mut measured =
+            Measured { rule: self.kinds.first().map(|k| k.rule), spent: cover.evaluations, ..Measured::default() };
+        let mut wedges = cover.samples.iter().filter(|s| s.shape == Shape::Wedge).count();
+        for kind in &self.kinds {
+            match kind.reading {
+                Reading::WithinBody => self.within(kind, &question, &cover, &mut measured, &mut wedges),
+                Reading::BetweenBodies => self.between(kind, &cover, &mut measured),
+            }
+        }
+        if let Some(open) = self.budget_ended(&question, &cover).filter(|f| f.state > State::Pass) {
+            measured.findings.push(open);
+        }
+        measured.cover = self.cover_text(&question, &cover, wedges);
+        (measured, cover.facets)
+    }
+
+    fn body(&self, facet: u32) -> u32 {
+        self.part.health().facet_body.get(facet as usize).copied().unwrap_or(u32::MAX)
+    }
+
+    /// Sheets whose two surfaces belong to one body.
+    fn within(&self, kind: &Kind, q: &Question, cover: &Cover, measured: &mut Measured, wedges: &mut usize) {
+        let own: Vec<Sample> = cover
+            .samples
+            .iter()
+            .filter(|s| s.shape == Shape::Sheet && self.body(s.facet) == self.body(s.opposite))
+            .copied()
+            .collect();
+        let tie = self.part.step();
+        let fail = kind.limits.fail.unwrap_or(0.0) - tie;
+        let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
+        let mut findings = Vec::new();
+        let mut noticed: Option<Sample> = None;
+        for (from, to) in [(0.0, fail), (fail.max(0.0), warn), (warn, f64::INFINITY)] {
+            let level: Vec<Sample> = own.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
+            if to.is_infinite() {
+                noticed = level.into_iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter));
+                continue;
+            }
+            let corners = |f: u32| self.part.mesh().triangles[f as usize];
+            for members in group(&level, 1.5 * q.resolution, |s| u64::from(self.body(s.facet)), corners) {
+                let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
+                match sheet_of(&samples, warn) {
+                    Some(sheet) => findings.push(self.finding(kind, &self.refined(q, sheet, &samples))),
+                    None => *wedges += samples.len(),
+                }
+            }
+        }
+        findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+        let thinnest = findings
+            .first()
+            .map(|f| (Bracket { value: f.value, low: f.low, high: f.high }, self.part.to_build(f.at_mm)));
+        let thinnest =
+            thinnest.or_else(|| noticed.map(|s| (Bracket::new(s.diameter, s.low.max(warn), s.diameter), s.centre)));
+        self.note_worst(measured, thinnest);
+        let tolerance = |f: &[Finding]| f.first().map_or(0.0, |f| (0.01 * f.value).max(0.004));
+        let step = tolerance(&findings);
+        let mut grouped = group_equal(findings, step);
+        grouped.iter_mut().for_each(|f| self.describe(f));
+        measured.findings.extend(grouped);
+    }
+
+    /// The sheet with its thinnest place sought on every facet where the bound leaves room for one.
+    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample]) -> Sheet {
+        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.facet)).collect();
+        open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        open.dedup_by_key(|o| o.1);
+        let features = self.part.features(self.side);
+        let mut left = f64::INFINITY;
+        for (n, (low, facet)) in open.into_iter().enumerate() {
+            if low >= sheet.thinnest.diameter - TOUCH {
+                break;
+            }
+            if n >= REFINED {
+                left = left.min(low);
+                continue;
+            }
+            if let Some(s) = thinnest_on(self.part.distance(), features, q, facet, &sheet.thinnest) {
+                sheet.thinnest = s;
+            }
+        }
+        // What the search on a facet did not find is not there but for the gain it asks for.
+        sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
+        sheet
+    }
+
+    fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
+        if let Some((bracket, at)) = met
+            && measured.worst.as_ref().is_none_or(|w| bracket.value < w.bracket.value)
+        {
+            measured.worst = Some(Worst { bracket, unit: "mm", at: Some(at) });
+        }
+    }
+
+    fn finding(&self, kind: &Kind, sheet: &Sheet) -> Finding {
+        let s = &sheet.thinnest;
+        let bracket = Bracket::new(s.diameter, sheet.low, s.diameter);
+        let mut f =
+            Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.step());
+        if (s.diameter - sheet.low).abs() <= self.part.step() {
+            f.basis = Basis::Exact;
+        }
+        f.area_mm2 = Some(report_digits(sheet.area));
+        locate(&mut f, self.part, self.context, s.centre, sheet.extent);
+        let points = [s.centre, s.contacts[0], s.contacts[1]].map(|p| reported(self.part, p));
+        f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
+        let [long, wide, _] = sheet.spans.map(|x| short((x * 10.0).round() / 10.0));
+        f.message = match sheet.form {
+            Form::Plate => format!("over {long} × {wide} mm"),
+            Form::Rod => format!("rod-like, {long} mm long"),
+            Form::Spot => "at one spot".into(),
+        };
+        if self.part.health().bodies.len() > 1 {
+            f.bodies = Some(vec![u64::from(self.body(s.facet)) + 1]);
+        }
+        f
+    }
+
+    /// Exact clearances between bodies, one finding for each pair.
+    fn between(&self, kind: &Kind, cover: &Cover, measured: &mut Measured) {
+        let widest = kind.limits.fail.unwrap_or(0.0).max(kind.limits.warn.unwrap_or(0.0)) - self.part.step();
+        let (touching, apart): (Vec<&BodyPair>, Vec<&BodyPair>) =
+            self.part.body_pairs().iter().partition(|p| p.distance <= self.part.step());
+        if let Some(first) = touching.first() {
+            let text = format!("{} pairs of bodies touch or cross and are one piece in print", touching.len());
+            measured.notices.push(
+                Notice::new("touching-bodies", text)
+                    .counted(touching.len() as u64)
+                    .at(reported(self.part, first.points[0])),
+            );
+        }
+        let mut findings = Vec::new();
+        for pair in apart {
+            let middle = [0, 1, 2].map(|a| 0.5 * (pair.points[0][a] + pair.points[1][a]));
+            self.note_worst(measured, Some((Bracket::exact(pair.distance), middle)));
+            if pair.distance >= widest {
+                continue;
+            }
+            let mut f = Finding::judged(
+                self.code,
+                kind.name,
+                Bracket::exact(pair.distance),
+                Basis::Exact,
+                kind.limits,
+                "mm",
+                self.part.step(),
+            );
+            let near: Vec<&Sample> = cover
+                .samples
+                .iter()
+                .filter(|s| {
+                    let pair_of = [self.body(s.facet), self.body(s.opposite)];
+                    s.diameter < widest && (pair_of == pair.bodies || pair_of == [pair.bodies[1], pair.bodies[0]])
+                })
+                .collect();
+            let extent = bounds(near.iter().map(|s| s.centre).chain(pair.points)).unwrap_or((middle, middle));
+            f.area_mm2 = Some(report_digits(0.5 * near.iter().map(|s| s.area).sum::<f64>()));
+            f.bodies = Some(pair.bodies.iter().map(|&b| u64::from(b) + 1).collect());
+            locate(&mut f, self.part, self.context, middle, extent);
+            let points = pair.points.map(|p| reported(self.part, p));
+            f.witness = Some(Witness { kind: "nearest-pair".into(), points_mm: points.to_vec() });
+            f.message = format!("between bodies {} and {}", pair.bodies[0] + 1, pair.bodies[1] + 1);
+            findings.push(f);
+        }
+        findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+        let mut grouped = group_equal(findings, 0.002);
+        grouped.iter_mut().for_each(|f| self.describe(f));
+        measured.findings.extend(grouped);
+    }
+
+    /// Completes message and fix once the count is known.
+    fn describe(&self, f: &mut Finding) {
+        let value = short((f.value * 1e4).round() / 1e4);
+        let (noun, verb) = match (self.side, f.kind.as_str()) {
+            (Side::Material, _) => ("wall", "thicken"),
+            (Side::Void, "slot") => ("slot", "widen"),
+            (Side::Void, _) => ("clearance", "open"),
+        };
+        let place = std::mem::take(&mut f.message);
+        let area = f
+            .area_mm2
+            .filter(|a| *a > 0.0)
+            .map_or(String::new(), |a| format!(", {} mm²", short((a * 10.0).round() / 10.0)));
+        f.message = match f.count {
+            1 => format!("{noun} of {value} mm {place}{area}"),
+            n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
+        };
+        let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
+        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.step());
+        f.fix = match (below(f.fail), below(f.warn)) {
+            (Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
+            (Some(limit), None) | (None, Some(limit)) => to(limit),
+            (None, None) => format!("{} mm is as much as the limit asks", value),
+        };
+        if f.kind == "gap-between-bodies" {
+            f.fix.push_str(", or join the bodies on purpose");
+        }
+    }
+
+    /// The places that the budget left open, as one undecided finding.
+    fn budget_ended(&self, q: &Question, cover: &Cover) -> Option<Finding> {
+        let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
+        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest()).collect();
+        let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
+        let bracket = Bracket { value: worst.low, low: worst.low, high: q.notice };
+        let mut f =
+            Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.step());
+        let extent = bounds(open.iter().map(|u| u.at)).unwrap_or((worst.at, worst.at));
+        locate(&mut f, self.part, self.context, worst.at, extent);
+        f.kind = format!("{}-undecided", kind.name);
+        f.count = open.len() as u64;
+        f.message = format!(
+            "{} places were not decided before the budget ended; none is thinner than {} mm",
+            open.len(),
+            short(worst.low)
+        );
+        f.fix = format!("decide them with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
+        Some(f)
+    }
+
+    fn cover_text(&self, q: &Question, cover: &Cover, wedges: usize) -> String {
+        let noun = if self.side == Side::Material { "wall" } else { "gap" };
+        let mut text = format!(
+            "All {} features were searched: no other {noun} thinner than {} mm is wider than {} mm.",
+            self.part.features(self.side).list.len(),
+            short(self.widest()),
+            short((q.finest() * 1e3).ceil() / 1e3)
+        );
+        if wedges > 0 {
+            text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
+        }
+        if cover.unresolved.iter().any(|u| u.extent > q.finest()) {
+            text.push_str(" The budget ended before all was decided.");
+        }
+        text
+    }
+}
+
+/// What the middle surface of a sheet looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Plate,
+    Rod,
+    Spot,
+}
+
+/// A sheet summed up.
+struct Sheet {
+    thinnest: Sample,
+    low: f64,
+    area: f64,
+    extent: (Vec3, Vec3),
+    spans: [f64; 3],
+    form: Form,
+}
+
+/// Sums a group up, or says that it is a wedge: `None`.
+///
+/// Where the sheet thins out to an edge, only what is parallel counts, and only if it is wider than it is thick.
+fn sheet_of(samples: &[Sample], limit: f64) -> Option<Sheet> {
+    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * limit);
+    let parallel: Vec<&Sample> =
+        samples.iter().filter(|s| !runs_out || (s.separation >= PARALLEL && s.low >= RUN_OUT * limit)).collect();
+    let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
+    let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();
+    if runs_out && area < thinnest.diameter * thinnest.diameter {
+        return None;
+    }
+    let spans = principal_extents(&parallel.iter().map(|s| s.centre).collect::<Vec<_>>());
+    let form = if spans[0] < thinnest.diameter {
+        Form::Spot
+    } else if spans[1] < 0.5 * thinnest.diameter {
+        Form::Rod
+    } else {
+        Form::Plate
+    };
+    Some(Sheet {
+        thinnest,
+        low: parallel.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
+        area,
+        extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,
+        spans,
+        form,
+    })
+}

@@ -1,0 +1,262 @@
+//! `amcheck PART`: from words to a written report.
+
+use super::args::Arguments;
+use super::deliver::{Delivery, Files};
+use crate::analyze::{Analysis, Options, prepare, run};
+use crate::check::registry;
+use crate::error::{Error, Result, nearest, printable};
+use crate::io::{Salvage, read_path};
+use crate::part::Up;
+use crate::process::{BUILTIN, Process};
+use crate::report::terminal::{self, Outputs};
+use crate::report::{Verdict, html, json, render};
+use crate::units::Length;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A file larger than this is refused before it is read.
+const MOST_FILE_BYTES: u64 = 16 << 30;
+
+/// Formats a report can be written in.
+const FORMATS: &[&str] = &["json", "html", "png"];
+
+/// Judges a part and returns what goes to stdout and the exit code.
+pub fn judge(a: &Arguments) -> Result<(String, u8)> {
+    let start = Instant::now();
+    let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
+    let options = options(a)?;
+    let fail_on = fail_on(&a.fail_on)?;
+    threads(a)?;
+    let formats = one_of("format", &a.format, FORMATS)?;
+    let delivery = Delivery::open(&out_dir(a, &part))?;
+    let progress = Progress { on: !a.quiet && !a.json && std::io::stderr().is_terminal() };
+    progress.say("reading");
+    let salvage = if a.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
+    let (bytes, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
+    let prepared = prepare(&part.to_string_lossy(), &bytes, loaded, &options)?;
+    drop(bytes);
+    let fitting = prepared.fitting();
+    progress.say(&format!("grid {} samples at {}, {} MiB", fitting.samples, fitting.spacing, fitting.bytes >> 20));
+    let mut analysis = run(prepared, &options)?;
+    progress.say("printing the report");
+    let files = print_all(&mut analysis, &formats);
+    let written = delivery.deliver(files)?;
+    progress.say("");
+    let report = &analysis.report;
+    let outputs =
+        Outputs { part: part.to_string_lossy().into_owned(), written, seconds: Some(start.elapsed().as_secs_f64()) };
+    let palette = super::palette(std::io::stdout().is_terminal());
+    let text = if a.json {
+        json::write(report)
+    } else if a.quiet {
+        terminal::verdict_line(report, palette)
+    } else {
+        terminal::summary(report, &outputs, palette)
+    };
+    Ok((text, exit_code(report.verdict, fail_on)))
+}
+
+/// Every file of the report.
+fn print_all(analysis: &mut Analysis, formats: &[&str]) -> Files {
+    let clock = Instant::now();
+    let report = &analysis.report;
+    let mut files = Files::default();
+    let pictures =
+        if formats.iter().any(|f| *f != "json") { render::pictures(report, &analysis.exhibit) } else { Vec::new() };
+    if formats.contains(&"html") {
+        files.push("report", "report.html", html::page(report, &analysis.exhibit, &pictures).into_bytes());
+    }
+    if formats.contains(&"json") {
+        files.push("data", "report.json", json::write(report).into_bytes());
+    }
+    if formats.contains(&"png") {
+        for p in pictures {
+            files.push("picture", &format!("{}.png", p.name), p.png);
+        }
+    }
+    analysis.timings.push(("print".into(), clock.elapsed().as_secs_f64()));
+    if formats.contains(&"json") {
+        let laps: serde_json::Map<String, serde_json::Value> =
+            analysis.timings.iter().map(|(k, v)| (k.clone(), serde_json::json!((v * 1e4).round() / 1e4))).collect();
+        files.push("timings", "timings.json", format!("{:#}\n", serde_json::Value::Object(laps)).into_bytes());
+    }
+    files
+}
+
+fn options(a: &Arguments) -> Result<Options> {
+    let mut process = process(&a.process)?;
+    for limit in &a.limits {
+        process.override_limit(limit)?;
+    }
+    let mut o = Options::new(process);
+    o.up = up(&a.up)?;
+    o.units = a.units.as_deref().map(units).transpose()?;
+    o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
+    o.refine =
+        u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
+    o.memory_bytes = count(
+        &a.memory,
+        &[
+            ("KiB", 1 << 10),
+            ("MiB", 1 << 20),
+            ("GiB", 1 << 30),
+            ("kB", 1_000),
+            ("MB", 1_000_000),
+            ("GB", 1_000_000_000),
+        ],
+    )?;
+    for name in a.only.iter().chain(&a.skip) {
+        registry::find(name)?;
+    }
+    o.only = a.only.clone();
+    o.skip = a.skip.clone();
+    Ok(o)
+}
+
+fn process(name: &str) -> Result<Process> {
+    if BUILTIN.iter().any(|(n, _)| *n == name) || !(name.ends_with(".toml") || Path::new(name).exists()) {
+        return Process::named(name);
+    }
+    let text = std::fs::read_to_string(name).map_err(|e| Error::Profile {
+        file: printable(name),
+        place: Default::default(),
+        problem: e.to_string(),
+        remedy: "name a readable TOML file, or a built-in process: see `amcheck processes`".into(),
+    })?;
+    Process::from_toml(name, &text)
+}
+
+fn up(text: &str) -> Result<Up> {
+    match text {
+        "+z" | "z" => Ok(Up::PlusZ),
+        "-z" => Ok(Up::MinusZ),
+        "+x" | "x" => Ok(Up::PlusX),
+        "-x" => Ok(Up::MinusX),
+        "+y" | "y" => Ok(Up::PlusY),
+        "-y" => Ok(Up::MinusY),
+        _ => Err(usage(&format!("`{}` is no direction", printable(text)), "use one of +z -z +x -x +y -y")),
+    }
+}
+
+fn units(text: &str) -> Result<(String, f64)> {
+    let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("um", 0.001)];
+    known.iter().find(|(n, _)| *n == text).map(|(n, mm)| (n.to_string(), *mm)).ok_or_else(|| Error::UnknownName {
+        what: "unit",
+        given: printable(text),
+        nearest: nearest(text, known.iter().map(|k| k.0)),
+        known: known.iter().map(|k| k.0.to_string()).collect(),
+    })
+}
+
+fn voxel(text: &str) -> Result<Length> {
+    let length = Length::parse(text)?;
+    if (1e-6..=1e6).contains(&length.as_mm()) {
+        Ok(length)
+    } else {
+        Err(usage(
+            &format!("--voxel {} is out of range", printable(text)),
+            "give a spacing from 0.000001mm to 1000000mm",
+        ))
+    }
+}
+
+/// A positive count with a suffix, such as 64M or 4GiB.
+fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
+    let text = text.trim();
+    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let factor = match text[digits..].trim() {
+        "" => Some(1),
+        suffix => suffixes.iter().find(|(s, _)| s.eq_ignore_ascii_case(suffix)).map(|(_, f)| *f),
+    };
+    match (text[..digits].parse::<f64>(), factor) {
+        (Ok(n), Some(f)) if n > 0.0 && n < 1e15 => Ok((n * f as f64) as u128),
+        _ => {
+            let names: Vec<&str> = suffixes.iter().map(|s| s.0).collect();
+            Err(usage(
+                &format!("`{}` is not a count", printable(text)),
+                &format!("write a positive number with one of {}", names.join(", ")),
+            ))
+        }
+    }
+}
+
+fn threads(a: &Arguments) -> Result<()> {
+    match a.threads {
+        Some(0) => Err(usage("--threads 0", "give at least one thread, or leave the option out")),
+        Some(n) => {
+            // A pool that exists already keeps its size; the answer is the same.
+            let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}
+
+fn one_of<'k>(what: &'static str, given: &[String], known: &[&'k str]) -> Result<Vec<&'k str>> {
+    given
+        .iter()
+        .map(|g| {
+            known.iter().find(|k| *k == g).copied().ok_or_else(|| Error::UnknownName {
+                what,
+                given: printable(g),
+                nearest: nearest(g, known.iter().copied()),
+                known: known.iter().map(|k| k.to_string()).collect(),
+            })
+        })
+        .collect()
+}
+
+/// What turns the exit code to 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FailOn {
+    Fail,
+    Warn,
+    Undecided,
+    Never,
+}
+
+fn fail_on(text: &str) -> Result<FailOn> {
+    let known =
+        [("fail", FailOn::Fail), ("warn", FailOn::Warn), ("undecided", FailOn::Undecided), ("never", FailOn::Never)];
+    let names: Vec<&str> = known.iter().map(|k| k.0).collect();
+    let chosen = one_of("state for --fail-on", &[text.to_string()], &names)?;
+    Ok(known.iter().find(|k| chosen.contains(&k.0)).map_or(FailOn::Fail, |k| k.1))
+}
+
+fn exit_code(verdict: Verdict, fail_on: FailOn) -> u8 {
+    match (verdict, fail_on) {
+        (_, FailOn::Never) => 0,
+        (Verdict::Fail, _) => 1,
+        (Verdict::Undecided, FailOn::Undecided | FailOn::Warn) => 1,
+        (Verdict::Undecided, _) => 3,
+        (Verdict::Warn, FailOn::Warn) => 1,
+        _ => 0,
+    }
+}
+
+fn out_dir(a: &Arguments, part: &Path) -> PathBuf {
+    a.out.clone().unwrap_or_else(|| {
+        let stem = part.file_stem().map_or_else(|| "part".into(), |s| s.to_os_string());
+        let stem = if part == Path::new("-") { "stdin".into() } else { stem };
+        Path::new("reports").join(stem)
+    })
+}
+
+fn usage(problem: &str, remedy: &str) -> Error {
+    Error::Usage { problem: problem.into(), remedy: remedy.into() }
+}
+
+/// One line on stderr, rewritten; only on a terminal.
+struct Progress {
+    on: bool,
+}
+
+impl Progress {
+    fn say(&self, stage: &str) {
+        if self.on {
+            let _ = write!(std::io::stderr(), "\r\u{1b}[K{stage}");
+            let _ = std::io::stderr().flush();
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! How well a mesh bounds a solid: edges, shells, bodies, and what of it has to be said.
+//!
+//! Below: the mesh and its vectors. Above: the readers of the report, voxelization (which trusts a closed
+//! mesh and votes on any other), and the labels of bodies that gaps are measured between.
+
+mod bodies;
+mod boxes;
+mod edges;
+mod measure;
+mod nesting;
+mod notices;
+mod outward;
+mod rays;
+mod shells;
+
+pub use bodies::{Body, NO_LABEL, Role};
+pub use measure::{Fault, Health, Hole};
+pub use shells::Shell;

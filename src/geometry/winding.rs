@@ -1,0 +1,252 @@
+//! The generalized winding number: inside and outside of surfaces that do not close.
+
+use super::TriangleMesh;
+use super::vector::{Vec3, add, along, cross, distance, dot, norm, norm2, scale, sub};
+use std::f64::consts::PI;
+
+/// A node is far from a point that is more than this many of its radii away.
+const FAR: f64 = 2.0;
+/// Facets that a leaf holds at most.
+const LEAF: usize = 8;
+/// Facets from which on the two halves of a node are built in parallel.
+const PARALLEL: usize = 4096;
+
+/// The generalized winding number of a mesh, ready for many points.
+///
+/// w(q) = (1/4π) ∫ n·(y − q)/|y − q|³ dA(y): 1 inside and 0 outside of a closed surface, n inside n nested ones, and
+/// in between where the surface has holes.
+///
+/// # Cost
+/// O(m log m) to build for m facets; about O(log m) for a point.
+///
+/// # Limits
+/// Near facets are exact; a node farther than twice its radius is replaced by its second-order expansion, whose
+/// error is of the order of (1/2)³ of that node's solid angle / 4π. On closed meshes we see errors below 5·10⁻³.
+///
+/// # Source
+/// Jacobson et al. 2013; tree of expansions after Barill et al. 2018; solid angle van Oosterom and Strackee 1983.
+///
+/// ```
+/// use amcheck::geometry::{TriangleMesh, Winding};
+/// let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let mesh = TriangleMesh::weld([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]].map(|t: [usize; 3]| t.map(|v| p[v])));
+/// let winding = Winding::new(&mesh);
+/// assert!((winding.at([0.2, 0.2, 0.2]) - 1.0).abs() < 1e-12);
+/// assert!(winding.at([0.5, 0.5, 0.5]).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone)]
+pub struct Winding {
+    /// In preorder: the first child of a node follows it, its sibling follows its whole subtree.
+    nodes: Vec<Node>,
+    /// Facets in the order of the leaves.
+    facets: Vec<[Vec3; 3]>,
+}
+
+#[derive(Debug, Clone)]
+struct Node {
+    /// Area-weighted centre of the facets.
+    centre: Vec3,
+    /// Greatest distance of a corner from the centre, squared and times [`FAR`] squared.
+    far2: f64,
+    /// Nodes of the subtree, this one included.
+    size: usize,
+    /// The facets of a leaf; empty for an inner node.
+    leaf: std::ops::Range<usize>,
+    expansion: Expansion,
+}
+
+/// Moments of the area vector about a centre c: ∫ n, ∫ (y−c)⊗n, ½∫ (y−c)⊗(y−c)⊗n.
+#[derive(Debug, Clone, Default)]
+struct Expansion {
+    zeroth: Vec3,
+    first: [Vec3; 3],
+    /// Rows xx, yy, zz, xy, yz, zx of the symmetric pair of indices.
+    second: [Vec3; 6],
+}
+
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
+
+impl Winding {
+    /// Prepares a mesh; any set of facets will do.
+    pub fn new(mesh: &TriangleMesh) -> Self {
+        let mut facets: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|f| mesh.corners(f)).collect();
+        let nodes = if facets.is_empty() { Vec::new() } else { build(&mut facets, 0) };
+        Winding { nodes, facets }
+    }
+
+    /// The winding number about a point, in turns.
+    pub fn at(&self, point: Vec3) -> f64 {
+        let mut sum = 0.0;
+        let mut n = 0;
+        while let Some(node) = self.nodes.get(n) {
+            let d = sub(node.centre, point);
+            if norm2(d) > node.far2 {
+                sum += node.expansion.at(d);
+                n += node.size;
+            } else {
+                sum += self.facets[node.leaf.clone()].iter().map(|t| solid_angle(t, point)).sum::<f64>();
+                n += 1;
+            }
+        }
+        sum / (4.0 * PI)
+    }
+}
+
+/// Signed solid angle of a facet seen from a point; 0 for a point on the facet's plane beside it.
+#[inline]
+fn solid_angle(facet: &[Vec3; 3], point: Vec3) -> f64 {
+    let [a, b, c] = facet.map(|p| sub(p, point));
+    let [la, lb, lc] = [norm(a), norm(b), norm(c)];
+    let numerator = dot(a, cross(b, c));
+    if numerator == 0.0 {
+        return 0.0;
+    }
+    2.0 * numerator.atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+}
+
+/// The subtree of a range of facets, which it reorders; `first` is the place of the range among all facets.
+fn build(facets: &mut [[Vec3; 3]], first: usize) -> Vec<Node> {
+    let mut root = Node::of(facets);
+    if facets.len() <= LEAF {
+        root.leaf = first..first + facets.len();
+        return vec![root];
+    }
+    let twice_middle = |t: &[Vec3; 3], a: usize| t[0][a].min(t[1][a]).min(t[2][a]) + t[0][a].max(t[1][a]).max(t[2][a]);
+    let extent = |a: usize| {
+        let (lo, hi) = facets.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), t| {
+            (f64::min(lo, twice_middle(t, a)), f64::max(hi, twice_middle(t, a)))
+        });
+        hi - lo
+    };
+    let extents = [0, 1, 2].map(extent);
+    let axis = if extents[0] >= extents[1] && extents[0] >= extents[2] {
+        0
+    } else if extents[1] >= extents[2] {
+        1
+    } else {
+        2
+    };
+    let half = facets.len() / 2;
+    facets.select_nth_unstable_by(half, |a, b| twice_middle(a, axis).total_cmp(&twice_middle(b, axis)));
+    let parallel = facets.len() >= PARALLEL;
+    let (low, high) = facets.split_at_mut(half);
+    let (low, high) = if parallel {
+        rayon::join(|| build(low, first), || build(high, first + half))
+    } else {
+        (build(low, first), build(high, first + half))
+    };
+    root.size = 1 + low.len() + high.len();
+    let mut nodes = Vec::with_capacity(root.size);
+    nodes.push(root);
+    nodes.extend(low);
+    nodes.extend(high);
+    nodes
+}
+
+impl Node {
+    fn of(facets: &[[Vec3; 3]]) -> Self {
+        let area_vector = |t: &[Vec3; 3]| scale(cross(sub(t[1], t[0]), sub(t[2], t[0])), 0.5);
+        let middle = |t: &[Vec3; 3]| scale(add(add(t[0], t[1]), t[2]), 1.0 / 3.0);
+        let (mut weight, mut centre) = (0.0, [0.0; 3]);
+        for t in facets {
+            let area = norm(area_vector(t));
+            weight += area;
+            centre = along(centre, middle(t), area);
+        }
+        centre = if weight > 0.0 { scale(centre, 1.0 / weight) } else { facets[0][0] };
+        let radius = facets.iter().flatten().map(|&p| distance(p, centre)).fold(0.0, f64::max);
+        let mut expansion = Expansion::default();
+        for t in facets {
+            let n = area_vector(t);
+            let u = t.map(|p| sub(p, centre));
+            let m = middle(&u);
+            expansion.zeroth = add(expansion.zeroth, n);
+            for (row, m) in expansion.first.iter_mut().zip(m) {
+                *row = along(*row, n, m);
+            }
+            for (row, (i, k)) in expansion.second.iter_mut().zip(PAIRS) {
+                // Mean of u_i·u_k over a triangle, from its corners and their mean.
+                let mean = (u.iter().map(|v| v[i] * v[k]).sum::<f64>() + 9.0 * m[i] * m[k]) / 12.0;
+                // Half of the second-order term; mixed pairs stand for both orders.
+                *row = along(*row, n, if i == k { 0.5 * mean } else { mean });
+            }
+        }
+        Node { centre, far2: FAR * FAR * radius * radius, size: 1, leaf: 0..0, expansion }
+    }
+}
+
+impl Expansion {
+    /// 4π times the winding number of the node about a point, with d from the point to the node's centre.
+    ///
+    /// Taylor series of f(d) = d/|d|³ contracted with the moments.
+    #[inline]
+    fn at(&self, d: Vec3) -> f64 {
+        let r2 = norm2(d);
+        let r3 = 1.0 / (r2 * r2.sqrt());
+        let r5 = r3 / r2;
+        let r7 = r5 / r2;
+        let zeroth = dot(self.zeroth, d) * r3;
+        let trace = self.first[0][0] + self.first[1][1] + self.first[2][2];
+        let bilinear = d[0] * dot(self.first[0], d) + d[1] * dot(self.first[1], d) + d[2] * dot(self.first[2], d);
+        let first = trace * r3 - 3.0 * bilinear * r5;
+        let mut second = 0.0;
+        for (row, (i, k)) in self.second.iter().zip(PAIRS) {
+            let along_d = dot(*row, d);
+            let same = if i == k { along_d } else { 0.0 };
+            second += 15.0 * d[i] * d[k] * along_d * r7 - 3.0 * (row[i] * d[k] + row[k] * d[i] + same) * r5;
+        }
+        zeroth + first + second
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::voxelize_tests::{Lcg, block, sphere, winding};
+    use super::*;
+
+    #[test]
+    fn the_tree_agrees_with_the_sum_of_all_facets() {
+        let mut r = Lcg(5);
+        let ball = sphere(2.0, 4);
+        let mut open = ball.clone();
+        open.triangles.retain(|_| r.below(10) < 7);
+        let soup = TriangleMesh::weld((0..500).map(|_| {
+            let p = r.point(-3.0, 3.0);
+            [p, add(p, r.point(-0.3, 0.3)), add(p, r.point(-0.3, 0.3))]
+        }));
+        for mesh in [&ball, &open, &soup] {
+            let fast = Winding::new(mesh);
+            let mut worst: f64 = 0.0;
+            for _ in 0..400 {
+                let q = r.point(-4.0, 4.0);
+                worst = worst.max((fast.at(q) - winding(mesh, q)).abs());
+            }
+            assert!(worst < 5e-3, "{worst}");
+        }
+    }
+
+    #[test]
+    fn far_expansions_converge_at_third_order() {
+        let mesh = block([-0.3, -0.2, -0.1], [0.4, 0.3, 0.2]);
+        let half: Vec<_> = (0..5).map(|f| mesh.corners(f)).collect();
+        let node = Node::of(&half);
+        let open = TriangleMesh::weld(half);
+        let error = |distance: f64| {
+            let q = scale([0.6, -0.48, 0.64], distance);
+            let truth = winding(&open, q);
+            (node.expansion.at(sub(node.centre, q)) / (4.0 * PI) - truth).abs()
+        };
+        // The first neglected term falls as distance^-5: a factor of 32 for a doubling, less what comes after it.
+        assert!(error(4.0) < 1e-5 && error(8.0) < error(4.0) / 20.0, "{} {}", error(4.0), error(8.0));
+    }
+
+    #[test]
+    fn a_box_without_a_lid_is_undecided_only_at_the_lid() {
+        let mut mesh = block([0.0; 3], [2.0; 3]);
+        mesh.triangles.truncate(10);
+        let w = Winding::new(&mesh);
+        assert!((w.at([1.0, 1.0, 2.0]) - 0.5).abs() < 1e-9, "{}", w.at([1.0, 1.0, 2.0]));
+        assert!(w.at([1.0, 1.0, 0.1]) > 0.85 && w.at([1.0, 1.0, 3.9]) < 0.15);
+        assert_eq!(Winding::new(&TriangleMesh::default()).at([0.0; 3]), 0.0);
+    }
+}

@@ -1,0 +1,117 @@
+//! Files that are there whole or not at all.
+
+use crate::error::{Error, Result, printable};
+use std::fs::{File, OpenOptions};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Writes a file through a temporary one beside it, which takes its name at the end.
+///
+/// What was there before stays untouched until the new content is complete; on any error, a panic included,
+/// the temporary file is removed. A symbolic link is followed; a device or pipe is written directly. Nothing is
+/// forced to the disk: the promise is against errors and interruption, not against a loss of power.
+///
+/// # Errors
+/// [`Error::CannotWrite`] for whatever the operating system or `content` says.
+///
+/// ```
+/// let path = std::env::temp_dir().join("amcheck-doc-atomic.txt");
+/// amcheck::io::write_atomically(&path, |w| w.write_all(b"whole"))?;
+/// assert_eq!(std::fs::read(&path).unwrap(), b"whole");
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), amcheck::Error>(())
+/// ```
+pub fn write_atomically(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
+    write(path, content)
+        .map_err(|e| Error::CannotWrite { path: printable(&path.to_string_lossy()), reason: printable(&e.to_string()) })
+}
+
+fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+    let path = match std::fs::symlink_metadata(path) {
+        Ok(link) if link.is_symlink() => std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
+        _ => path.to_path_buf(),
+    };
+    if std::fs::metadata(&path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let mut out = BufWriter::new(OpenOptions::new().write(true).open(&path)?);
+        content(&mut out)?;
+        return out.flush();
+    }
+    let (file, temporary) = Temporary::beside(&path)?;
+    let mut out = BufWriter::with_capacity(1 << 20, file);
+    content(&mut out)?;
+    out.flush()?;
+    drop(out);
+    std::fs::rename(&temporary.path, &path)
+}
+
+/// A temporary file, removed when dropped; after the renaming there is nothing left to remove.
+struct Temporary {
+    path: PathBuf,
+}
+
+impl Temporary {
+    fn beside(path: &Path) -> std::io::Result<(File, Self)> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
+        loop {
+            let mut hidden = std::ffi::OsString::from(".");
+            hidden.push(name);
+            hidden.push(format!(".{}-{}.part", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+            let temporary = path.with_file_name(hidden);
+            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+                Ok(file) => return Ok((file, Temporary { path: temporary })),
+                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(e),
+            }
+        }
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // Nothing can be done about a failure here, and after success there is no such file.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_there_stays_until_the_new_is_whole() {
+        let dir = std::env::temp_dir().join(format!("amcheck-atomic-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let path = dir.join("report.json");
+        write_atomically(&path, |w| w.write_all(b"old")).unwrap();
+        let failed = write_atomically(&path, |w| {
+            w.write_all(b"half")?;
+            Err(std::io::Error::other("disk full"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("disk full"));
+        let panicked = std::panic::catch_unwind(|| write_atomically(&path, |_| panic!("on purpose")));
+        assert!(panicked.is_err());
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+        write_atomically(&path, |w| w.write_all(b"new")).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"new");
+        assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 1, "a temporary file was left");
+        assert_eq!(write_atomically(&dir, |_| Ok(())).unwrap_err().exit_code(), 6);
+        assert_eq!(write_atomically(&dir.join("no/such/x"), |_| Ok(())).unwrap_err().exit_code(), 6);
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_are_followed_and_devices_written() {
+        let dir = std::env::temp_dir().join(format!("amcheck-link-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let (target, link) = (dir.join("target"), dir.join("link"));
+        std::fs::write(&target, b"old").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        write_atomically(&link, |w| w.write_all(b"new")).unwrap();
+        assert!(link.is_symlink() && std::fs::read(&target).unwrap() == b"new");
+        write_atomically(Path::new("/dev/null"), |w| w.write_all(b"gone")).unwrap();
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+}

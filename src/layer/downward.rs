@@ -1,0 +1,189 @@
+//! Surface that looks down at less than a given slope.
+
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, along, angle, bounds, cross, distance, norm, scale, sub};
+use crate::units::Angle;
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// Neighbouring facets whose normals differ by less than this belong to one region (20°).
+const SMOOTH: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Neighbouring facets whose normals differ by less than this lie in one plane (0.5°).
+const FLAT: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// A flat piece at least this wide, in millimetres, is a face of its own and not a strip of a curved one.
+const FACE_WIDTH: f64 = 5.0;
+
+/// A connected piece of downward surface.
+#[derive(Debug, Clone)]
+pub struct DownwardRegion {
+    /// Facets in increasing order.
+    pub facets: Vec<u32>,
+    /// Exact area, mm².
+    pub area_mm2: f64,
+    /// Least angle from the horizontal: 0 is a flat ceiling.
+    pub least_angle: Angle,
+    /// Greatest angle from the horizontal.
+    pub greatest_angle: Angle,
+    /// Area-weighted middle.
+    pub centroid: Vec3,
+    /// A point of the facet with the least angle, and that facet.
+    pub worst: (Vec3, u32),
+    pub extent: (Vec3, Vec3),
+}
+
+/// The regions of facets whose outward normal points down and whose angle from the horizontal is below `limit`.
+///
+/// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
+/// face at least 5 mm wide is a region of its own. The tie of a facet
+/// is what a coordinate step does to its direction: `step` over its least height. Facets for which `covered` holds (another
+/// body touches them from below) are left out.
+///
+/// # Cost
+/// O(facets).
+pub fn downward_regions(
+    mesh: &TriangleMesh,
+    plate_z: f64,
+    limit: Angle,
+    step: f64,
+    covered: impl Fn(u32) -> bool,
+) -> Vec<DownwardRegion> {
+    let on_plate = plate_z + step.max(1e-4);
+    let down: Vec<(u32, Vec3)> = (0..mesh.triangles.len())
+        .filter_map(|f| {
+            let n = mesh.normal(f);
+            let corners = mesh.corners(f);
+            let looks_down = n[2] < 0.0 && slope(n).as_radians() < limit.as_radians() - tie(corners, step);
+            (looks_down && corners.iter().any(|p| p[2] > on_plate)).then_some((f as u32, n))
+        })
+        .filter(|&(f, _)| !covered(f))
+        .collect();
+    let edges = shared_edges(mesh, &down);
+    let mut parent: Vec<usize> = (0..down.len()).collect();
+    join(&mut parent, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
+    let faces = faces(mesh, &down, &mut parent);
+    join(&mut parent, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
+    let mut regions: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    for (i, &(f, _)) in down.iter().enumerate() {
+        regions.entry(root(&mut parent, i)).or_default().push(f);
+    }
+    regions.into_values().filter_map(|facets| describe(mesh, facets)).collect()
+}
+
+/// Pairs of downward facets that share an edge.
+fn shared_edges(mesh: &TriangleMesh, down: &[(u32, Vec3)]) -> Vec<(usize, usize)> {
+    let mut at_edge: FxHashMap<(u32, u32), Vec<usize>> = FxHashMap::default();
+    let mut pairs = Vec::new();
+    for (i, &(f, _)) in down.iter().enumerate() {
+        let t = mesh.triangles[f as usize];
+        for e in 0..3 {
+            let (a, b) = (t[e], t[(e + 1) % 3]);
+            let seen = at_edge.entry((a.min(b), a.max(b))).or_default();
+            pairs.extend(seen.iter().map(|&j| (j, i)));
+            seen.push(i);
+        }
+    }
+    pairs
+}
+
+fn join(parent: &mut [usize], edges: &[(usize, usize)], alike: impl Fn(usize, usize) -> bool) {
+    for &(i, j) in edges {
+        if alike(i, j) {
+            let (r, s) = (root(parent, i), root(parent, j));
+            parent[r.max(s)] = r.min(s);
+        }
+    }
+}
+
+/// For each facet whether its flat piece is a face of its own: area over longest span at least [`FACE_WIDTH`].
+fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], parent: &mut [usize]) -> Vec<bool> {
+    let mut pieces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for i in 0..down.len() {
+        pieces.entry(root(parent, i)).or_default().push(i);
+    }
+    let mut faces = vec![false; down.len()];
+    for members in pieces.into_values() {
+        let area: f64 = members.iter().map(|&i| mesh.facet_area(down[i].0 as usize)).sum();
+        let span = bounds(members.iter().flat_map(|&i| mesh.corners(down[i].0 as usize)))
+            .map_or(0.0, |(lo, hi)| distance(lo, hi));
+        let wide = span > 0.0 && area / span >= FACE_WIDTH;
+        members.into_iter().for_each(|i| faces[i] = wide);
+    }
+    faces
+}
+
+/// Angle of a surface from the horizontal, from its downward normal.
+fn slope(normal: Vec3) -> Angle {
+    Angle::radians(angle(normal, [0.0, 0.0, -1.0]))
+}
+
+/// How far a coordinate step can turn a facet, radians.
+fn tie([a, b, c]: [Vec3; 3], step: f64) -> f64 {
+    let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+    let height = norm(cross(sub(b, a), sub(c, a))) / longest;
+    if height > 0.0 { 2.0 * step / height } else { f64::INFINITY }
+}
+
+fn describe(mesh: &TriangleMesh, facets: Vec<u32>) -> Option<DownwardRegion> {
+    let mut area = 0.0;
+    let mut moment = [0.0; 3];
+    let (mut least, mut greatest) = ((f64::INFINITY, 0u32), 0.0f64);
+    for &f in &facets {
+        let a = mesh.facet_area(f as usize);
+        area += a;
+        moment = along(moment, mesh.centroid(f as usize), a);
+        let s = slope(mesh.normal(f as usize)).as_radians();
+        greatest = greatest.max(s);
+        if s < least.0 {
+            least = (s, f);
+        }
+    }
+    let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
+    (area > 0.0).then(|| DownwardRegion {
+        area_mm2: area,
+        least_angle: Angle::radians(least.0),
+        greatest_angle: Angle::radians(greatest),
+        centroid: scale(moment, 1.0 / area),
+        worst: (mesh.centroid(least.1 as usize), least.1),
+        extent,
+        facets,
+    })
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plate whose underside leans by `degrees`, as one downward quad at height 5.
+    fn leaning(degrees: f64) -> TriangleMesh {
+        let rise = degrees.to_radians().tan() * 10.0;
+        let p = [[0.0, 0.0, 5.0], [10.0, 0.0, 5.0 + rise], [10.0, 4.0, 5.0 + rise], [0.0, 4.0, 5.0]];
+        TriangleMesh::weld([[p[0], p[2], p[1]], [p[0], p[3], p[2]]])
+    }
+
+    #[test]
+    fn equal_to_the_limit_passes() {
+        let step = 1e-6;
+        let found = |degrees: f64| downward_regions(&leaning(degrees), 0.0, Angle::degrees(45.0), step, |_| false);
+        assert!(found(45.0).is_empty());
+        assert!(found(46.0).is_empty());
+        let regions = found(44.0);
+        assert_eq!(regions.len(), 1);
+        assert!((regions[0].area_mm2 - 40.0 / 44.0f64.to_radians().cos()).abs() < 1e-9);
+        assert!((regions[0].least_angle.as_degrees() - 44.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_underside_on_the_plate_is_no_overhang() {
+        let flat = leaning(0.0);
+        assert!(downward_regions(&flat, 5.0, Angle::degrees(45.0), 1e-6, |_| false).is_empty());
+        assert_eq!(downward_regions(&flat, 4.0, Angle::degrees(45.0), 1e-6, |_| false).len(), 1);
+    }
+}

@@ -1,0 +1,225 @@
+//! Places where a layer starts with nothing beneath.
+
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, bounds, cross, sub};
+use rustc_hash::FxHashMap;
+
+/// A piece of material that begins above the plate with nothing of its own beneath.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Island {
+    /// Its lowest point.
+    pub lowest: Vec3,
+    /// How far it rises before it joins material that began lower; infinite if it never does.
+    pub rise_mm: f64,
+    /// Area of its section one layer above the lowest point, mm².
+    pub first_layer_area_mm2: f64,
+    /// Box of its surface up to one layer above the lowest point.
+    pub extent: (Vec3, Vec3),
+    /// A facet at the lowest point.
+    pub facet: u32,
+}
+
+/// The islands of a closed mesh, lowest first; what starts up to `plate_z` stands on the plate.
+///
+/// Components of { z ≤ t } of the surface are born at local minima and merge at saddles as t grows. A minimum with
+/// material above it (its normals point down) that is born more than `step` above `plate_z`, and rises by at least a layer
+/// before it merges with one born lower, is an island: its first layer has nothing beneath. All minima of a mesh lie at
+/// vertices, so none is missed.
+///
+/// # Cost
+/// O(V log V + E).
+///
+/// # Source
+/// The merge tree of the height function; e.g. H. Carr, J. Snoeyink, U. Axen, *Computing contour trees in all dimensions*, 2003.
+pub fn islands(mesh: &TriangleMesh, plate_z: f64, layer_mm: f64, step: f64) -> Vec<Island> {
+    let order = by_height(mesh);
+    let mut found: Vec<Island> = sweep(mesh, &order)
+        .into_iter()
+        .filter(|b| b.rise >= layer_mm && mesh.vertices[b.lowest as usize][2] > plate_z + step.max(1e-4))
+        .filter_map(|b| first_layer(mesh, &b, layer_mm))
+        .collect();
+    found.sort_by(|a, b| a.lowest[2].total_cmp(&b.lowest[2]).then(a.facet.cmp(&b.facet)));
+    found
+}
+
+/// Vertices that facets use, lowest first.
+fn by_height(mesh: &TriangleMesh) -> Vec<u32> {
+    let mut used = vec![false; mesh.vertices.len()];
+    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let mut order: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| used[v as usize]).collect();
+    order.sort_by(|&a, &b| mesh.vertices[a as usize][2].total_cmp(&mesh.vertices[b as usize][2]).then(a.cmp(&b)));
+    order
+}
+
+/// A component of the sublevel sets: where it was born and how far it rose before it merged.
+struct Birth {
+    lowest: u32,
+    rise: f64,
+    /// Every vertex of the component up to where it merged.
+    vertices: Vec<u32>,
+}
+
+/// All components of the surface's sublevel sets.
+fn sweep(mesh: &TriangleMesh, order: &[u32]) -> Vec<Birth> {
+    let z = |v: u32| mesh.vertices[v as usize][2];
+    let mut neighbours: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    for t in &mesh.triangles {
+        for e in 0..3 {
+            neighbours.entry(t[e]).or_default().push(t[(e + 1) % 3]);
+            neighbours.entry(t[(e + 1) % 3]).or_default().push(t[e]);
+        }
+    }
+    let mut rank = vec![u32::MAX; mesh.vertices.len()];
+    order.iter().enumerate().for_each(|(i, &v)| rank[v as usize] = i as u32);
+    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    let mut members: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+    let mut births = Vec::new();
+    for &v in order {
+        members.insert(v, vec![v]);
+        for &n in neighbours.get(&v).map_or(&[][..], |n| n) {
+            if rank[n as usize] > rank[v as usize] {
+                continue;
+            }
+            // The root of a set is its lowest vertex, so the later of two roots dies.
+            let (a, b) = (root(&mut parent, v), root(&mut parent, n));
+            if a == b {
+                continue;
+            }
+            let (old, young) = if rank[a as usize] < rank[b as usize] { (a, b) } else { (b, a) };
+            let lost = members.remove(&young).unwrap_or_default();
+            if z(v) > z(young) {
+                births.push(Birth { lowest: young, rise: z(v) - z(young), vertices: lost.clone() });
+            }
+            parent[young as usize] = old;
+            merge(members.entry(old).or_default(), lost);
+        }
+    }
+    births.extend(members.into_iter().map(|(lowest, vertices)| Birth { lowest, rise: f64::INFINITY, vertices }));
+    births.sort_by_key(|b| rank[b.lowest as usize]);
+    births
+}
+
+/// Appends the smaller list to the larger.
+fn merge(into: &mut Vec<u32>, mut other: Vec<u32>) {
+    if other.len() > into.len() {
+        std::mem::swap(into, &mut other);
+    }
+    into.append(&mut other);
+}
+
+fn root(parent: &mut [u32], mut i: u32) -> u32 {
+    while parent[i as usize] != i {
+        parent[i as usize] = parent[parent[i as usize] as usize];
+        i = parent[i as usize];
+    }
+    i
+}
+
+/// The section of a component one layer above its lowest point; `None` if void lies above it, as in the floor of a pit.
+///
+/// By the divergence theorem the section's area is −∫ n_z dA over the component's surface below it.
+fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Island> {
+    let lowest = mesh.vertices[birth.lowest as usize];
+    let top = lowest[2] + layer_mm;
+    let mut member = vec![false; mesh.vertices.len()];
+    birth.vertices.iter().filter(|&&v| mesh.vertices[v as usize][2] < top).for_each(|&v| member[v as usize] = true);
+    let mut area = 0.0;
+    let mut facet = None;
+    let mut points = Vec::new();
+    for (f, t) in mesh.triangles.iter().enumerate() {
+        if !t.iter().any(|&v| member[v as usize]) {
+            continue;
+        }
+        if facet.is_none() && t.contains(&birth.lowest) {
+            facet = Some(f as u32);
+        }
+        let below = clip_below(mesh.corners(f), top);
+        for i in 1..below.len().saturating_sub(1) {
+            area -= 0.5 * cross(sub(below[i], below[0]), sub(below[i + 1], below[0]))[2];
+        }
+        points.extend(below);
+    }
+    let extent = bounds(points)?;
+    (area > 0.0).then_some(Island { lowest, rise_mm: birth.rise, first_layer_area_mm2: area, extent, facet: facet? })
+}
+
+/// The part of a triangle below a height.
+fn clip_below(t: [Vec3; 3], top: f64) -> Vec<Vec3> {
+    let mut out = Vec::with_capacity(4);
+    for i in 0..3 {
+        let (p, q) = (t[i], t[(i + 1) % 3]);
+        if p[2] <= top {
+            out.push(p);
+        }
+        if (p[2] < top && q[2] > top) || (p[2] > top && q[2] < top) {
+            let s = (top - p[2]) / (q[2] - p[2]);
+            out.push([0, 1, 2].map(|a| p[a] + s * (q[a] - p[a])));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed mesh of an axis-aligned box.
+    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
+        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        TriangleMesh::weld(
+            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
+        )
+    }
+
+    /// A plate on two legs of different length, as one outline in x–z swept along y.
+    fn table(short_leg_foot: f64) -> TriangleMesh {
+        let outline = [
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 8.0],
+            [8.0, 8.0],
+            [8.0, short_leg_foot],
+            [10.0, short_leg_foot],
+            [10.0, 10.0],
+            [0.0, 10.0],
+        ];
+        let mut facets = Vec::new();
+        let at = |i: usize, y: f64| [outline[i][0], y, outline[i][1]];
+        for i in 0..8 {
+            let j = (i + 1) % 8;
+            facets.push([at(i, 0.0), at(j, 0.0), at(j, 3.0)]);
+            facets.push([at(i, 0.0), at(j, 3.0), at(i, 3.0)]);
+        }
+        for [a, b, c] in [[0usize, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]] {
+            facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+            facets.push([at(a, 3.0), at(b, 3.0), at(c, 3.0)]);
+        }
+        let mesh = TriangleMesh::weld(facets);
+        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+    }
+
+    #[test]
+    fn a_leg_that_does_not_reach_the_plate_is_an_island() {
+        assert!(islands(&table(0.0), 0.0, 0.2, 1e-6).is_empty());
+        let found = islands(&table(4.0), 0.0, 0.2, 1e-6);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].lowest[2], 4.0);
+        assert!(
+            (found[0].rise_mm - 4.0).abs() < 1e-12 && (found[0].first_layer_area_mm2 - 6.0).abs() < 1e-9,
+            "{found:?}"
+        );
+        // A foot within a layer of the plate's underside is printed with it.
+        assert!(islands(&table(7.9), 0.0, 0.2, 1e-6).is_empty());
+    }
+
+    #[test]
+    fn a_floating_body_is_an_island_and_a_void_is_not() {
+        let floating = cuboid([0.0; 3], [9.0, 9.0, 1.0]).joined(&cuboid([1.0, 1.0, 5.0], [3.0, 3.0, 6.0]));
+        let found = islands(&floating, 0.0, 0.2, 1e-6);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].first_layer_area_mm2 - 4.0).abs() < 1e-9 && found[0].rise_mm.is_infinite());
+        let hollow = cuboid([0.0; 3], [9.0; 3]).joined(&cuboid([1.0; 3], [8.0; 3]).flipped());
+        assert!(islands(&hollow, 0.0, 0.2, 1e-6).is_empty());
+    }
+}

@@ -1,0 +1,179 @@
+//! Samples that belong to one place.
+
+use super::cover::Sample;
+use crate::geometry::vector::{Vec3, bounds, dot, scale, sub, unit};
+use rustc_hash::FxHashMap;
+
+/// Samples of one sheet, as indices into the list they were grouped from, in increasing order.
+pub type Group = Vec<usize>;
+
+/// Groups samples whose balls lie side by side in the same sheet.
+///
+/// Two samples are neighbours if their centres are at most `link` apart and neither lies more than half a thickness
+/// off the other's middle surface; parallel sheets stay apart. So are samples on facets that share a vertex, if their chords
+/// run alike. Labels (of bodies, say) never mix.
+///
+/// # Cost
+/// Samples are thinned to one representative per cell of `link`/3 and direction, so the cost follows the extent of the
+/// thin region and not its triangles.
+pub fn group(
+    samples: &[Sample],
+    link: f64,
+    label: impl Fn(&Sample) -> u64,
+    corners: impl Fn(u32) -> [u32; 3],
+) -> Vec<Group> {
+    let direction = |s: &Sample| {
+        let d = unit(sub(s.contacts[1], s.contacts[0]));
+        let lead = d.iter().find(|x| x.abs() > 0.3).copied().unwrap_or(1.0);
+        if lead < 0.0 { scale(d, -1.0) } else { d }
+    };
+    let cell = |p: Vec3, size: f64| p.map(|x| (x / size).floor() as i64);
+    let mut cells: FxHashMap<([i64; 3], [i8; 3], u64), usize> = FxHashMap::default();
+    let mut representative = Vec::with_capacity(samples.len());
+    let mut reps: Vec<usize> = Vec::new();
+    for (i, s) in samples.iter().enumerate() {
+        let key = (cell(s.centre, link / 3.0), direction(s).map(|x| (x * 2.0).round() as i8), label(s));
+        let rep = *cells.entry(key).or_insert_with(|| {
+            reps.push(i);
+            reps.len() - 1
+        });
+        representative.push(rep);
+    }
+    let mut sets = UnionFind::new(reps.len());
+    let mut near: FxHashMap<[i64; 3], Vec<usize>> = FxHashMap::default();
+    for (r, &i) in reps.iter().enumerate() {
+        near.entry(cell(samples[i].centre, link)).or_default().push(r);
+    }
+    for (r, &i) in reps.iter().enumerate() {
+        let s = &samples[i];
+        let [x, y, z] = cell(s.centre, link);
+        for (dx, dy, dz) in (0..27).map(|n| (n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)) {
+            for &other in near.get(&[x + dx, y + dy, z + dz]).map_or(&[][..], |v| v) {
+                let t = &samples[reps[other]];
+                if other < r && label(s) == label(t) && neighbours(s, t, direction(s), direction(t), link) {
+                    sets.join(r, other);
+                }
+            }
+        }
+    }
+    // Long facets have centres far apart; those that share a vertex and run alike belong together all the same.
+    let mut at_vertex: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    for (i, s) in samples.iter().enumerate() {
+        for v in corners(s.facet) {
+            let seen = at_vertex.entry(v).or_default();
+            let alike = |&&j: &&usize| {
+                let t = &samples[j];
+                label(s) == label(t) && dot(direction(s), direction(t)).abs() > 0.8
+            };
+            match seen.iter().find(alike) {
+                Some(&j) => sets.join(representative[i], representative[j]),
+                None => seen.push(i),
+            }
+        }
+    }
+    let mut groups: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut out: Vec<Group> = Vec::new();
+    for (i, &rep) in representative.iter().enumerate() {
+        let root = sets.root(rep);
+        let at = *groups.entry(root).or_insert_with(|| {
+            out.push(Vec::new());
+            out.len() - 1
+        });
+        out[at].push(i);
+    }
+    out
+}
+
+fn neighbours(s: &Sample, t: &Sample, ds: Vec3, dt: Vec3, link: f64) -> bool {
+    let apart = sub(t.centre, s.centre);
+    let half = 0.5 * s.diameter.max(t.diameter);
+    dot(apart, apart) <= link * link && dot(apart, ds).abs() <= half && dot(apart, dt).abs() <= half
+}
+
+/// Disjoint sets with the least index as root.
+struct UnionFind(Vec<usize>);
+
+impl UnionFind {
+    fn new(n: usize) -> Self {
+        UnionFind((0..n).collect())
+    }
+    fn root(&mut self, mut i: usize) -> usize {
+        while self.0[i] != i {
+            self.0[i] = self.0[self.0[i]];
+            i = self.0[i];
+        }
+        i
+    }
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+/// Extents of a cloud of centres along its principal axes, longest first.
+///
+/// Two long extents make a sheet, one makes a rod, none a blob.
+pub fn principal_extents(points: &[Vec3]) -> [f64; 3] {
+    let Some((lo, hi)) = bounds(points.iter().copied()) else { return [0.0; 3] };
+    let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+    let mut m = [[0.0; 3]; 3];
+    for p in points {
+        let d = sub(*p, middle);
+        for i in 0..3 {
+            for j in 0..3 {
+                m[i][j] += d[i] * d[j];
+            }
+        }
+    }
+    let axes = eigenvectors(m);
+    let mut extents = axes.map(|axis| {
+        let (lo, hi) = points
+            .iter()
+            .map(|p| dot(*p, axis))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        hi - lo
+    });
+    extents.sort_by(|a, b| b.total_cmp(a));
+    extents
+}
+
+/// Eigenvectors of a symmetric matrix by Jacobi rotations.
+fn eigenvectors(mut m: [[f64; 3]; 3]) -> [Vec3; 3] {
+    let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for _ in 0..24 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if m[p][q].abs() < 1e-300 {
+                continue;
+            }
+            let theta = 0.5 * (2.0 * m[p][q]).atan2(m[p][p] - m[q][q]);
+            let (s, c) = theta.sin_cos();
+            for row in &mut m {
+                let (a, b) = (row[p], row[q]);
+                (row[p], row[q]) = (c * a + s * b, c * b - s * a);
+            }
+            let (rp, rq) = (m[p], m[q]);
+            for k in 0..3 {
+                m[p][k] = c * rp[k] + s * rq[k];
+                m[q][k] = c * rq[k] - s * rp[k];
+            }
+            let (vp, vq) = (v[p], v[q]);
+            for k in 0..3 {
+                v[p][k] = c * vp[k] + s * vq[k];
+                v[q][k] = c * vq[k] - s * vp[k];
+            }
+        }
+    }
+    v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tilted_rod_has_one_long_extent() {
+        let points: Vec<Vec3> = (0..100).map(|i| [0.1 * i as f64, 0.05 * i as f64, 0.02 * i as f64]).collect();
+        let [a, b, c] = principal_extents(&points);
+        assert!((a - 9.9 * (1.0f64 + 0.25 + 0.04).sqrt()).abs() < 1e-9 && b < 1e-9 && c < 1e-9, "{a} {b} {c}");
+    }
+}

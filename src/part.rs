@@ -1,0 +1,295 @@
+//! A part posed for the build, with the fields and trees that checks share.
+
+use crate::error::{Error, Result};
+use crate::geometry::health::NO_LABEL;
+use crate::geometry::vector::{Vec3, along, dot, sub};
+use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
+use crate::grid::Grid;
+use crate::medial::{Features, Side};
+use crate::notice::Notice;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+/// Which way of the file points up in the build.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Up {
+    #[default]
+    PlusZ,
+    MinusZ,
+    PlusX,
+    MinusX,
+    PlusY,
+    MinusY,
+}
+
+impl Up {
+    /// The rotation that brings this direction to +z.
+    pub fn rotation(self) -> [Vec3; 3] {
+        match self {
+            Up::PlusZ => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            Up::MinusZ => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
+            Up::PlusX => [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
+            Up::MinusX => [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+            Up::PlusY => [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+            Up::MinusY => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+        }
+    }
+}
+
+/// Two bodies, how near they come, and where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BodyPair {
+    pub bodies: [u32; 2],
+    pub distance: f64,
+    pub points: [Vec3; 2],
+}
+
+/// A part in the frame of the build: +z up, its box's least corner at the origin.
+///
+/// Trees and fields are made when first asked for and shared by all checks.
+pub struct Part {
+    mesh: TriangleMesh,
+    health: Health,
+    rotation: [Vec3; 3],
+    translation: Vec3,
+    step: f64,
+    notices: Vec<Notice>,
+    bounding: Vec<bool>,
+    /// How far a body is looked for around another, millimetres.
+    reach: f64,
+    grid: Option<Grid>,
+    distance: OnceLock<MeshDistance>,
+    winding: OnceLock<Winding>,
+    material: OnceLock<Features>,
+    void: OnceLock<Features>,
+    pairs: OnceLock<Vec<BodyPair>>,
+    solid: OnceLock<Result<Solid>>,
+}
+
+/// A surface that is inside out or mixed shows its inside where the winding number says so.
+const INSIDE: f64 = 0.5;
+
+impl Part {
+    /// A part from a mesh in millimetres in the frame of the file.
+    ///
+    /// Shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
+    /// side of greater winding number is inside, and facets that do not bound the solid are set aside. `step_mm` is the
+    /// resolution of the file's coordinates.
+    ///
+    /// # Errors
+    /// [`Error::NoGeometry`] without facets or extent; [`Error::NotSolid`] if the winding number is below ½ everywhere.
+    pub fn new(mesh: TriangleMesh, up: Up, step_mm: f64, reach_mm: f64) -> Result<Self> {
+        let rotation = up.rotation();
+        let turned = mesh.transformed(rotation, [0.0; 3]);
+        let (lo, hi) = turned.bounds().ok_or_else(|| no_geometry("the file holds no triangles"))?;
+        let longest = sub(hi, lo).into_iter().fold(0.0, f64::max);
+        if !(longest > 0.0 && longest.is_finite()) {
+            return Err(no_geometry("the surface has no extent"));
+        }
+        let translation = lo.map(|x| 0.0 - x);
+        let mut mesh = turned.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation);
+        let health = Health::of(&mesh);
+        let notices = health.notices();
+        turn_shells(&mut mesh, &health);
+        let mut part = Part {
+            bounding: vec![true; mesh.triangles.len()],
+            mesh,
+            health,
+            rotation,
+            translation,
+            step: step_mm.clamp(1e-9, 1e-4),
+            notices,
+            reach: reach_mm,
+            grid: None,
+            distance: OnceLock::new(),
+            winding: OnceLock::new(),
+            material: OnceLock::new(),
+            void: OnceLock::new(),
+            pairs: OnceLock::new(),
+            solid: OnceLock::new(),
+        };
+        part.choose_bounding_facets()?;
+        Ok(part)
+    }
+
+    /// Decides which facets bound the solid, and which way round.
+    fn choose_bounding_facets(&mut self) -> Result<()> {
+        let touching = self.body_pairs().iter().any(|p| p.distance <= self.step);
+        if self.health.is_solid() && !touching {
+            for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
+                *bounds = body != NO_LABEL;
+            }
+            return Ok(());
+        }
+        let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
+        let winding = self.winding();
+        let sides: Vec<(f64, f64)> = (0..self.mesh.triangles.len())
+            .into_par_iter()
+            .map(|f| {
+                let (p, n) = (self.mesh.centroid(f), self.mesh.normal(f));
+                (winding.at(along(p, n, -off)), winding.at(along(p, n, off)))
+            })
+            .collect();
+        let inside = |w: f64| w >= INSIDE;
+        if !self.health.is_solid() && !sides.iter().any(|s| inside(s.0) || inside(s.1)) {
+            let at = self.health.open_edges.at_mm.map(|p| self.to_file(p));
+            return Err(Error::NotSolid {
+                problem: "its winding number is below 1/2 everywhere, so nothing is enclosed".into(),
+                at_mm: at,
+                remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
+            });
+        }
+        let mut turned = 0u64;
+        for (f, (back, front)) in sides.into_iter().enumerate() {
+            self.bounding[f] = inside(back) != inside(front);
+            if inside(front) && !inside(back) {
+                self.mesh.triangles[f].swap(1, 2);
+                turned += 1;
+            }
+        }
+        if turned > 0 {
+            let text = format!("{turned} facets were turned so that the enclosed side is inside");
+            self.notices.push(Notice::new("turned-facets", text).counted(turned));
+        }
+        Ok(())
+    }
+
+    /// The mesh in the frame of the build, outward normals.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.mesh
+    }
+
+    /// Health of the mesh as it was read.
+    pub fn health(&self) -> &Health {
+        &self.health
+    }
+
+    /// Everything noticed on the way, places in the frame of the file.
+    pub fn notices(&self) -> Vec<Notice> {
+        let moved = |n: &Notice| Notice { at_mm: n.at_mm.map(|p| self.to_file(p)), ..n.clone() };
+        self.notices.iter().map(moved).collect()
+    }
+
+    /// Resolution of the file's coordinates, millimetres: what differs by less is equal.
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// Whether a facet bounds the solid; ghosts and facets inside the union do not.
+    pub fn bounds_solid(&self, facet: usize) -> bool {
+        self.bounding.get(facet).copied().unwrap_or(false)
+    }
+
+    /// Side lengths of the box in the frame of the build, millimetres.
+    pub fn extent(&self) -> Vec3 {
+        self.mesh.bounds().map_or([0.0; 3], |(lo, hi)| sub(hi, lo))
+    }
+
+    /// A point of the build's frame in the frame of the file.
+    pub fn to_file(&self, p: Vec3) -> Vec3 {
+        let q = sub(p, self.translation);
+        [0, 1, 2].map(|c| (0..3).map(|r| self.rotation[r][c] * q[r]).sum())
+    }
+
+    /// A point of the file's frame in the frame of the build.
+    pub fn to_build(&self, p: Vec3) -> Vec3 {
+        [0, 1, 2].map(|r| dot(self.rotation[r], p) + self.translation[r])
+    }
+
+    /// Rows of the 4×4 matrix from the frame of the file to that of the build.
+    pub fn pose(&self) -> [[f64; 4]; 4] {
+        let row = |r: usize| {
+            let [x, y, z] = self.rotation[r];
+            [x, y, z, self.translation[r]]
+        };
+        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+    }
+
+    /// Exact distances to the facets.
+    pub fn distance(&self) -> &MeshDistance {
+        self.distance.get_or_init(|| MeshDistance::new(&self.mesh))
+    }
+
+    /// The generalized winding number.
+    pub fn winding(&self) -> &Winding {
+        self.winding.get_or_init(|| Winding::new(&self.mesh))
+    }
+
+    /// The features a ball on one side can touch.
+    pub fn features(&self, side: Side) -> &Features {
+        let cell = if side == Side::Material { &self.material } else { &self.void };
+        cell.get_or_init(|| Features::new(&self.mesh, side, |f| self.bounds_solid(f)))
+    }
+
+    /// All pairs of bodies nearer than the part's reach, nearest points and exact distance.
+    pub fn body_pairs(&self) -> &[BodyPair] {
+        self.pairs.get_or_init(|| body_pairs(&self.mesh, &self.health, self.reach))
+    }
+
+    /// Sets the grid on which [`Part::solid`] is cast.
+    pub fn cast_on(&mut self, grid: Grid) {
+        self.grid = Some(grid);
+        self.solid = OnceLock::new();
+    }
+
+    /// The part on its grid: inner, centres, outer and density.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] before [`Part::cast_on`]; otherwise as [`voxelize`].
+    pub fn solid(&self) -> Result<&Solid> {
+        let cast = || {
+            let grid = self.grid.ok_or_else(|| Error::Internal { problem: "the part has no grid yet".into() })?;
+            let plain = self.health.is_solid();
+            voxelize(&self.mesh, &grid, if plain { InsideRule::Crossings } else { InsideRule::Winding })
+        };
+        self.solid.get_or_init(cast).as_ref().map_err(Clone::clone)
+    }
+}
+
+fn no_geometry(problem: &str) -> Error {
+    Error::NoGeometry { problem: problem.into(), remedy: "export the part again; it must be a closed surface".into() }
+}
+
+/// Turns the shells that are wound inside out.
+fn turn_shells(mesh: &mut TriangleMesh, health: &Health) {
+    use crate::geometry::health::Role;
+    for (t, &shell) in mesh.triangles.iter_mut().zip(&health.facet_shell) {
+        let inverted = health.shells.get(shell as usize).is_some_and(|s| s.role == Role::Inverted);
+        if health.inverted || inverted {
+            t.swap(1, 2);
+        }
+    }
+}
+
+/// Nearest points of all bodies whose boxes come within reach.
+fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
+    let mut facets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (f, &body) in health.facet_body.iter().enumerate().filter(|(_, b)| **b != NO_LABEL) {
+        facets.entry(body).or_default().push(f);
+    }
+    if facets.len() < 2 {
+        return Vec::new();
+    }
+    let boxes: Vec<(u32, Vec3, Vec3)> = facets
+        .keys()
+        .filter_map(|&b| health.bodies.get(b as usize).map(|body| (b, body.box_mm[0], body.box_mm[1])))
+        .collect();
+    let near = |(a, b): &(&(u32, Vec3, Vec3), &(u32, Vec3, Vec3))| {
+        (0..3).all(|x| a.1[x] - b.2[x] < reach && b.1[x] - a.2[x] < reach)
+    };
+    let mut candidates: Vec<(u32, u32)> = Vec::new();
+    for (i, a) in boxes.iter().enumerate() {
+        candidates.extend(boxes[i + 1..].iter().filter(|b| near(&(a, b))).map(|b| (a.0, b.0)));
+    }
+    let needed: std::collections::BTreeSet<u32> = candidates.iter().flat_map(|c| [c.0, c.1]).collect();
+    let trees: BTreeMap<u32, MeshDistance> =
+        needed.into_par_iter().map(|b| (b, MeshDistance::of_facets(mesh, facets[&b].iter().copied()))).collect();
+    candidates
+        .par_iter()
+        .filter_map(|&(a, b)| {
+            let (distance, p, q) = trees[&a].pair_distance(&trees[&b], reach)?;
+            Some(BodyPair { bodies: [a, b], distance, points: [p, q] })
+        })
+        .collect()
+}

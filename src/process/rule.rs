@@ -1,0 +1,98 @@
+//! The rules a process can limit, each with its dimension and its sense.
+
+use crate::error::{Error, Result, nearest};
+use crate::units::{Angle, Length, short, split_unit};
+
+/// What a limit is a number of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimension {
+    /// Millimetres.
+    Length,
+    /// Degrees.
+    Angle,
+    /// Square millimetres.
+    Area,
+}
+
+impl Dimension {
+    /// The unit's name in files.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Dimension::Length => "mm",
+            Dimension::Angle => "deg",
+            Dimension::Area => "mm2",
+        }
+    }
+
+    /// A number in that unit from text with a unit.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for text that is no such quantity, is negative, or an angle above 90°.
+    pub fn parse(self, text: &str) -> Result<f64> {
+        let value = match self {
+            Dimension::Length => Length::parse(text)?.as_mm(),
+            Dimension::Angle => {
+                let degrees = Angle::parse(text)?.as_degrees();
+                // 45deg must come back as 45 exactly.
+                if (degrees - degrees.round()).abs() < 1e-9 { degrees.round() } else { degrees }
+            }
+            Dimension::Area => match split_unit(text)? {
+                (value, "" | "mm2" | "mm²") => value,
+                _ => return Err(out_of_range(text, "an area such as 2mm2")),
+            },
+        };
+        let most = if self == Dimension::Angle { 90.0 } else { 1e6 };
+        if (0.0..=most).contains(&value) {
+            Ok(value)
+        } else {
+            Err(out_of_range(text, &format!("a value from 0 to {} {}", short(most), self.unit())))
+        }
+    }
+}
+
+fn out_of_range(text: &str, expected: &str) -> Error {
+    Error::Usage {
+        problem: format!("limit `{}` is out of range", crate::error::printable(text)),
+        remedy: format!("give {expected}"),
+    }
+}
+
+/// Which side of a rule's limit is right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// At least the limit.
+    Least,
+    /// At most the limit.
+    Most,
+}
+
+/// A rule that a process may limit.
+#[derive(Debug, Clone, Copy)]
+pub struct Rule {
+    /// The key in a process file: the name of a check, or `check.kind`.
+    pub key: &'static str,
+    pub dimension: Dimension,
+    pub bound: Bound,
+}
+
+/// Every rule that a check of the registry reads.
+pub const RULES: &[Rule] = &[
+    Rule { key: "thin-wall", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "narrow-gap", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "narrow-gap.between-bodies", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "overhang", dimension: Dimension::Angle, bound: Bound::Least },
+    Rule { key: "island", dimension: Dimension::Area, bound: Bound::Most },
+];
+
+/// The rule of a key.
+///
+/// # Errors
+/// [`Error::UnknownName`] with the nearest key.
+pub fn rule(key: &str) -> Result<&'static Rule> {
+    RULES.iter().find(|r| r.key == key).ok_or_else(|| Error::UnknownName {
+        what: "limit",
+        given: crate::error::printable(key),
+        nearest: nearest(key, RULES.iter().map(|r| r.key)),
+        known: RULES.iter().map(|r| r.key.to_string()).collect(),
+    })
+}

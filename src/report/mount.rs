@@ -1,0 +1,183 @@
+//! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
+
+use super::exhibit::{Exhibit, Slice, SurfaceMap};
+use super::schema::Report;
+use crate::check::{MapKind, MapWanted};
+use crate::geometry::vector::{Vec3, along, distance, sub};
+use crate::medial::map::opposing_distance;
+use crate::medial::{Features, Side};
+use crate::part::Part;
+use rayon::prelude::*;
+
+/// Facets of the display copy at most; larger parts show an even selection and say so.
+const MOST_FACETS: usize = 300_000;
+/// Pieces that splitting may make in all.
+const MOST_PIECES: usize = 30_000;
+
+/// A map together with the name of the check that wants it.
+pub type Wanted = (String, MapWanted);
+
+/// Mounts the exhibit: facets are split where a map varies inside them, and every corner gets its value.
+///
+/// # Cost
+/// One search of the opposing surface for each corner of a facet near one; nothing for facets that have none in reach.
+pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
+    let stride = part.mesh().triangles.len().div_ceil(MOST_FACETS).max(1);
+    let facets: Vec<usize> = (0..part.mesh().triangles.len()).step_by(stride).collect();
+    let left_out = part.mesh().triangles.len() - facets.len();
+    let pieces = split(part, &facets, wanted);
+    let corners: Vec<Vec3> = pieces.iter().flat_map(|p| p.corners).collect();
+    let maps = wanted.iter().map(|(check, map)| surface_map(part, check, map, &pieces)).collect();
+    Exhibit { corners, maps, slices: slices(part, report), facets_left_out: left_out }
+}
+
+/// A piece of a facet.
+struct Piece {
+    corners: [Vec3; 3],
+    facet: usize,
+}
+
+/// What a map shows on a whole facet.
+enum Shown {
+    Constant(f64),
+    Varies,
+}
+
+fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
+    if side_of(map.kind).is_none() {
+        return Shown::Constant(slope(part, facet));
+    }
+    if !part.bounds_solid(facet) {
+        return Shown::Constant(f64::NAN);
+    }
+    match map.facets.get(facet) {
+        Some(known) if known.low < map.open_end => {
+            known.constant(part.mesh().facet_area(facet)).map_or(Shown::Varies, Shown::Constant)
+        }
+        _ => Shown::Constant(map.open_end),
+    }
+}
+
+/// Splits facets on which a map varies until no edge is longer than the reach.
+fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
+    let varies = |&f: &usize| wanted.iter().any(|(_, m)| matches!(shown(part, m, f), Shown::Varies));
+    let near: Vec<bool> = facets.iter().map(varies).collect();
+    let reach = wanted.iter().filter(|(_, m)| side_of(m.kind).is_some()).map(|(_, m)| m.open_end).fold(0.0, f64::max);
+    let area: f64 = facets.iter().zip(&near).filter(|(_, n)| **n).map(|(&f, _)| part.mesh().facet_area(f)).sum();
+    let edge = reach.max((4.0 * area / MOST_PIECES as f64).sqrt());
+    let mut pieces = Vec::with_capacity(facets.len());
+    for (&facet, &varies) in facets.iter().zip(&near) {
+        let mut stack = vec![part.mesh().corners(facet)];
+        while let Some([a, b, c]) = stack.pop() {
+            let (ab, bc, ca) = (distance(a, b), distance(b, c), distance(c, a));
+            let longest = ab.max(bc).max(ca);
+            if !varies || longest <= edge || pieces.len() + stack.len() > facets.len() + MOST_PIECES {
+                pieces.push(Piece { corners: [a, b, c], facet });
+            } else {
+                let [p, q, r] = if longest == ab {
+                    [a, b, c]
+                } else if longest == bc {
+                    [b, c, a]
+                } else {
+                    [c, a, b]
+                };
+                let m = along(p, sub(q, p), 0.5);
+                stack.extend([[m, q, r], [p, m, r]]);
+            }
+        }
+    }
+    pieces
+}
+
+fn side_of(kind: MapKind) -> Option<Side> {
+    match kind {
+        MapKind::Wall => Some(Side::Material),
+        MapKind::Gap => Some(Side::Void),
+        MapKind::Slope => None,
+    }
+}
+
+fn surface_map(part: &Part, check: &str, map: &MapWanted, pieces: &[Piece]) -> SurfaceMap {
+    let features = side_of(map.kind).map(|side| part.features(side));
+    let values: Vec<[f32; 3]> = pieces.par_iter().map(|p| values_on(part, map, features, p)).collect();
+    SurfaceMap {
+        check: check.into(),
+        title: map.title.into(),
+        unit: map.unit.into(),
+        sense: map.limits.sense,
+        fail: map.limits.fail,
+        warn: map.limits.warn,
+        open_end: map.open_end,
+        values: values.into_iter().flatten().collect(),
+    }
+}
+
+fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &Piece) -> [f32; 3] {
+    match (shown(part, map, piece.facet), features, side_of(map.kind)) {
+        (Shown::Varies, Some(features), Some(side)) => {
+            let axis = part.mesh().normal(piece.facet).map(|x| x * side.sign());
+            let [a, b, c] = piece.corners;
+            let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+            let whole = part.mesh().corners(piece.facet);
+            // Just inside the piece, so that a neighbour's edge does not decide.
+            piece
+                .corners
+                .map(|p| opposing_distance(features, along(p, sub(middle, p), 0.01), axis, map.open_end, whole) as f32)
+        }
+        (Shown::Constant(value), _, _) => [value as f32; 3],
+        _ => [f32::NAN; 3],
+    }
+}
+
+/// Angle of a downward facet from the horizontal, degrees; NaN where it looks up or lies on the plate.
+fn slope(part: &Part, facet: usize) -> f64 {
+    let normal = part.mesh().normal(facet);
+    let on_plate = part.mesh().corners(facet).iter().all(|p| p[2] <= part.step().max(1e-4));
+    if normal[2] < 0.0 && !on_plate { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN }
+}
+
+/// Three slices of the density through the worst finding, or through the middle.
+fn slices(part: &Part, report: &Report) -> Vec<Slice> {
+    let Ok(solid) = part.solid() else { return Vec::new() };
+    let findings = report.findings();
+    let focus = findings.first().map_or_else(|| part.extent().map(|x| 0.5 * x), |f| part.to_build(f.at_mm));
+    let field = solid.density.field();
+    let grid = field.grid();
+    let dims = grid.dims();
+    let at = grid.continuous_index(focus);
+    (0..3)
+        .map(|axis| {
+            let layer = (at[axis].round().max(0.0) as usize).min(dims[axis] - 1);
+            let [u, v] = [[1, 2], [0, 2], [0, 1]][axis];
+            let position = grid.position([0, 1, 2].map(|a| if a == axis { layer } else { 0 }));
+            let mut density = Vec::with_capacity(dims[u] * dims[v]);
+            for j in 0..dims[v] {
+                for i in 0..dims[u] {
+                    let mut index = [0isize; 3];
+                    index[axis] = layer as isize;
+                    index[u] = i as isize;
+                    index[v] = j as isize;
+                    density.push(field.at(index));
+                }
+            }
+            let near = |p: &Vec3| (p[axis] - position[axis]).abs() <= 2.0 * grid.h();
+            let pins = findings
+                .iter()
+                .enumerate()
+                .map(|(n, f)| (n + 1, part.to_build(f.at_mm)))
+                .filter(|(_, p)| near(p))
+                .map(|(n, p)| (n, [p[u], p[v]]))
+                .collect();
+            Slice {
+                axis,
+                at_mm: position[axis],
+                origin_mm: [position[u], position[v]],
+                spacing_mm: grid.h(),
+                width: dims[u],
+                height: dims[v],
+                density,
+                pins,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,11 @@
+//! Files that are broken on purpose: each ends in a mesh with a notice or in one typed error with its place.
+//!
+//! The rows are hand-made, one for each fault that files in the wild are known for; the mutations are seeded
+//! and take small good files apart without knowing what they mean.
+
+#[path = "faults/good.rs"]
+mod good;
+#[path = "faults/mutations.rs"]
+mod mutations;
+#[path = "faults/rows.rs"]
+mod rows;

@@ -1,0 +1,343 @@
+//! amcheck's morphology against OpenSCAD's `minkowski()`.
+//!
+//! `cargo test --release --test openscad` checks the committed outputs; where OpenSCAD is installed it renders them
+//! again (`AMCHECK_REQUIRE_OPENSCAD=1` makes its absence a failure). To make the committed outputs anew:
+//! `cargo test --release --test openscad regenerate -- --ignored`.
+
+mod fixture;
+mod render;
+
+use amcheck::field::Indicator;
+use amcheck::geometry::{TriangleMesh, occupancy};
+use amcheck::grid::Grid;
+use amcheck::morphology::{Sandwich, Sides, sweep};
+use amcheck::units::Length;
+use fixture::*;
+
+/// OpenSCAD's vertices stand on a grid of 2⁻²⁰ to 2⁻¹⁶ mm: samples nearer than this to its surface are not compared.
+const VERTEX_GRID_MM: f64 = 1e-5;
+/// The same as a share of the area: what a volume may be off by.
+const VERTEX_STEP_MM: f64 = 1.0 / 65536.0;
+const SQRT3: f64 = 1.732_050_807_568_877_2;
+
+/// Eight phases {¼, ¾}³ of the first operand; the second stands at another one, a tenth further.
+fn phases(n: usize) -> [[f64; 3]; 2] {
+    let phase = |bits: usize, more: f64| [0, 1, 2].map(|a| if bits >> a & 1 == 1 { 0.75 } else { 0.25 } + more);
+    [phase(n, 0.0), phase((5 * n + 3) % 8, 0.1)]
+}
+
+struct Case {
+    fixture: &'static Fixture,
+    entry: Entry,
+    a: TriangleMesh,
+    b: TriangleMesh,
+    r: Option<TriangleMesh>,
+}
+
+fn cases() -> Vec<Case> {
+    let reference = reference();
+    let mesh = |name: &str, part: &str| load(&stl(&folder(), name, part));
+    FIXTURES
+        .iter()
+        .map(|fixture| {
+            let entry = reference.fixtures.iter().find(|e| e.name == fixture.name).expect(fixture.name).clone();
+            let r = entry.r.as_ref().map(|_| mesh(fixture.name, "R"));
+            Case { fixture, entry, a: mesh(fixture.name, "A"), b: mesh(fixture.name, "B"), r }
+        })
+        .collect()
+}
+
+impl Case {
+    fn sides(&self, h: f64, n: usize) -> [Sides; 2] {
+        let [p, q] = phases(n);
+        let cast = |mesh: &TriangleMesh, phase| Sides::of_mesh(mesh, Length::mm(h), phase).unwrap();
+        [cast(&self.a, p), cast(&self.b, q)]
+    }
+
+    /// What amcheck says at a spacing and a phase.
+    fn enclosed(&self, h: f64, n: usize) -> Sandwich {
+        let [a, b] = self.sides(h, n);
+        self.enclosed_from(&a, &b, h, n)
+    }
+
+    fn enclosed_from(&self, a: &Sides, b: &Sides, h: f64, n: usize) -> Sandwich {
+        match self.fixture.operation {
+            Operation::Sum => Sandwich::sum(a, b),
+            Operation::Obstacle => Sandwich::obstacle(a, b),
+            Operation::Difference => Sandwich::difference(a, b),
+            Operation::Opening => Sandwich::opening(a, b),
+            Operation::Closing => Sandwich::closing(a, b),
+            Operation::Sweep => sweep(&self.b, &SWEEP_PATH, Length::mm(h), phases(n)[0]),
+            Operation::Reachable => Sandwich::reachable(a, b, &window_on_lattice(a.points.grid())),
+        }
+        .unwrap_or_else(|e| panic!("{}: {e}", self.fixture.name))
+    }
+
+    /// The samples of OpenSCAD's result.
+    fn truth(&self, grid: &Grid) -> Indicator {
+        self.r.as_ref().map_or_else(|| Indicator::empty(*grid), |mesh| occupancy(mesh, grid).unwrap())
+    }
+
+    /// Samples of a set that do not lie within OpenSCAD's rounding of its surface.
+    fn certain(&self, set: &Indicator) -> Vec<[f64; 3]> {
+        let at = set.iter().map(|at| set.grid().position(set.grid().index(at)));
+        at.filter(|&p| self.r.as_ref().is_none_or(|mesh| distance_to(mesh, p) > VERTEX_GRID_MM)).collect()
+    }
+}
+
+/// The samples of a lattice that lie in the window of `f15_access`.
+fn window_on_lattice(lattice: &Grid) -> Grid {
+    let h = lattice.h();
+    let [lo, hi] = ACCESS_WINDOW;
+    let first = [0, 1, 2].map(|a| ((lo[a] - lattice.origin()[a]) / h).ceil());
+    let last = [0, 1, 2].map(|a| ((hi[a] - lattice.origin()[a]) / h).floor());
+    let origin = [0, 1, 2].map(|a| lattice.origin()[a] + h * first[a]);
+    Grid::new(origin, lattice.spacing(), [0, 1, 2].map(|a| (last[a] - first[a]) as usize + 1)).unwrap()
+}
+
+/// Rule 1: the lower set holds nothing outside the true result, the upper set lacks nothing of it. Hard zero.
+#[test]
+fn both_sets_enclose_every_fixture_in_eight_phases() {
+    for case in cases() {
+        for h in [0.5, 0.25] {
+            for n in 0..8 {
+                let found = case.enclosed(h, n);
+                let truth = case.truth(found.lower.grid());
+                let outside = case.certain(&found.lower.difference(&truth).unwrap());
+                let missing = case.certain(&truth.difference(&found.upper).unwrap());
+                assert!(outside.is_empty(), "{} h {h} phase {n}: {} below outside", case.entry.name, outside.len());
+                assert!(missing.is_empty(), "{} h {h} phase {n}: {} missing above", case.entry.name, missing.len());
+            }
+        }
+    }
+}
+
+/// The volume bracket holds OpenSCAD's volume, and is no wider than 2·√3 of the area in spacings on either side.
+#[test]
+fn volume_brackets_hold_the_volume_of_openscad() {
+    for case in cases() {
+        let (volume, area) = case.entry.r.as_ref().map_or((0.0, 0.0), |r| (r.volume_mm3, r.area_mm2));
+        if case.fixture.operation == Operation::Reachable {
+            continue; // the window's samples do not fill the window of the source
+        }
+        for (h, n) in [(0.5, 0), (0.5, 5), (0.25, 3)] {
+            let [low, high] = case.enclosed(h, n).volume.map(|v| v.as_mm3());
+            let slack = VERTEX_STEP_MM * area;
+            assert!(
+                low <= volume + slack && volume - slack <= high,
+                "{} h {h}: {volume} not in {low} … {high}",
+                case.entry.name
+            );
+        }
+    }
+}
+
+/// How far apart the two sets may be, by operation: rules 2 to 5.
+#[test]
+fn disagreements_stay_within_their_bars() {
+    for case in cases() {
+        let Some(mesh) = &case.r else { continue };
+        let Some(r) = &case.entry.r else { continue };
+        let shrinks = !matches!(case.fixture.operation, Operation::Sum | Operation::Obstacle | Operation::Sweep);
+        let h = 0.5;
+        for n in [0, 6] {
+            let found = case.enclosed(h, n);
+            let truth = case.truth(found.lower.grid());
+            let farthest = |set: &Indicator| {
+                set.iter().map(|at| distance_to(mesh, set.grid().position(set.grid().index(at)))).fold(0.0, f64::max)
+                    / h
+            };
+            // A theorem for sums: tA ⊕ tB lies in the true result dilated by a cube of side 2h. A bar elsewhere.
+            let above = farthest(&found.upper.difference(&truth).unwrap());
+            let bar = if shrinks { 3.0 } else { SQRT3 };
+            assert!(above <= bar + 1e-9, "{}: upper {above} h away, bar {bar}", case.entry.name);
+            // cA ⊕ cB holds what both operands eroded by √3/2·h give: k = 1/sin(half-angle) of the sharpest vertices.
+            let sharpness: f64 = match case.entry.name.as_str() {
+                "f03_L_tetra" | "f04_L_tetra_obstacle" => 1.73 + 4.73,
+                "f13_star_cone" => 4.0 + 2.38,
+                "f12_thin_plate" => 10.0, // thinner than h: the lower set may miss half of it
+                _ => 1.73 + 1.73,
+            };
+            let below = farthest(&truth.difference(&found.lower).unwrap());
+            let bar = if shrinks { 3.5 } else { 0.5 * SQRT3 * sharpness };
+            assert!(below <= bar + 1e-9, "{}: lower {below} h away, bar {bar}", case.entry.name);
+            let gap = found.upper.difference(&found.lower).unwrap().volume().as_mm3() / (h * r.area_mm2);
+            assert!(gap <= 3.25, "{}: the sets are {gap} h·area apart", case.entry.name);
+        }
+    }
+}
+
+/// Rule 6: halving the spacing halves the distance of the lower set's volume from the truth.
+#[test]
+fn the_lower_volume_converges_in_first_order() {
+    for case in cases() {
+        let first_order = ["f01", "f02", "f03", "f04", "f09", "f10", "f13"];
+        let Some(r) = &case.entry.r else { continue };
+        if !first_order.iter().any(|name| case.entry.name.starts_with(name)) {
+            continue;
+        }
+        let error = |h: f64| {
+            let of_phase = |n| (case.enclosed(h, n).lower.volume().as_mm3() - r.volume_mm3) / (h * r.area_mm2);
+            (0..8).map(of_phase).sum::<f64>() / 8.0
+        };
+        let (coarse, fine) = (error(0.5), error(0.25));
+        assert!((-1.25..0.0).contains(&coarse), "{}: {coarse} h·area", case.entry.name);
+        let ratio = fine / coarse;
+        assert!((0.75..=1.33).contains(&ratio), "{}: {coarse} then {fine} h·area", case.entry.name);
+    }
+}
+
+/// Makes a wrong element of a right one; the number is the spacing.
+type Mistake = fn(&Sides, f64) -> Sides;
+
+/// A mistake in the element is seen as samples outside the true result: reflected, axes swapped, shifted by a sample,
+/// phase lost, half a cell off.
+#[test]
+fn mistakes_are_caught() {
+    let mistakes: [(&str, Mistake); 6] = [
+        ("reflected", |b, _| b.reflected()),
+        ("x and y swapped", |b, _| each(b, swapped)),
+        ("one sample to +x", |b, h| moved(b, [h, 0.0, 0.0])),
+        ("one sample to -z", |b, h| moved(b, [0.0, 0.0, -h])),
+        ("half a cell off", |b, h| moved(b, [0.5 * h; 3])),
+        ("phase lost", |b, h| {
+            let [x, y, z] = b.points.grid().origin().map(|o| (o / h).floor() * h - o);
+            moved(b, [x, y, z])
+        }),
+    ];
+    let h = 0.5;
+    for case in cases() {
+        if !["f01_box_box", "f03_L_tetra", "f13_star_cone"].contains(&case.entry.name.as_str()) {
+            continue;
+        }
+        for (name, mistake) in mistakes {
+            let fires = (0..8).filter(|&n| {
+                let [a, b] = case.sides(h, n);
+                let found = case.enclosed_from(&a, &mistake(&b, h), h, n);
+                let outside = found.lower.difference(&case.truth(found.lower.grid())).unwrap();
+                !case.certain(&outside).is_empty()
+            });
+            let fires = fires.count();
+            println!("{}: {name} is seen in {fires} of 8 phases", case.entry.name);
+            assert!(fires > 0, "{}: {name} went unnoticed", case.entry.name);
+        }
+    }
+}
+
+fn each(sides: &Sides, change: impl Fn(&Indicator) -> Indicator) -> Sides {
+    Sides { full: change(&sides.full), points: change(&sides.points), touched: change(&sides.touched) }
+}
+
+fn moved(sides: &Sides, by: [f64; 3]) -> Sides {
+    each(sides, |set| {
+        let g = set.grid();
+        let grid = Grid::new([0, 1, 2].map(|a| g.origin()[a] + by[a]), g.spacing(), g.dims()).unwrap();
+        Indicator::from_words(grid, set.words().to_vec()).unwrap()
+    })
+}
+
+fn swapped(set: &Indicator) -> Indicator {
+    let g = set.grid();
+    let ([x, y, z], [nx, ny, nz]) = (g.origin(), g.dims());
+    let grid = Grid::new([y, x, z], g.spacing(), [ny, nx, nz]).unwrap();
+    Indicator::from_predicate(grid, |at| {
+        let [i, j, k] = grid.index(at);
+        set.contains([j, i, k])
+    })
+}
+
+#[test]
+fn the_committed_files_are_what_the_reference_says() {
+    for case in cases() {
+        let entry = &case.entry;
+        assert_eq!(entry.source_sha256, sha256(&source(&entry.name)), "{}: the source has changed", entry.name);
+        assert_eq!(entry.operation, case.fixture.operation);
+        let measured = [Some(Measured::of(&case.a)), Some(Measured::of(&case.b)), case.r.as_ref().map(Measured::of)];
+        for (found, said) in measured.iter().zip([Some(&entry.a), Some(&entry.b), entry.r.as_ref()]) {
+            compare(&entry.name, found.as_ref(), said, 1e-9);
+        }
+        if let (Some(volume), Some(r)) = (case.fixture.closed_form_mm3, &entry.r) {
+            let off = (r.volume_mm3 - volume).abs();
+            assert!(off <= VERTEX_STEP_MM * r.area_mm2, "{}: {} by hand {volume}", entry.name, r.volume_mm3);
+        }
+    }
+    let reference = reference();
+    let euler = |name: &str| {
+        reference.fixtures.iter().find(|e| e.name.starts_with(name)).and_then(|e| e.r.as_ref()).map(|r| r.euler)
+    };
+    // A cavity kept and one lost; a hole through a plate; a ring.
+    assert_eq!([euler("f11"), euler("f10"), euler("f14")], [Some(4), Some(0), Some(0)]);
+    assert!(euler("f17").is_none());
+}
+
+fn compare(name: &str, found: Option<&Measured>, said: Option<&Measured>, relative: f64) {
+    assert_eq!(found.is_some(), said.is_some(), "{name}");
+    let (Some(found), Some(said)) = (found, said) else { return };
+    let near = |a: f64, b: f64| (a - b).abs() <= relative * a.abs().max(b.abs()).max(1.0);
+    assert!(near(found.volume_mm3, said.volume_mm3), "{name}: volume {} {}", found.volume_mm3, said.volume_mm3);
+    assert!(near(found.area_mm2, said.area_mm2), "{name}: area {} {}", found.area_mm2, said.area_mm2);
+    let corners = found.box_mm.iter().flatten().zip(said.box_mm.iter().flatten());
+    assert!(corners.into_iter().all(|(a, b)| near(*a, *b)), "{name}: box");
+}
+
+#[test]
+fn a_silent_failure_is_not_believed() {
+    let said = "ERROR: CGAL error in CGALUtils::applyBinaryOperator minkowski: assertion violation";
+    assert!(render::judge("f03_L_tetra", "R", true, said).is_err());
+    assert!(render::judge("f03_L_tetra", "R", true, "WARNING: object may not be a valid 2-manifold").is_err());
+    assert!(render::judge("f03_L_tetra", "R", true, "Total rendering time: 0:00:00.1").is_ok());
+    assert!(render::judge("f17_erode_empty", "R", true, "").is_err());
+}
+
+#[test]
+fn an_installed_openscad_says_the_same() {
+    let Some(version) = render::version() else {
+        let required = std::env::var("AMCHECK_REQUIRE_OPENSCAD").is_ok_and(|v| v == "1");
+        assert!(!required, "AMCHECK_REQUIRE_OPENSCAD is set and there is no openscad");
+        println!("skipped: openscad is not installed");
+        return;
+    };
+    println!("{version}");
+    let reference = reference();
+    let same_build = version == reference.openscad;
+    let folder = temporary_folder("live");
+    for fixture in &FIXTURES {
+        let found = render::render_all(fixture, &folder).unwrap_or_else(|e| panic!("{e}"));
+        let said = reference.fixtures.iter().find(|e| e.name == fixture.name).expect(fixture.name);
+        // The same build repeats to 1e-15; another may facet and round otherwise, within its vertex grid.
+        let relative = if same_build { 1e-6 } else { 1e-4 };
+        for (a, b) in
+            [(Some(&found.a), Some(&said.a)), (Some(&found.b), Some(&said.b)), (found.r.as_ref(), said.r.as_ref())]
+        {
+            compare(fixture.name, a, b, relative);
+        }
+    }
+    std::fs::remove_dir_all(folder).ok();
+}
+
+/// Renders every fixture and replaces the committed outputs, if nothing at all was complained of.
+#[test]
+#[ignore = "writes fixtures/openscad"]
+fn regenerate() {
+    let openscad = render::version().expect("openscad is needed");
+    let temporary = temporary_folder("regenerate");
+    let rendered: Result<Vec<Entry>, String> = FIXTURES.iter().map(|f| render::render_all(f, &temporary)).collect();
+    let fixtures = rendered.unwrap_or_else(|e| panic!("nothing was replaced: {e}"));
+    for entry in &fixtures {
+        for part in PARTS {
+            let made = stl(&temporary, &entry.name, part);
+            if made.exists() {
+                std::fs::copy(made, stl(&folder(), &entry.name, part)).unwrap();
+            }
+        }
+    }
+    let text = serde_json::to_string_pretty(&Reference { openscad, fixtures }).unwrap() + "\n";
+    std::fs::write(folder().join("reference.json"), text).unwrap();
+    std::fs::remove_dir_all(temporary).ok();
+}
+
+fn temporary_folder(what: &str) -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("amcheck-openscad-{what}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
