@@ -1,5 +1,6 @@
 //! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
 
+use super::coarse;
 use super::exhibit::{Exhibit, Slice, SurfaceMap};
 use super::schema::Report;
 use crate::check::{MapKind, MapWanted};
@@ -28,7 +29,8 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
     let pieces = split(part, &facets, wanted);
     let corners: Vec<Vec3> = pieces.iter().flat_map(|p| p.corners).collect();
     let maps = wanted.iter().map(|(check, map)| surface_map(part, check, map, &pieces)).collect();
-    Exhibit { corners, maps, slices: slices(part, report), facets_left_out: left_out }
+    let volume = part.solid().ok().and_then(|solid| coarse::volume(solid.density.field()));
+    Exhibit { corners, maps, slices: slices(part, report), facets_left_out: left_out, layers: Vec::new(), volume }
 }
 
 /// A piece of a facet.
