@@ -50,6 +50,9 @@ export function selfTest(view) {
     key("n");
     out.flight = view.gliding ? { to: view.gliding.target.toArray() } : { to: view.controls.target.toArray() };
     view.gliding = null;
+    out.opened = view.cut.axis >= 0;
+    view.panel.place(-1);
+    view.opened = false;
     out.hash = location.hash;
     const f = view.findings[view.current];
     out.asked = view.posed(f.at_mm);

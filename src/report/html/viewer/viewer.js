@@ -10,6 +10,7 @@ import { readGlb } from "./glb.js";
 import { FRAGMENT, INK, LINES, VERTEX } from "./shader.js";
 import { firstHit } from "./ray.js";
 import { makeLegend, makePanel } from "./panel.js";
+import { makePins, mark } from "./pins.js";
 import { selfTest } from "./selftest.js";
 
 const SIDES = [[-58, 28], [-122, 28], [32, 28], [148, 28], [-58, -24], [-122, -24], [32, -24], [148, -24]];
@@ -36,7 +37,7 @@ class View {
     this.map = 0;
     this.findings = collect(report);
     this.makeScene();
-    this.makePins();
+    this.pins = makePins(this);
     this.panel = makePanel(this);
     this.legend = makeLegend(this);
     this.listen();
@@ -178,7 +179,7 @@ class View {
 
   home() {
     this.current = -1;
-    this.mark();
+    mark(this);
     this.look(this.ball.center, direction(...SIDES[0]), 1);
     this.camera.zoom = this.fitting();
     this.camera.updateProjectionMatrix();
@@ -256,14 +257,25 @@ class View {
     const target = new Vector3(...this.posed(f.at_mm));
     const now = this.camera.position.clone().sub(this.controls.target).normalize();
     const sides = [now, ...SIDES.map((s) => direction(...s))];
-    const walls = sides.map((d) => this.hidden(target, d, f) ? 1 : 0);
-    const from = sides[Math.max(0, walls.indexOf(0))];
+    if (this.opened) this.panel.place(-1); // The last finding's own cut goes with it.
+    this.opened = false;
+    const seen = sides.findIndex((d) => !this.hidden(target, d, f));
+    const from = sides[Math.max(0, seen)];
+    if (seen < 0) this.open(target, from);
     const span = Math.max(...[0, 1, 2].map((a) => f.box_mm[1][a] - f.box_mm[0][a]), 0.12 * this.ball.radius);
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
-    this.mark();
+    mark(this);
     history.replaceState(null, "", "#" + f.anchor);
     this.show(still.matches ? "auto" : "smooth");
     this.glide(target, from, zoom);
+  }
+
+  /** Cuts through a place that no side shows. */
+  open(target, from) {
+    const axis = [0, 1, 2].reduce((a, b) => (Math.abs(from.getComponent(b)) > Math.abs(from.getComponent(a)) ? b : a));
+    const lo = this.box.min.getComponent(axis), hi = this.box.max.getComponent(axis);
+    this.panel.place(axis, (target.getComponent(axis) - lo) / (hi - lo));
+    this.opened = true;
   }
 
   glide(target, from, zoom) {
@@ -315,33 +327,6 @@ class View {
     const skin = Math.min(own, 0.1 * this.ball.radius) + 0.012 * this.ball.radius;
     const origin = place.clone().addScaledVector(toward, skin);
     return firstHit(this.model, origin, toward, (x, y, z) => this.cutAway(x, y, z)) !== null;
-  }
-
-  makePins() {
-    this.pinBox = document.createElement("div");
-    this.pinBox.className = "pins";
-    this.host.append(this.pinBox);
-    this.pins = this.findings.slice(0, 40).map((f, i) => {
-      const b = document.createElement("button");
-      b.type = "button";
-      b.className = "pin " + f.state;
-      b.textContent = String(i + 1);
-      b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.state}`);
-      b.addEventListener("click", () => this.fly(i));
-      this.pinBox.append(b);
-      return { b, f, place: new Vector3(...this.posed(f.at_mm)) };
-    });
-  }
-
-  mark() {
-    document.querySelectorAll(".finding.current").forEach((e) => e.classList.remove("current"));
-    this.pins.forEach((p, i) => p.b.classList.toggle("current", i === this.current));
-    const f = this.findings[this.current];
-    const li = f && document.getElementById(f.anchor);
-    if (!li) return;
-    li.classList.add("current");
-    const list = li.parentElement;
-    if (list.scrollHeight > list.clientHeight) list.scrollTop = li.offsetTop - list.offsetTop - 8;
   }
 
   /** What is done when the view comes to rest: the cut's side, and which pins are hidden. */
