@@ -67,6 +67,10 @@ pub struct Part {
     solid: OnceLock<Result<Solid>>,
 }
 
+/// A winding number that is clearly inside, just beside a facet.
+const ENCLOSED: f64 = 0.75;
+/// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
+const LEAST_ENCLOSED: f64 = 0.05;
 /// A surface that is inside out or mixed shows its inside where the winding number says so.
 const INSIDE: f64 = 0.5;
 
@@ -132,18 +136,23 @@ impl Part {
             })
             .collect();
         let inside = |w: f64| w >= INSIDE;
-        if !self.health.is_solid() && !sides.iter().any(|s| inside(s.0) || inside(s.1)) {
+        let enclosed: f64 =
+            (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
+        let loose = self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64;
+        if !self.health.is_solid() && (loose || enclosed < LEAST_ENCLOSED * self.mesh.area()) {
             let at = self.health.open_edges.at_mm.map(|p| self.to_file(p));
             return Err(Error::NotSolid {
-                problem: "its winding number is below 1/2 everywhere, so nothing is enclosed".into(),
+                problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
+                    .into(),
                 at_mm: at,
                 remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
             });
         }
+        let sound = self.health.is_solid();
         let mut turned = 0u64;
         for (f, (back, front)) in sides.into_iter().enumerate() {
             self.bounding[f] = inside(back) != inside(front);
-            if inside(front) && !inside(back) {
+            if !sound && inside(front) && !inside(back) {
                 self.mesh.triangles[f].swap(1, 2);
                 turned += 1;
             }
@@ -240,8 +249,13 @@ impl Part {
     pub fn solid(&self) -> Result<&Solid> {
         let cast = || {
             let grid = self.grid.ok_or_else(|| Error::Internal { problem: "the part has no grid yet".into() })?;
-            let plain = self.health.is_solid();
-            voxelize(&self.mesh, &grid, if plain { InsideRule::Crossings } else { InsideRule::Winding })
+            // Where the crossings of a row do not add up, the winding number still tells inside from outside.
+            let by_crossings = self.health.is_solid().then(|| voxelize(&self.mesh, &grid, InsideRule::Crossings));
+            match by_crossings {
+                Some(Ok(solid)) => Ok(solid),
+                Some(Err(Error::Operand { .. })) | None => voxelize(&self.mesh, &grid, InsideRule::Winding),
+                Some(Err(e)) => Err(e),
+            }
         };
         self.solid.get_or_init(cast).as_ref().map_err(Clone::clone)
     }

@@ -17,7 +17,7 @@ use crate::units::{report_digits, short};
 const TOUCH: f64 = 1e-3;
 /// Facets on which the thinnest place of one sheet is sought.
 const REFINED: usize = 64;
-/// A sheet that thins to less than this share of the limit has run out to an edge.
+/// A sheet that thins to less than this share of its greatest thickness below the limit has run out to an edge.
 const RUN_OUT: f64 = 0.05;
 
 /// Whose surfaces bound the sheet.
@@ -114,7 +114,7 @@ impl Sheets<'_> {
             let corners = |f: u32| self.part.mesh().triangles[f as usize];
             for members in group(&level, 1.5 * q.resolution, |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                match sheet_of(&samples, warn) {
+                match sheet_of(&samples) {
                     Some(sheet) => findings.push(self.finding(kind, &self.refined(q, sheet, &samples))),
                     None => *wedges += samples.len(),
                 }
@@ -331,10 +331,11 @@ struct Sheet {
 /// Sums a group up, or says that it is a wedge: `None`.
 ///
 /// Where the sheet thins out to an edge, only what is parallel counts, and only if it is wider than it is thick.
-fn sheet_of(samples: &[Sample], limit: f64) -> Option<Sheet> {
-    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * limit);
-    let parallel: Vec<&Sample> =
-        samples.iter().filter(|s| !runs_out || (s.separation >= PARALLEL && s.low >= RUN_OUT * limit)).collect();
+fn sheet_of(samples: &[Sample]) -> Option<Sheet> {
+    let thickest = samples.iter().map(|s| s.diameter).fold(0.0, f64::max);
+    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * thickest);
+    let counts = |s: &&Sample| !runs_out || (s.separation >= PARALLEL && s.low >= RUN_OUT * thickest);
+    let parallel: Vec<&Sample> = samples.iter().filter(counts).collect();
     let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
     let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();
     if runs_out && area < thinnest.diameter * thinnest.diameter {

@@ -59,7 +59,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// What to write
+    /// What to write: json, html, png, glb, markdown, junit, sarif, badge
     #[arg(long, value_delimiter = ',', default_value = "json,html,png", value_name = "LIST")]
     pub format: Vec<String>,
 
@@ -71,8 +71,12 @@ pub struct Arguments {
     #[arg(long, short)]
     pub quiet: bool,
 
-    /// What makes the exit code 1: a check that fails, also one that warns, or is undecided; or never
-    #[arg(long, default_value = "fail", value_name = "fail|warn|undecided|never")]
+    /// An earlier report.json to compare with
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
+
+    /// What makes the exit code 1: a check that fails, also one that warns or is undecided, only what is new; or never
+    #[arg(long, default_value = "fail", value_name = "fail|warn|undecided|new|never")]
     pub fail_on: String,
 
     /// Read what is whole of a damaged file, and say what was dropped
@@ -90,6 +94,13 @@ pub enum Command {
     Explain {
         /// thin-wall, AM101, E011, …
         name: String,
+    },
+    /// What became new, worse, better or was fixed between two reports
+    Compare {
+        /// The earlier report.json
+        old: PathBuf,
+        /// The later report.json
+        new: PathBuf,
     },
     /// The built-in processes with their limits and sources
     Processes,

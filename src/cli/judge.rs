@@ -8,8 +8,9 @@ use crate::error::{Error, Result, nearest, printable};
 use crate::io::{Salvage, read_path};
 use crate::part::Up;
 use crate::process::{BUILTIN, Process};
+use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
-use crate::report::{Verdict, html, json, render};
+use crate::report::{Report, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
 use crate::units::Length;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ use std::time::Instant;
 const MOST_FILE_BYTES: u64 = 16 << 30;
 
 /// Formats a report can be written in.
-const FORMATS: &[&str] = &["json", "html", "png"];
+const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "sarif", "badge"];
 
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Result<(String, u8)> {
@@ -29,6 +30,10 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let fail_on = fail_on(&a.fail_on)?;
     threads(a)?;
     let formats = one_of("format", &a.format, FORMATS)?;
+    let baseline = a.baseline.as_deref().map(read_report).transpose()?;
+    if fail_on == FailOn::New && baseline.is_none() {
+        return Err(usage("--fail-on new has nothing to compare with", "add --baseline OLD.json"));
+    }
     let delivery = Delivery::open(&out_dir(a, &part))?;
     let progress = Progress { on: !a.quiet && !a.json && std::io::stderr().is_terminal() };
     progress.say("reading");
@@ -40,7 +45,8 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     progress.say(&format!("grid {} samples at {}, {} MiB", fitting.samples, fitting.spacing, fitting.bytes >> 20));
     let mut analysis = run(prepared, &options)?;
     progress.say("printing the report");
-    let files = print_all(&mut analysis, &formats);
+    let comparison = baseline.map(|old| compare(&old, &analysis.report));
+    let files = print_all(&mut analysis, &formats, comparison.as_ref());
     let written = delivery.deliver(files)?;
     progress.say("");
     let report = &analysis.report;
@@ -54,16 +60,50 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     } else {
         terminal::summary(report, &outputs, palette)
     };
-    Ok((text, exit_code(report.verdict, fail_on)))
+    let text = match &comparison {
+        Some(c) if !a.json && !a.quiet => format!("{text}\n{}", crate::report::baseline::text(c, palette)),
+        _ => text,
+    };
+    let worse = comparison.is_some_and(|c| c.has_new_failure());
+    Ok((text, exit_code(report.verdict, fail_on, worse)))
+}
+
+/// A report that was written before.
+///
+/// # Errors
+/// [`Error::CannotRead`] or [`Error::Damaged`] naming the file.
+pub fn read_report(path: &Path) -> Result<Report> {
+    let shown = printable(&path.to_string_lossy());
+    let text = std::fs::read_to_string(path).map_err(|e| Error::CannotRead {
+        path: shown.clone(),
+        reason: e.to_string(),
+        remedy: "name the report.json of an earlier run".into(),
+    })?;
+    serde_json::from_str(&text).map_err(|e| Error::Damaged {
+        format: "report",
+        place: crate::error::Place::Line(e.line() as u64),
+        problem: format!("{shown}: {e}"),
+        remedy: "name a report.json that this major version of amcheck wrote".into(),
+    })
+}
+
+/// `amcheck compare OLD NEW`: what became new, worse, better or was fixed; exit code 1 for a new or worse failure.
+pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
+    let comparison = compare(&read_report(old)?, &read_report(new)?);
+    let palette = super::palette(std::io::stdout().is_terminal());
+    Ok((crate::report::baseline::text(&comparison, palette), u8::from(comparison.has_new_failure())))
 }
 
 /// Every file of the report.
-fn print_all(analysis: &mut Analysis, formats: &[&str]) -> Files {
+fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: Option<&Comparison>) -> Files {
     let clock = Instant::now();
     let report = &analysis.report;
     let mut files = Files::default();
-    let pictures =
-        if formats.iter().any(|f| *f != "json") { render::pictures(report, &analysis.exhibit) } else { Vec::new() };
+    let pictures = if formats.iter().any(|f| ["html", "png"].contains(f)) {
+        render::pictures(report, &analysis.exhibit)
+    } else {
+        Vec::new()
+    };
     if formats.contains(&"html") {
         files.push("report", "report.html", html::page(report, &analysis.exhibit, &pictures).into_bytes());
     }
@@ -73,6 +113,20 @@ fn print_all(analysis: &mut Analysis, formats: &[&str]) -> Files {
     if formats.contains(&"png") {
         for p in pictures {
             files.push("picture", &format!("{}.png", p.name), p.png);
+        }
+    }
+    if formats.contains(&"glb") {
+        files.push("model", "report.glb", glb::write(&analysis.exhibit));
+    }
+    let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
+        ("markdown", "report.md", &|| markdown::write(report, comparison)),
+        ("junit", "report.junit.xml", &|| junit::write(report)),
+        ("sarif", "report.sarif", &|| sarif::write(report)),
+        ("badge", "badge.svg", &|| badge::write(report)),
+    ];
+    for (format, name, write) in texts {
+        if formats.contains(&format) {
+            files.push(format, name, write().into_bytes());
         }
     }
     analysis.timings.push(("print".into(), clock.elapsed().as_secs_f64()));
@@ -213,20 +267,28 @@ enum FailOn {
     Fail,
     Warn,
     Undecided,
+    New,
     Never,
 }
 
 fn fail_on(text: &str) -> Result<FailOn> {
-    let known =
-        [("fail", FailOn::Fail), ("warn", FailOn::Warn), ("undecided", FailOn::Undecided), ("never", FailOn::Never)];
+    let known = [
+        ("fail", FailOn::Fail),
+        ("warn", FailOn::Warn),
+        ("undecided", FailOn::Undecided),
+        ("new", FailOn::New),
+        ("never", FailOn::Never),
+    ];
     let names: Vec<&str> = known.iter().map(|k| k.0).collect();
     let chosen = one_of("state for --fail-on", &[text.to_string()], &names)?;
     Ok(known.iter().find(|k| chosen.contains(&k.0)).map_or(FailOn::Fail, |k| k.1))
 }
 
-fn exit_code(verdict: Verdict, fail_on: FailOn) -> u8 {
+/// Exit code of a verdict; `worse` says that a failure is new or worse than the baseline's.
+fn exit_code(verdict: Verdict, fail_on: FailOn, worse: bool) -> u8 {
     match (verdict, fail_on) {
         (_, FailOn::Never) => 0,
+        (_, FailOn::New) => u8::from(worse),
         (Verdict::Fail, _) => 1,
         (Verdict::Undecided, FailOn::Undecided | FailOn::Warn) => 1,
         (Verdict::Undecided, _) => 3,

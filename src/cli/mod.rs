@@ -26,6 +26,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     let part = arguments.part.clone();
     let done = match &arguments.command {
         Some(Command::Explain { name }) => lists::explain(name),
+        Some(Command::Compare { old, new }) => judge::compare_reports(old, new),
         Some(Command::Processes) => Ok((lists::processes(), 0)),
         Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),
         Some(Command::Completions { shell }) => {

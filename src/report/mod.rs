@@ -6,7 +6,6 @@
 pub mod badge;
 pub mod baseline;
 mod chart;
-mod coarse;
 mod exhibit;
 pub mod glb;
 pub mod html;

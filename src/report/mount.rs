@@ -1,10 +1,11 @@
 //! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
 
-use super::coarse;
-use super::exhibit::{Exhibit, Slice, SurfaceMap};
+use super::exhibit::{Exhibit, Slice, SurfaceMap, Volume};
 use super::schema::Report;
 use crate::check::{MapKind, MapWanted};
+use crate::field::Field;
 use crate::geometry::vector::{Vec3, along, distance, sub};
+use crate::grid::Grid;
 use crate::medial::map::opposing_distance;
 use crate::medial::{Features, Side};
 use crate::part::Part;
@@ -29,8 +30,14 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
     let pieces = split(part, &facets, wanted);
     let corners: Vec<Vec3> = pieces.iter().flat_map(|p| p.corners).collect();
     let maps = wanted.iter().map(|(check, map)| surface_map(part, check, map, &pieces)).collect();
-    let volume = part.solid().ok().and_then(|solid| coarse::volume(solid.density.field()));
-    Exhibit { corners, maps, slices: slices(part, report), facets_left_out: left_out, layers: Vec::new(), volume }
+    Exhibit {
+        corners,
+        maps,
+        slices: slices(part, report),
+        facets_left_out: left_out,
+        layers: Vec::new(),
+        volume: part.solid().ok().and_then(|s| volume(s.density.field())),
+    }
 }
 
 /// A piece of a facet.
@@ -136,6 +143,30 @@ fn slope(part: &Part, facet: usize) -> f64 {
     let normal = part.mesh().normal(facet);
     let on_plate = part.mesh().corners(facet).iter().all(|p| p[2] <= part.step().max(1e-4));
     if normal[2] < 0.0 && !on_plate { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN }
+}
+
+/// The density at about 128 samples along the longest side: means over blocks of samples.
+fn volume(field: &Field<f32>) -> Option<Volume> {
+    let grid = field.grid();
+    let dims = grid.dims();
+    let block = dims.iter().max()?.div_ceil(128).max(1);
+    let coarse = dims.map(|n| n.div_ceil(block));
+    let shift = 0.5 * (block as f64 - 1.0) * grid.h();
+    let origin = grid.origin().map(|x| x + shift);
+    let to = Grid::new(origin, grid.spacing() * block as f64, coarse).ok()?;
+    let mean = |at: usize| {
+        let [i, j, k] = to.index(at).map(|x| (x * block) as isize);
+        let n = block as isize;
+        let mut sum = 0.0;
+        for z in k..k + n {
+            for y in j..j + n {
+                sum += (i..i + n).map(|x| f64::from(field.at([x, y, z]))).sum::<f64>();
+            }
+        }
+        (255.0 * sum / (n * n * n) as f64).round() as u8
+    };
+    let density = (0..to.samples()).into_par_iter().map(mean).collect();
+    Some(Volume { grid: to, density })
 }
 
 /// Three slices of the density through the worst finding, or through the middle.
