@@ -59,6 +59,11 @@ impl Frame {
     }
 }
 
+/// The exhibit as GLB bytes, as fine as the format allows; see [`write_at`].
+pub fn write(exhibit: &Exhibit) -> Vec<u8> {
+    write_at(exhibit, Detail::FULL)
+}
+
 /// The exhibit as GLB bytes, corners that agree in place and in every map joined.
 ///
 /// The first mesh is the part, the others are its layers. Meshes are in millimetres with z up; the scene's root turns
@@ -72,7 +77,7 @@ impl Frame {
 ///
 /// # Limits
 /// The first nine maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
-pub fn write(exhibit: &Exhibit, detail: Detail) -> Vec<u8> {
+pub fn write_at(exhibit: &Exhibit, detail: Detail) -> Vec<u8> {
     let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
     let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
     let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
@@ -262,7 +267,7 @@ mod tests {
             [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]];
         let mut exhibit = Exhibit { corners: square.to_vec(), ..Exhibit::default() };
         let count = |e: &Exhibit| {
-            let bytes = write(e, Detail::FULL);
+            let bytes = write(e);
             let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
             assert_eq!(bytes.len(), u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize);
             let document: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();

@@ -37,7 +37,7 @@ pub fn data(c: &Context) -> Markup {
         return Markup::default();
     }
     let fits = |detail: &Detail| {
-        let part = STANDARD.encode(zipped(&glb::write(c.exhibit, *detail)));
+        let part = STANDARD.encode(zipped(&glb::write_at(c.exhibit, *detail)));
         (part.len() <= MOST).then_some((*detail, part))
     };
     let Some((detail, part)) = DETAILS.iter().find_map(fits) else {

@@ -21,7 +21,8 @@ out vec4 colour;
 uniform float low, high, fail, warn, sense, tie, dot_size;
 uniform int kind;
 uniform vec4 plane;
-uniform vec3 lamp;
+uniform vec3 lamp, toward;
+uniform float reach;
 
 vec3 rgb(float r, float g, float b) { return vec3(r, g, b) / 255.0; }
 
@@ -34,8 +35,12 @@ float share(float x, float from, float to) { return abs(to - from) > 1e-9 ? (x -
 
 void main() {
   if (dot(plane.xyz, place) + plane.w > 1e-6) discard;
+  gl_FragDepth = gl_FragCoord.z;
   vec2 px = gl_FragCoord.xy / dot_size;
   if (!gl_FrontFacing && dot(plane.xyz, plane.xyz) > 0.5) {
+    // The cap lies in the plane: as far before this back face as the line of sight runs to it.
+    float lean = dot(plane.xyz, toward);
+    if (abs(lean) > 1e-4) gl_FragDepth = clamp(gl_FragCoord.z + (dot(plane.xyz, place) + plane.w) / lean / reach, 0.0, 1.0);
     float line = step(mod(px.x - px.y, 7.0), 2.2);
     colour = vec4(mix(rgb(150.0, 168.0, 183.0), rgb(186.0, 200.0, 211.0), line), 1.0);
     return;

@@ -69,7 +69,7 @@ class View {
       glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide,
       uniforms: {
         low: { value: 0 }, high: { value: 1 }, fail: { value: 0 }, warn: { value: 0 }, kind: { value: 0 },
-        sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) },
+        sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) }, toward: { value: new Vector3(0, 0, 1) }, reach: { value: 1 },
         dot_size: { value: this.gl.getPixelRatio() },
       },
     });
@@ -360,6 +360,8 @@ class View {
     const right = new Vector3(), up = new Vector3(), toward = new Vector3();
     c.matrixWorld.extractBasis(right, up, toward);
     this.material.uniforms.lamp.value.copy(toward).addScaledVector(right, -0.55).addScaledVector(up, 0.75).normalize();
+    this.material.uniforms.toward.value.copy(toward);
+    this.material.uniforms.reach.value = c.far - c.near;
     this.gl.render(this.scene, c);
     const w = this.canvas.clientWidth, h = this.canvas.clientHeight, v = new Vector3();
     for (const p of this.pins) {
