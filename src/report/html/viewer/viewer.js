@@ -1,7 +1,7 @@
 // The 3-D view: a part painted by its maps, a cut, pins. Adds to the page; nothing depends on it.
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, OrthographicCamera, Scene, ShaderMaterial,
-  Sphere, Vector3, Vector4, WebGLRenderer,
+  BackSide, BufferAttribute, BufferGeometry, EqualStencilFunc, FrontSide, GLSL3, LineSegments, Mesh, OrthographicCamera,
+  ReplaceStencilOp, Scene, ShaderMaterial, Sphere, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { creases } from "./edges.js";
@@ -51,7 +51,7 @@ class View {
     this.renderer = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
     probe.getExtension("WEBGL_lose_context")?.loseContext();
     const soft = /swiftshader|llvmpipe|basic render/i.test(this.renderer);
-    this.gl = new WebGLRenderer({ antialias: !soft, alpha: true, preserveDrawingBuffer: false });
+    this.gl = new WebGLRenderer({ antialias: !soft, alpha: true, stencil: true });
     this.gl.setPixelRatio(soft ? 1 : Math.min(2, devicePixelRatio));
     this.canvas = this.gl.domElement;
     this.canvas.tabIndex = 0;
@@ -66,15 +66,19 @@ class View {
     this.box = g.boundingBox;
     this.ball = this.box.getBoundingSphere(new Sphere());
     this.material = new ShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide,
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: FrontSide,
+      stencilWrite: true, stencilRef: 0, stencilZPass: ReplaceStencilOp,
       uniforms: {
         low: { value: 0 }, high: { value: 1 }, fail: { value: 0 }, warn: { value: 0 }, kind: { value: 0 },
-        sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) }, toward: { value: new Vector3(0, 0, 1) }, reach: { value: 1 },
+        sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) },
         dot_size: { value: this.gl.getPixelRatio() },
       },
     });
     this.scene = new Scene();
-    this.scene.add(new Mesh(g, this.material));
+    // Where a back face is seen, the cut runs through material: the stencil keeps creases off its cap.
+    const back = this.material.clone();
+    Object.assign(back, { side: BackSide, stencilRef: 1, defines: { BACK: 1 }, uniforms: this.material.uniforms });
+    this.scene.add(new Mesh(g, this.material), new Mesh(g, back));
     if (!this.model.coarse) setTimeout(() => this.makeLines(), 0); // Corners moved onto steps make false creases.
     this.camera = new OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
     this.camera.up.set(0, 0, 1);
@@ -91,6 +95,7 @@ class View {
     g.setAttribute("position", new BufferAttribute(creases(this.model), 3));
     const material = new ShaderMaterial({
       glslVersion: GLSL3, vertexShader: LINES, fragmentShader: INK, transparent: true,
+      stencilWrite: true, stencilRef: 0, stencilFunc: EqualStencilFunc,
       uniforms: { plane: this.material.uniforms.plane },
     });
     this.scene.add(new LineSegments(g, material));
@@ -261,7 +266,7 @@ class View {
     this.opened = false;
     const seen = sides.findIndex((d) => !this.hidden(target, d, f));
     const from = sides[Math.max(0, seen)];
-    if (seen < 0) this.open(target, from);
+    if (seen < 0) this.open(target, from, f.box_mm);
     const span = Math.max(...[0, 1, 2].map((a) => f.box_mm[1][a] - f.box_mm[0][a]), 0.12 * this.ball.radius);
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
     mark(this);
@@ -270,9 +275,11 @@ class View {
     this.glide(target, from, zoom);
   }
 
-  /** Cuts through a place that no side shows. */
-  open(target, from) {
-    const axis = [0, 1, 2].reduce((a, b) => (Math.abs(from.getComponent(b)) > Math.abs(from.getComponent(a)) ? b : a));
+  /** Cuts through a place that no side shows, but not along the thin side of its box: that would show only a cap. */
+  open(target, from, box) {
+    const sides = [0, 1, 2].map((a) => box[1][a] - box[0][a]), thin = sides.indexOf(Math.min(...sides));
+    const lean = (a) => Math.abs(from.getComponent(a)) - (a === thin ? 1 : 0);
+    const axis = [0, 1, 2].reduce((a, b) => (lean(b) > lean(a) ? b : a));
     const lo = this.box.min.getComponent(axis), hi = this.box.max.getComponent(axis);
     this.panel.place(axis, (target.getComponent(axis) - lo) / (hi - lo));
     this.opened = true;
@@ -360,8 +367,6 @@ class View {
     const right = new Vector3(), up = new Vector3(), toward = new Vector3();
     c.matrixWorld.extractBasis(right, up, toward);
     this.material.uniforms.lamp.value.copy(toward).addScaledVector(right, -0.55).addScaledVector(up, 0.75).normalize();
-    this.material.uniforms.toward.value.copy(toward);
-    this.material.uniforms.reach.value = c.far - c.near;
     this.gl.render(this.scene, c);
     const w = this.canvas.clientWidth, h = this.canvas.clientHeight, v = new Vector3();
     for (const p of this.pins) {
