@@ -162,6 +162,28 @@ fn known_volumes_are_met() {
 }
 
 #[test]
+fn what_can_be_mended_is_mended() {
+    let mended = |name: &str| {
+        let loaded = load(name)?.unwrap();
+        // Well below the resolution of any process, well above the rounding of these files.
+        Some(Health::of(&amcheck::geometry::health::repaired(&loaded.mesh, 1e-4).mesh))
+    };
+    let Some(stitched) = mended("broken/open_576_edges.stl") else { return };
+    let twin = Health::of(&load("formats/featuretype_closed.ply").unwrap().unwrap().mesh);
+    assert!(stitched.is_watertight());
+    // Corners moved by up to 1e-6 of a part of 12 mm³ and 46 mm².
+    assert!((stitched.volume_mm3() - twin.volume_mm3()).abs() < 1e-4);
+    let turned = mended("broken/flipped_solid.stl").unwrap();
+    assert!(turned.is_watertight() && turned.count_of(Role::Body) == 1);
+    // Walls between coincident bodies go, the volume stays.
+    let joined = mended("broken/coincident_bodies.stl").unwrap();
+    assert!(joined.non_manifold_edges.count < 100 && joined.duplicate_facets.count == 0);
+    assert!((joined.volume_mm3() - 17_431.630).abs() < 1e-3);
+    let outward = mended("broken/huge_150m_inverted.stl").unwrap();
+    assert!(!outward.inverted && outward.is_solid());
+}
+
+#[test]
 fn oddities_are_said() {
     let Some(carriage) = load("clean/prusa_x_carriage.stl") else { return };
     let codes = |loaded: Loaded| -> Vec<String> {

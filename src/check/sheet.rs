@@ -15,9 +15,9 @@ use crate::units::{report_digits, short};
 
 /// Bound and ball that differ by less than this are one, millimetres.
 const TOUCH: f64 = 1e-3;
-/// Facets on which the thinnest place of one sheet is sought.
+/// Facets on which the thinnest places are sought, thinnest sheets first.
 const REFINED: usize = 64;
-/// A sheet that thins to less than this share of its greatest thickness below the limit has run out to an edge.
+/// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
 const RUN_OUT: f64 = 0.05;
 
 /// Whose surfaces bound the sheet.
@@ -103,7 +103,8 @@ impl Sheets<'_> {
         let tie = self.part.step();
         let fail = kind.limits.fail.unwrap_or(0.0) - tie;
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
-        let mut findings = Vec::new();
+        let scale = self.part.extent().into_iter().fold(0.0, f64::max).min(warn);
+        let mut sheets: Vec<(Sheet, Vec<Sample>)> = Vec::new();
         let mut noticed: Option<Sample> = None;
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn), (warn, f64::INFINITY)] {
             let level: Vec<Sample> = own.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
@@ -114,12 +115,18 @@ impl Sheets<'_> {
             let corners = |f: u32| self.part.mesh().triangles[f as usize];
             for members in group(&level, 1.5 * q.resolution, |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                match sheet_of(&samples) {
-                    Some(sheet) => findings.push(self.finding(kind, &self.refined(q, sheet, &samples))),
+                match sheet_of(&samples, scale) {
+                    Some(sheet) => sheets.push((sheet, samples)),
                     None => *wedges += samples.len(),
                 }
             }
         }
+        sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
+        let mut looks = REFINED;
+        let mut findings: Vec<Finding> = sheets
+            .into_iter()
+            .map(|(sheet, samples)| self.finding(kind, &self.refined(q, sheet, &samples, &mut looks)))
+            .collect();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
             .first()
@@ -135,20 +142,21 @@ impl Sheets<'_> {
     }
 
     /// The sheet with its thinnest place sought on every facet where the bound leaves room for one.
-    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample]) -> Sheet {
+    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample], looks: &mut usize) -> Sheet {
         let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.facet)).collect();
         open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         open.dedup_by_key(|o| o.1);
         let features = self.part.features(self.side);
         let mut left = f64::INFINITY;
-        for (n, (low, facet)) in open.into_iter().enumerate() {
+        for (low, facet) in open {
             if low >= sheet.thinnest.diameter - TOUCH {
                 break;
             }
-            if n >= REFINED {
+            if *looks == 0 {
                 left = left.min(low);
-                continue;
+                break;
             }
+            *looks -= 1;
             if let Some(s) = thinnest_on(self.part.distance(), features, q, facet, &sheet.thinnest) {
                 sheet.thinnest = s;
             }
@@ -331,10 +339,9 @@ struct Sheet {
 /// Sums a group up, or says that it is a wedge: `None`.
 ///
 /// Where the sheet thins out to an edge, only what is parallel counts, and only if it is wider than it is thick.
-fn sheet_of(samples: &[Sample]) -> Option<Sheet> {
-    let thickest = samples.iter().map(|s| s.diameter).fold(0.0, f64::max);
-    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * thickest);
-    let counts = |s: &&Sample| !runs_out || (s.separation >= PARALLEL && s.low >= RUN_OUT * thickest);
+fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
+    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * scale);
+    let counts = |s: &&Sample| !runs_out || (s.separation >= PARALLEL && s.low >= 1e-3 * scale);
     let parallel: Vec<&Sample> = samples.iter().filter(counts).collect();
     let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
     let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();

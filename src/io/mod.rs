@@ -1,15 +1,16 @@
 //! The reading room and its counterpart: one format, one file.
 //!
 //! Formats are recognised by content, never by suffix; no number in a header is believed before the bytes
-//! behind it have been counted. Meshes are read as STL, 3MF, OBJ and PLY and written as these and GLB; fields
-//! are written as NPY, NRRD and VTI. A writer takes any `std::io::Write`; to a file it goes through
-//! [`write_atomically`], so that no half-written file is ever left.
+//! behind it have been counted. Meshes are read as STL, 3MF, OBJ and PLY and written as these and GLB; paths are
+//! read as G-code and lists of points; fields are written as NPY, NRRD and VTI. A writer takes any
+//! `std::io::Write`; to a file it goes through [`write_atomically`], so that no half-written file is ever left.
 
 // What comes from outside is neither unwrapped nor indexed.
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic))]
 
 mod accept;
 mod atomic;
+pub mod gcode;
 pub mod glb;
 mod loaded;
 pub mod npy;
@@ -24,6 +25,7 @@ mod salvage;
 mod sniff;
 pub mod stl;
 pub mod threemf;
+pub mod toolpath;
 pub mod vti;
 mod words;
 

@@ -11,7 +11,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::CannotRead`] for a file that is missing (with the nearest name beside it), a directory, not
 /// permitted, or changing while it is read; [`Error::TooLarge`] beyond `limit_bytes`, told from the size
-/// before reading, and for pipes and devices, which have none; otherwise as [`read`].
+/// before reading, and for pipes and devices, which have none; otherwise as [`read()`].
 ///
 /// # Cost
 /// One reading of the file into memory.

@@ -158,4 +158,27 @@ mod tests {
         assert_eq!(triangulate(&[[0.0; 3], [2.0, 2.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), None);
         assert_eq!(fan(4).count(), 2);
     }
+
+    #[test]
+    fn the_largest_polygons_take_bounded_time() {
+        let start = std::time::Instant::now();
+        let n = MOST_CORNERS / 2;
+        let spiral = |i: usize, width: f64| {
+            let t = i as f64 * 0.05;
+            [(t + width) * t.cos(), (t + width) * t.sin(), 0.0]
+        };
+        let spiral: Vec<Vec3> =
+            (20..n + 20).map(|i| spiral(i, 0.0)).chain((20..n + 20).rev().map(|i| spiral(i, 2.0))).collect();
+        let star = |i: usize| {
+            let (t, r) = (i as f64 * std::f64::consts::PI / n as f64, if i.is_multiple_of(2) { 1.0 } else { 0.1 });
+            [r * t.cos(), r * t.sin(), 0.0]
+        };
+        let star: Vec<Vec3> = (0..2 * n).map(star).collect();
+        for corners in [spiral, star] {
+            assert_eq!(triangulate(&corners).map(|t| t.len()), Some(2 * n - 2));
+            println!("{:?}", start.elapsed());
+        }
+        // A guard against cubic work, not a benchmark.
+        assert!(start.elapsed().as_secs() < 30, "{:?}", start.elapsed());
+    }
 }

@@ -183,3 +183,21 @@ fn every_cut_of_every_file_ends_in_a_mesh_or_a_typed_error() {
         }
     }
 }
+
+#[test]
+fn every_mutation_of_a_path_ends_in_strokes_or_a_typed_error() {
+    let gcode: &[u8] = b"G28\nG21 G90\nM83\nG92 E0\nG1 X10 Y5 Z0.2 F1800 ; go\nG1 X20 E1.5\nG3 X10 Y15 I-10 J0 E2\nG2 X0 Y5 R10 E.5*71\nM117 done\n";
+    let points: &[u8] = b"# a path\n0 0 0\n1.5 0 0\n\n2 2 2\n3e0 -2 2.25\n";
+    for seed in 0..2 * cases() {
+        let mut random = Lcg(seed * 69069 + 5);
+        let mut bytes = if seed % 2 == 0 { gcode.to_vec() } else { points.to_vec() };
+        for _ in 0..1 + random.below(3) {
+            mutate(&mut bytes, &mut random);
+        }
+        let read = if seed % 2 == 0 { amcheck::io::gcode::read } else { amcheck::io::toolpath::read_points };
+        match catch_unwind(|| read(&bytes)).expect("a reader panicked") {
+            Ok(path) => assert!(path.length_mm().is_finite() && !path.strokes.is_empty()),
+            Err(e) => assert!([4, 5].contains(&e.exit_code()) && !e.to_string().contains(char::is_control), "{e}"),
+        }
+    }
+}

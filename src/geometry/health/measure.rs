@@ -258,6 +258,9 @@ mod tests {
         let h = Health::of(&cube());
         assert!(h.is_solid() && h.is_watertight());
         assert_eq!((h.bodies.len(), h.holes, h.volume_mm3(), h.shells[0].area_mm2), (1, 0, 1.0, 6.0));
+        // A far origin costs no digits.
+        let far = cube().transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [1e6, -1e6, 1e6]);
+        assert_eq!(Health::of(&far).volume_mm3(), 1.0);
     }
 
     #[test]

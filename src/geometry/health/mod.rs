@@ -11,8 +11,10 @@ mod nesting;
 mod notices;
 mod outward;
 mod rays;
+mod repair;
 mod shells;
 
 pub use bodies::{Body, NO_LABEL, Role};
 pub use measure::{Fault, Health, Hole};
+pub use repair::{Repaired, repaired};
 pub use shells::Shell;

@@ -357,4 +357,27 @@ mod tests {
         assert_eq!(l.mesh.triangles.len(), 2);
         assert_eq!(l.notices.iter().find(|n| n.code == "salvaged").unwrap().count, Some(2));
     }
+
+    #[test]
+    #[ignore = "a measurement, not a test"]
+    fn triangles_a_second() {
+        let n = 400_000;
+        let facet = FACET.replace("1 0 0", "1.234567e+01 -2.345678e+00 3.456789e-01");
+        let text = format!("solid\n{}endsolid", facet.repeat(n));
+        let rate = |start: std::time::Instant| n as f64 / start.elapsed().as_secs_f64() / 1e6;
+        let start = std::time::Instant::now();
+        refuse_endless_line(text.as_bytes()).unwrap();
+        println!("lines {:.2} M/s", rate(start));
+        let start = std::time::Instant::now();
+        let mut r =
+            Reading { words: Words::new(text.as_bytes()), blocks: vec![Block::default()], ..Reading::default() };
+        r.solids(Salvage::Refuse).unwrap();
+        println!("checked {:.2} M/s", rate(start));
+        let start = std::time::Instant::now();
+        let soup: Vec<_> = r.blocks.par_iter().map(|b| b.parse().unwrap()).collect();
+        println!("parsed {:.2} M/s {}", rate(start), soup.len());
+        let start = std::time::Instant::now();
+        load(&text).unwrap();
+        println!("whole {:.2} M/s", rate(start));
+    }
 }

@@ -1,0 +1,9 @@
+//! G-code: the strokes along which a machine deposits or cuts.
+
+mod arc;
+mod faults;
+mod machine;
+mod words;
+
+use faults::{damaged, unsupported};
+pub use machine::read;

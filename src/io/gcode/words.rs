@@ -1,0 +1,72 @@
+//! The words of a line of G-code: letters with numbers.
+
+use super::damaged;
+use crate::error::{Result, printable};
+use crate::io::words::Word;
+
+/// The words of one line.
+#[derive(Default)]
+pub(super) struct Words {
+    pub(super) commands: Vec<(u8, f64)>,
+    values: [Option<f64>; 7],
+}
+
+/// Letters whose numbers count.
+const LETTERS: &[u8; 7] = b"XYZEIJR";
+
+impl Words {
+    /// The number behind a letter.
+    pub(super) fn get(&self, letter: u8) -> Option<f64> {
+        LETTERS.iter().position(|&l| l == letter).and_then(|i| self.values.get(i).copied().flatten())
+    }
+
+    /// The numbers behind X, Y and Z.
+    pub(super) fn position(&self) -> [Option<f64>; 3] {
+        [self.get(b'X'), self.get(b'Y'), self.get(b'Z')]
+    }
+}
+
+/// The commands and numbers of a line, without comments, line number and checksum.
+///
+/// What does not look like letters with numbers (macros, messages) ends the line, unless it belongs to a motion.
+pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
+    let mut words = Words::default();
+    let mut rest = bytes;
+    while let Some((&first, after)) = rest.split_first() {
+        rest = after;
+        let letter = first.to_ascii_uppercase();
+        match letter {
+            b' ' | b'\t' | b'\r' => continue,
+            b';' | b'*' | b'%' | b'/' => break,
+            b'(' => {
+                let end = rest.iter().position(|&b| b == b')').map_or(rest.len(), |i| i + 1);
+                rest = rest.get(end..).unwrap_or_default();
+                continue;
+            }
+            _ => {}
+        }
+        let digits = rest.iter().position(|b| !b"+-.0123456789".contains(b)).unwrap_or(rest.len());
+        let (text, after) = rest.split_at(digits);
+        let value = Word { text, line }.number();
+        let moves = words.commands.iter().any(|&(l, c)| l == b'G' && c < 4.0);
+        let homes = words.commands.contains(&(b'G', 28.0));
+        let slot = LETTERS.iter().position(|&l| l == letter);
+        match (value, slot.and_then(|i| words.values.get_mut(i))) {
+            (Some(value), Some(to)) => *to = Some(value),
+            (Some(value), None) if letter == b'G' => words.commands.push((letter, value)),
+            (Some(value), None) if letter == b'M' => {
+                words.commands.push((letter, value));
+                break;
+            }
+            (Some(_), None) if letter.is_ascii_alphabetic() => {}
+            (None, Some(to)) if homes => *to = Some(0.0),
+            _ if moves => {
+                let shown = |b: &[u8]| printable(&String::from_utf8_lossy(b));
+                return Err(damaged(line, format!("`{}` in `{}` is no word of G-code", shown(&[first]), shown(bytes))));
+            }
+            _ => break,
+        }
+        rest = after;
+    }
+    Ok(words)
+}
