@@ -110,7 +110,7 @@ fn the_page_is_ready_and_every_control_works() {
     assert_eq!(said["layers"], serde_json::json!([true]), "a layer is shown and nothing changes");
     assert_eq!(said["flight"]["to"], said["asked"], "the flight ends elsewhere");
     assert_eq!(said["hash"], "#trapped-volume-1");
-    for yes in ["turned", "zoomed"] {
+    for yes in ["turned", "zoomed", "opened"] {
         assert_eq!(said[yes], true, "{yes}");
     }
     assert_eq!((&said["marked"], &said["theme"], &said["pins"]), (&1.into(), &"dark".into(), &5.into()));

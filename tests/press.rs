@@ -170,6 +170,22 @@ fn the_time_of_the_press_is_said() {
     println!("{} corners: pictures {drawn:.0?}, page {printed:.0?}, {} bytes", exhibit.corners.len(), page.len());
 }
 
+#[test]
+fn a_page_of_a_large_part_shows_a_coarser_copy_and_says_so() {
+    let mut exhibit = sample::exhibit(0.9);
+    // Values that do not compress.
+    let mut seed = 3u64;
+    for v in exhibit.maps.iter_mut().flat_map(|m| &mut m.values) {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        *v = (seed >> 40) as f32 / (1u64 << 24) as f32 * 4.0;
+    }
+    let report = sample::report("bracket.stl");
+    let page = html::page(&report, &exhibit, &[]);
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    std::fs::write(shelf().join("large.html"), &page).unwrap();
+    assert!(page.contains("coarser copy in steps of") && page.contains("viewer-part"), "{} bytes", page.len());
+}
+
 /// Exhibits that no careful pipeline makes: the press says what it can and never panics or hangs.
 #[test]
 fn broken_exhibits_do_no_harm() {

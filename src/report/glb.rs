@@ -7,7 +7,7 @@
 use super::exhibit::{Exhibit, SurfaceMap};
 use super::render::colour::Scale;
 use crate::check::Sense;
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::{Vec3, bounds, cross, sub};
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
@@ -19,11 +19,49 @@ pub const MAPS: usize = 9;
 /// A vertex: three coordinates, then one code for each map.
 type Vertex = [u16; 3 + MAPS];
 
-/// Least corner and sides of the box that positions are steps of.
+/// How fine a copy is: steps along the longest side of the box, and steps of each map's scale.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Detail {
+    pub cells: u32,
+    pub codes: u32,
+}
+
+impl Detail {
+    /// As fine as the format allows.
+    pub const FULL: Detail = Detail { cells: 65535, codes: 65534 };
+}
+
+/// Least corner and sides of the box that positions are steps of, and how many steps are used.
 #[derive(Clone, Copy)]
 struct Frame {
     low: Vec3,
     side: Vec3,
+    detail: Detail,
+}
+
+impl Frame {
+    /// The step of a coordinate, 0 to 65535; in a coarse copy only some steps are used.
+    fn step(&self, x: f64, axis: usize) -> u16 {
+        let share = (x - self.low[axis]) / self.side[axis];
+        let longest = self.side.iter().copied().fold(0.0, f64::max);
+        let used = (f64::from(self.detail.cells) * self.side[axis] / longest).ceil().clamp(1.0, 65535.0);
+        ((share * used).round() / used * 65535.0).round().clamp(0.0, 65535.0) as u16
+    }
+
+    /// The step of a value on its scale.
+    fn code(&self, value: f32, scale: &Scale) -> u16 {
+        if !value.is_finite() {
+            return if value == f32::INFINITY { UNMEASURED - 1 } else { UNMEASURED };
+        }
+        let share = (f64::from(value) - scale.low) / (scale.high - scale.low);
+        let used = f64::from(self.detail.codes.clamp(1, 65534));
+        ((share * used).round() / used * 65534.0).round().clamp(0.0, 65534.0) as u16
+    }
+}
+
+/// The exhibit as GLB bytes, as fine as the format allows; see [`write_at`].
+pub fn write(exhibit: &Exhibit) -> Vec<u8> {
+    write_at(exhibit, Detail::FULL)
 }
 
 /// The exhibit as GLB bytes, corners that agree in place and in every map joined.
@@ -34,17 +72,22 @@ struct Frame {
 /// # Cost
 /// O(corners), one hash look-up each.
 ///
+/// A coarser `detail` moves corners onto fewer steps and drops the facets that vanish (vertex clustering, Rossignac &
+/// Borrel 1993).
+///
 /// # Limits
-/// The first nine maps are written. A side of 250 mm has steps of 0.004 mm.
-pub fn write(exhibit: &Exhibit) -> Vec<u8> {
+/// The first nine maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
+pub fn write_at(exhibit: &Exhibit, detail: Detail) -> Vec<u8> {
     let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
     let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
     let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
-    let frame = Frame { low, side: [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)) };
+    let frame = Frame { low, side: [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)), detail };
     let mut to = Builder::default();
     let part = to.primitive(&exhibit.corners, &maps, frame, 0);
     let described: Vec<Value> = maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
-    let mut meshes = vec![json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "maps": described}})];
+    let mut meshes = vec![
+        json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}}),
+    ];
     for layer in exhibit.layers.iter().filter(|l| l.corners.len() >= 3) {
         let shape = to.primitive(&layer.corners, &[], frame, 1);
         meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
@@ -123,23 +166,38 @@ impl Builder {
 }
 
 /// Vertices in the order of first use, and the triangles that use them; triangles without extent are left out.
-fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], Frame { low, side }: Frame) -> (Vec<Vertex>, Vec<u32>) {
+///
+/// At full detail corners are joined where place and every map agree. In a coarser copy they are joined where they fall
+/// on one step and face the same way, and carry the worst value of all.
+fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame) -> (Vec<Vertex>, Vec<u32>) {
     let mut known: FxHashMap<Vertex, u32> = FxHashMap::default();
-    let (mut vertices, mut indices) = (Vec::new(), Vec::with_capacity(corners.len()));
+    let (mut vertices, mut indices) = (Vec::<Vertex>::new(), Vec::with_capacity(corners.len()));
     for (f, facet) in corners.chunks_exact(3).enumerate() {
+        let facing = facing(facet);
         let mut triangle = [0u32; 3];
         for (k, p) in facet.iter().enumerate() {
             let mut vertex: Vertex = [0; 3 + MAPS];
             for a in 0..3 {
-                vertex[a] = ((p[a] - low[a]) / side[a] * 65535.0).round().clamp(0.0, 65535.0) as u16;
+                vertex[a] = frame.step(p[a], a);
             }
+            let mut key = vertex;
             for (m, (map, scale)) in maps.iter().enumerate() {
-                vertex[3 + m] = code(map.values.get(3 * f + k).copied().unwrap_or(f32::NAN), scale);
+                vertex[3 + m] = frame.code(map.values.get(3 * f + k).copied().unwrap_or(f32::NAN), scale);
             }
-            triangle[k] = *known.entry(vertex).or_insert_with(|| {
+            if frame.detail == Detail::FULL {
+                key = vertex;
+            } else {
+                key[3] = facing;
+            }
+            triangle[k] = *known.entry(key).or_insert_with(|| {
                 vertices.push(vertex);
                 (vertices.len() - 1) as u32
             });
+            if let Some(kept) = vertices.get_mut(triangle[k] as usize) {
+                maps.iter()
+                    .enumerate()
+                    .for_each(|(m, (map, _))| kept[3 + m] = worst(kept[3 + m], vertex[3 + m], map.sense));
+            }
         }
         if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
             indices.extend(triangle);
@@ -148,13 +206,21 @@ fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], Frame { low, side }: 
     (vertices, indices)
 }
 
-/// The step of a map's scale that a value falls on.
-fn code(value: f32, scale: &Scale) -> u16 {
-    if !value.is_finite() {
-        return if value == f32::INFINITY { UNMEASURED - 1 } else { UNMEASURED };
+/// The worse of two codes; a measured one before none.
+fn worst(a: u16, b: u16, sense: Sense) -> u16 {
+    match (a, b, sense) {
+        (UNMEASURED, other, _) | (other, UNMEASURED, _) => other,
+        (a, b, Sense::Min) => a.min(b),
+        (a, b, Sense::Max) => a.max(b),
     }
-    let share = (f64::from(value) - scale.low) / (scale.high - scale.low);
-    (share * 65534.0).round().clamp(0.0, 65534.0) as u16
+}
+
+/// The axis and side that a facet faces most, 0 to 5.
+fn facing(facet: &[Vec3]) -> u16 {
+    let [a, b, c] = facet else { return 0 };
+    let n = cross(sub(*b, *a), sub(*c, *a));
+    let axis = (0..3).max_by(|&i, &j| n[i].abs().total_cmp(&n[j].abs())).unwrap_or(0);
+    2 * axis as u16 + u16::from(n[axis] < 0.0)
 }
 
 /// The attribute of a check: letters, digits and underscores, as glTF asks of attributes of one's own.
@@ -228,9 +294,14 @@ mod tests {
     #[test]
     fn codes_span_the_scale_and_say_what_is_not_measured() {
         let scale = Scale { low: 0.0, high: 4.0, fail: None, warn: None, sense: Sense::Min };
+        let frame = Frame { low: [0.0; 3], side: [10.0, 5.0, 1.0], detail: Detail::FULL };
         assert_eq!(
-            [0.0, 2.0, 4.0, 9.0, f32::NAN, f32::INFINITY].map(|v| code(v, &scale)),
+            [0.0, 2.0, 4.0, 9.0, f32::NAN, f32::INFINITY].map(|v| frame.code(v, &scale)),
             [0, 32767, 65534, 65534, UNMEASURED, 65534]
         );
+        let coarse = Frame { detail: Detail { cells: 10, codes: 4 }, ..frame };
+        assert_eq!([0.0, 0.4, 0.6, 10.0].map(|x| coarse.step(x, 0)), [0, 0, 6554, 65535]);
+        assert_eq!([0.0, 0.6, 5.0].map(|x| coarse.step(x, 1)), [0, 13107, 65535]);
+        assert_eq!([0.1, 1.1, 4.0].map(|v| coarse.code(v, &scale)), [0, 16384, 65534]);
     }
 }

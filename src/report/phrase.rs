@@ -132,6 +132,12 @@ pub fn point(at_mm: [f64; 3]) -> String {
     at_mm.map(|x| short((x * 100.0).round() / 100.0)).join(", ")
 }
 
+/// A text with its first letter as a capital, where it starts a sentence of its own.
+pub fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// A whole number in groups of three: `101,806`.
 pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
@@ -237,7 +243,11 @@ impl Numbered<'_> {
     /// The extent of the finding: area, volume and number of equal places, as far as they are known.
     pub fn size(&self) -> Vec<String> {
         let f = self.finding;
-        let coarse = |v: f64| short(if v >= 10.0 { v.round() } else { (v * 100.0).round() / 100.0 });
+        let coarse = |v: f64| match v {
+            0.0..0.005 => "< 0.01".to_string(),
+            0.005..10.0 => short((v * 100.0).round() / 100.0),
+            _ => short(v.round()),
+        };
         let mut out = Vec::new();
         if f.count > 1 {
             out.push(format!("{} places", thousands(f.count)));

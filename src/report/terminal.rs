@@ -5,8 +5,8 @@ use super::schema::Report;
 use crate::check::{Basis, State};
 use crate::error::{Error, printable};
 
-/// Most findings that are listed; each takes two lines, and the whole must fit 30.
-const LISTED: usize = 7;
+/// Lines that the whole summary may take.
+const LINES: usize = 30;
 
 /// Columns that a line may take.
 const WIDTH: usize = 120;
@@ -54,24 +54,30 @@ impl Palette {
 
 /// The summary: part, verdict, findings worst first with their fixes, passes, files and the next command.
 ///
-/// At most 30 lines; the findings beyond the seventh are counted and left to the report. Names from files are
-/// printed with their control characters escaped.
+/// At most 30 lines; findings that do not fit are counted and left to the report. Names from files are printed with
+/// their control characters escaped.
 pub fn summary(report: &Report, outputs: &Outputs, palette: Palette) -> String {
     let findings = phrase::numbered(report);
     let mut lines = header(report, palette);
-    lines.extend([
-        String::new(),
-        verdict(report, outputs, palette),
-        printable_sentence(&report.summary),
-        String::new(),
-    ]);
-    for n in findings.iter().take(LISTED) {
+    lines.extend([String::new(), verdict(report, outputs, palette)]);
+    lines.extend(wrapped(&printable_sentence(&report.summary)));
+    lines.push(String::new());
+    let rest = rest(report, outputs, &findings, palette);
+    // Two lines each, and one that counts those left out.
+    let room = LINES.saturating_sub(lines.len() + rest.len() + 1) / 2;
+    for n in findings.iter().take(room) {
         lines.extend(finding(n, palette));
     }
-    if findings.len() > LISTED {
-        lines.push(palette.wrap("2", &format!("… {} more in the report", findings.len() - LISTED)));
+    if findings.len() > room {
+        lines.push(palette.wrap("2", &format!("… {} more in the report", findings.len() - room)));
     }
-    lines.extend(other_checks(report, palette));
+    lines.extend(rest);
+    lines.join("\n") + "\n"
+}
+
+/// What follows the findings: other checks, a note, the files, the next command.
+fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Palette) -> Vec<String> {
+    let mut lines = other_checks(report, palette);
     if let Some(first) = report.warnings.first() {
         let more = report.warnings.len() - 1;
         let more = if more > 0 { format!(" (and {more} more in the report)") } else { String::new() };
@@ -81,8 +87,8 @@ pub fn summary(report: &Report, outputs: &Outputs, palette: Palette) -> String {
     for (what, place, length) in outputs.written.iter().take(3) {
         lines.push(format!("{what:<8}{} ({})", printable(place), phrase::bytes(*length)));
     }
-    lines.extend(next_command(&findings, outputs));
-    lines.join("\n") + "\n"
+    lines.extend(next_command(findings, outputs));
+    lines
 }
 
 /// The verdict alone, for `--quiet`.
@@ -241,4 +247,22 @@ fn printable_sentence(text: &str) -> String {
 /// A line cut to the width of the summary.
 fn clipped(line: &str) -> String {
     if line.chars().count() <= WIDTH { line.into() } else { line.chars().take(WIDTH - 1).chain(['…']).collect() }
+}
+
+/// A sentence in at most two lines, broken between words; what does not fit is cut.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let last = lines.last().map_or(0, |l| l.chars().count());
+        if last > 0 && last + 1 + word.chars().count() > WIDTH && lines.len() < 2 {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines.iter().map(|l| clipped(l)).collect()
 }

@@ -122,11 +122,9 @@ fn facts(k: &CheckReport, findings: &[&Numbered]) -> Markup {
     if places > 0 {
         rows.push(("Count", format!("{} in {}", places_word(places), findings_word(findings.len()))));
     }
-    rows.extend(
-        findings
-            .first()
-            .map(|n| (if n.finding.state == State::Undecided { "To decide" } else { "Fix" }, n.finding.fix.clone())),
-    );
+    rows.extend(findings.first().map(|n| {
+        (if n.finding.state == State::Undecided { "To decide" } else { "Fix" }, phrase::sentence(&n.finding.fix))
+    }));
     rows.extend(k.cover.clone().map(|cover| ("Cover", cover)));
     rows.extend(k.why.clone().map(|why| ("Why", why)));
     Markup::all(rows.into_iter().map(|(name, text)| markup!("<div><dt>{}</dt><dd>{}</dd></div>", name, text)))

@@ -93,12 +93,12 @@ fn item(n: &Numbered) -> Markup {
         state_tag(f.state),
         n.check.name,
         if f.decided { "" } else { "(bracket holds a limit)" },
-        f.message,
+        phrase::sentence(&f.message),
         n.measured(),
         bracket,
         phrase::deciding(f),
         place.join(" · "),
         word,
-        f.fix
+        phrase::sentence(&f.fix)
     )
 }

@@ -104,7 +104,7 @@ fn what_changes(c: &Context) -> [String; 2] {
         return ["Nothing".into(), "no check asks for a change".into()];
     };
     let then = fixes.next().map_or("nothing else".into(), |f| format!("then: {f}"));
-    [first, then]
+    [phrase::sentence(&first), then]
 }
 
 /// Names of the checks in a state.

@@ -1,8 +1,8 @@
 //! Pictures of the part by a renderer of our own: no graphics card, the same bytes everywhere.
 //!
-//! [`raster`] throws facets into a depth buffer with four samples a pixel, [`paint`] colours the samples by a map
-//! and its limits, [`canvas`] and [`lettering`] draw what stands over it, [`png`] encodes. [`view`] and [`section`]
-//! put pictures together.
+//! `raster` throws facets into a depth buffer with four samples a pixel, `paint` colours the samples by a map and its
+//! limits, `canvas` and `lettering` draw what stands over it, `png` encodes. `sides` chooses where to look from;
+//! `view` and `section` put pictures together.
 
 mod camera;
 mod canvas;

@@ -34,5 +34,5 @@ export function readGlb(bytes) {
     }
     return { ...m, values };
   });
-  return { ...mesh(part), maps, layers: others.map((o) => ({ title: o.extras.title, ...mesh(o) })) };
+  return { ...mesh(part), coarse: part.extras.coarse, maps, layers: others.map((o) => ({ title: o.extras.title, ...mesh(o) })) };
 }

@@ -38,7 +38,11 @@ export function makePanel(view) {
   view.host.append(group, layers, bar, value);
   return {
     set,
-    slider,
+    /** Sets the cut and its controls; a negative axis takes it away. */
+    place(axis, at) {
+      if (axis >= 0) slider.value = Math.round(1000 * at);
+      set(axis);
+    },
     /** Sets the scale bar for so many pixels a millimetre. */
     scale(pixels) {
       const room = 130 / pixels, decade = 10 ** Math.floor(Math.log10(room));

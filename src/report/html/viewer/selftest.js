@@ -13,7 +13,7 @@ function look(view) {
     covered++;
     for (let c = 0; c < 3; c++) sum[c] += bytes[i + c];
   }
-  return { covered: covered / (w * h), colour: sum.map((s) => Math.round(s / Math.max(1, covered))) };
+  return { covered: covered / (w * h), colour: sum.map((s) => Math.round((1000 * s) / Math.max(1, covered)) / 1000) };
 }
 
 /** Uses map switch, cut, flight, keys, hash and theme; leaves the view as it was. */
@@ -50,6 +50,9 @@ export function selfTest(view) {
     key("n");
     out.flight = view.gliding ? { to: view.gliding.target.toArray() } : { to: view.controls.target.toArray() };
     view.gliding = null;
+    out.opened = view.cut.axis >= 0;
+    view.panel.place(-1);
+    view.opened = false;
     out.hash = location.hash;
     const f = view.findings[view.current];
     out.asked = view.posed(f.at_mm);

@@ -14,6 +14,11 @@ void main() {
 
 export const FRAGMENT = `
 precision highp float;
+#ifdef BACK
+const bool back = true;
+#else
+const bool back = false;
+#endif
 in float v;
 in float known;
 in vec3 place;
@@ -35,7 +40,7 @@ float share(float x, float from, float to) { return abs(to - from) > 1e-9 ? (x -
 void main() {
   if (dot(plane.xyz, place) + plane.w > 1e-6) discard;
   vec2 px = gl_FragCoord.xy / dot_size;
-  if (!gl_FrontFacing && dot(plane.xyz, plane.xyz) > 0.5) {
+  if (back && dot(plane.xyz, plane.xyz) > 0.5) {
     float line = step(mod(px.x - px.y, 7.0), 2.2);
     colour = vec4(mix(rgb(150.0, 168.0, 183.0), rgb(186.0, 200.0, 211.0), line), 1.0);
     return;
@@ -61,7 +66,7 @@ void main() {
     if (line && w > 1e-7) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
   }
   float light = 0.74 + 0.27 * max(dot(n, lamp), 0.0) + 0.03 * n.z;
-  if (!gl_FrontFacing) light *= 0.8;
+  if (back) light *= 0.8;
   colour = vec4(base * light * dark, 1.0);
 }`;
 

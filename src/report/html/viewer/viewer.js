@@ -1,7 +1,7 @@
 // The 3-D view: a part painted by its maps, a cut, pins. Adds to the page; nothing depends on it.
 import {
-  BufferAttribute, BufferGeometry, DoubleSide, GLSL3, LineSegments, Mesh, OrthographicCamera, Scene, ShaderMaterial,
-  Sphere, Vector3, Vector4, WebGLRenderer,
+  BackSide, BufferAttribute, BufferGeometry, EqualStencilFunc, FrontSide, GLSL3, LineSegments, Mesh, OrthographicCamera,
+  ReplaceStencilOp, Scene, ShaderMaterial, Sphere, Vector3, Vector4, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { creases } from "./edges.js";
@@ -10,6 +10,7 @@ import { readGlb } from "./glb.js";
 import { FRAGMENT, INK, LINES, VERTEX } from "./shader.js";
 import { firstHit } from "./ray.js";
 import { makeLegend, makePanel } from "./panel.js";
+import { makePins, mark } from "./pins.js";
 import { selfTest } from "./selftest.js";
 
 const SIDES = [[-58, 28], [-122, 28], [32, 28], [148, 28], [-58, -24], [-122, -24], [32, -24], [148, -24]];
@@ -36,7 +37,7 @@ class View {
     this.map = 0;
     this.findings = collect(report);
     this.makeScene();
-    this.makePins();
+    this.pins = makePins(this);
     this.panel = makePanel(this);
     this.legend = makeLegend(this);
     this.listen();
@@ -50,7 +51,7 @@ class View {
     this.renderer = String(probe.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : probe.RENDERER));
     probe.getExtension("WEBGL_lose_context")?.loseContext();
     const soft = /swiftshader|llvmpipe|basic render/i.test(this.renderer);
-    this.gl = new WebGLRenderer({ antialias: !soft, alpha: true, preserveDrawingBuffer: false });
+    this.gl = new WebGLRenderer({ antialias: !soft, alpha: true, stencil: true });
     this.gl.setPixelRatio(soft ? 1 : Math.min(2, devicePixelRatio));
     this.canvas = this.gl.domElement;
     this.canvas.tabIndex = 0;
@@ -65,7 +66,8 @@ class View {
     this.box = g.boundingBox;
     this.ball = this.box.getBoundingSphere(new Sphere());
     this.material = new ShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide,
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: FrontSide,
+      stencilWrite: true, stencilRef: 0, stencilZPass: ReplaceStencilOp,
       uniforms: {
         low: { value: 0 }, high: { value: 1 }, fail: { value: 0 }, warn: { value: 0 }, kind: { value: 0 },
         sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) },
@@ -73,8 +75,11 @@ class View {
       },
     });
     this.scene = new Scene();
-    this.scene.add(new Mesh(g, this.material));
-    setTimeout(() => this.makeLines(), 0);
+    // Where a back face is seen, the cut runs through material: the stencil keeps creases off its cap.
+    const back = this.material.clone();
+    Object.assign(back, { side: BackSide, stencilRef: 1, defines: { BACK: 1 }, uniforms: this.material.uniforms });
+    this.scene.add(new Mesh(g, this.material), new Mesh(g, back));
+    if (!this.model.coarse) setTimeout(() => this.makeLines(), 0); // Corners moved onto steps make false creases.
     this.camera = new OrthographicCamera(-1, 1, 1, -1, -1e4, 1e4);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
@@ -90,6 +95,7 @@ class View {
     g.setAttribute("position", new BufferAttribute(creases(this.model), 3));
     const material = new ShaderMaterial({
       glslVersion: GLSL3, vertexShader: LINES, fragmentShader: INK, transparent: true,
+      stencilWrite: true, stencilRef: 0, stencilFunc: EqualStencilFunc,
       uniforms: { plane: this.material.uniforms.plane },
     });
     this.scene.add(new LineSegments(g, material));
@@ -178,7 +184,7 @@ class View {
 
   home() {
     this.current = -1;
-    this.mark();
+    mark(this);
     this.look(this.ball.center, direction(...SIDES[0]), 1);
     this.camera.zoom = this.fitting();
     this.camera.updateProjectionMatrix();
@@ -256,14 +262,27 @@ class View {
     const target = new Vector3(...this.posed(f.at_mm));
     const now = this.camera.position.clone().sub(this.controls.target).normalize();
     const sides = [now, ...SIDES.map((s) => direction(...s))];
-    const walls = sides.map((d) => this.hidden(target, d, f) ? 1 : 0);
-    const from = sides[Math.max(0, walls.indexOf(0))];
+    if (this.opened) this.panel.place(-1); // The last finding's own cut goes with it.
+    this.opened = false;
+    const seen = sides.findIndex((d) => !this.hidden(target, d, f));
+    const from = sides[Math.max(0, seen)];
+    if (seen < 0) this.open(target, from, f.box_mm);
     const span = Math.max(...[0, 1, 2].map((a) => f.box_mm[1][a] - f.box_mm[0][a]), 0.12 * this.ball.radius);
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
-    this.mark();
+    mark(this);
     history.replaceState(null, "", "#" + f.anchor);
     this.show(still.matches ? "auto" : "smooth");
     this.glide(target, from, zoom);
+  }
+
+  /** Cuts through a place that no side shows, but not along the thin side of its box: that would show only a cap. */
+  open(target, from, box) {
+    const sides = [0, 1, 2].map((a) => box[1][a] - box[0][a]), thin = sides.indexOf(Math.min(...sides));
+    const lean = (a) => Math.abs(from.getComponent(a)) - (a === thin ? 1 : 0);
+    const axis = [0, 1, 2].reduce((a, b) => (lean(b) > lean(a) ? b : a));
+    const lo = this.box.min.getComponent(axis), hi = this.box.max.getComponent(axis);
+    this.panel.place(axis, (target.getComponent(axis) - lo) / (hi - lo));
+    this.opened = true;
   }
 
   glide(target, from, zoom) {
@@ -315,33 +334,6 @@ class View {
     const skin = Math.min(own, 0.1 * this.ball.radius) + 0.012 * this.ball.radius;
     const origin = place.clone().addScaledVector(toward, skin);
     return firstHit(this.model, origin, toward, (x, y, z) => this.cutAway(x, y, z)) !== null;
-  }
-
-  makePins() {
-    this.pinBox = document.createElement("div");
-    this.pinBox.className = "pins";
-    this.host.append(this.pinBox);
-    this.pins = this.findings.slice(0, 40).map((f, i) => {
-      const b = document.createElement("button");
-      b.type = "button";
-      b.className = "pin " + f.state;
-      b.textContent = String(i + 1);
-      b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.state}`);
-      b.addEventListener("click", () => this.fly(i));
-      this.pinBox.append(b);
-      return { b, f, place: new Vector3(...this.posed(f.at_mm)) };
-    });
-  }
-
-  mark() {
-    document.querySelectorAll(".finding.current").forEach((e) => e.classList.remove("current"));
-    this.pins.forEach((p, i) => p.b.classList.toggle("current", i === this.current));
-    const f = this.findings[this.current];
-    const li = f && document.getElementById(f.anchor);
-    if (!li) return;
-    li.classList.add("current");
-    const list = li.parentElement;
-    if (list.scrollHeight > list.clientHeight) list.scrollTop = li.offsetTop - list.offsetTop - 8;
   }
 
   /** What is done when the view comes to rest: the cut's side, and which pins are hidden. */
