@@ -1,7 +1,9 @@
 //! Convolution of truncated spectra, with what the truncation may cost.
 
 use super::convolver::{bits, difference_grid};
-use super::transform::{Spectrum, Transform, Window, good_even_size, good_size};
+use super::size::{good_even_size, good_size};
+use super::spectrum::Spectrum;
+use super::transform::{Transform, Window};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use rustfft::num_complex::Complex;
