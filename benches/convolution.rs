@@ -1,6 +1,12 @@
-//! Real 3-D transforms and convolutions: `cargo bench --bench convolution`.
+//! Real 3-D transforms, convolutions, offsets and openings: `cargo bench --bench convolution`.
 
-use amcheck::convolution::{Real, RowContent, Transform, Window};
+use amcheck::convolution::{Convolver, Precision, Real, RowContent, Transform, Window};
+use amcheck::field::Indicator;
+use amcheck::geometry::Primitive;
+use amcheck::grid::Grid;
+use amcheck::morphology::{StructuringElement, dilate, opening};
+use amcheck::operate::{Element, offset, open};
+use amcheck::units::Length;
 use divan::Bencher;
 
 fn main() {
@@ -39,4 +45,52 @@ fn there_and_back<T: Real>(bencher: Bencher, n: usize) {
         let window = Window { start: [0; 3], dims: [n; 3] };
         plan.inverse_in_place(&mut spectrum, window, &mut out, n, |row, o| o.copy_from_slice(row)).unwrap();
     });
+}
+
+/// A ball of three eighths of the grid with a slit, as a set.
+fn part(n: usize) -> Indicator {
+    let grid = Grid::new([0.0; 3], Length::mm(1.0), [n; 3]).unwrap();
+    Indicator::from_predicate(grid, |at| {
+        let p = grid.index(at);
+        let r2: usize = p.iter().map(|&i| i.abs_diff(n / 2).pow(2)).sum();
+        r2 <= (3 * n / 8).pow(2) && p[0] != n / 2
+    })
+}
+
+/// One convolution with an eighth of the grid, the part's spectrum kept: counts, exact.
+#[divan::bench(args = [128, 224], sample_count = 5, sample_size = 1)]
+fn convolve_with_kept_spectrum(bencher: Bencher, n: usize) {
+    let element = part(n / 8);
+    let convolver = Convolver::new(&part(n), [n / 8; 3]).unwrap();
+    convolver.convolve_in(Precision::Double, &element).unwrap();
+    bencher.bench_local(|| convolver.convolve_in(Precision::Double, &element).unwrap());
+}
+
+/// Dilation by a digital ball of radius 10, whatever path is cheapest.
+#[divan::bench(args = [256, 512], sample_count = 5, sample_size = 1)]
+fn dilate_by_a_ball(bencher: Bencher, n: usize) {
+    let (set, ball) = (part(n), StructuringElement::ball(Length::mm(10.0), Length::mm(1.0)).unwrap());
+    bencher.bench_local(|| dilate(&set, &ball).unwrap());
+}
+
+/// Opening by a digital ball of radius 10.
+#[divan::bench(args = [256, 512], sample_count = 3, sample_size = 1)]
+fn open_by_a_ball(bencher: Bencher, n: usize) {
+    let (set, ball) = (part(n), StructuringElement::ball(Length::mm(10.0), Length::mm(1.0)).unwrap());
+    bencher.bench_local(|| opening(&set, &ball).unwrap());
+}
+
+/// A 20 mm cube grown by 2 mm, mesh to mesh, n samples along the result.
+#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
+fn offset_cube(bencher: Bencher, n: usize) {
+    let cube = Primitive::parse("box:20x20x20mm").unwrap().mesh(Length::mm(1.0));
+    bencher.bench_local(|| offset(&cube, Length::mm(2.0), Length::mm(24.0 / n as f64)).unwrap());
+}
+
+/// The same cube opened by a ball of 2 mm, mesh to mesh.
+#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
+fn open_cube(bencher: Bencher, n: usize) {
+    let cube = Primitive::parse("box:20x20x20mm").unwrap().mesh(Length::mm(1.0));
+    let ball = Element::BuiltIn(Primitive::parse("ball:2mm").unwrap());
+    bencher.bench_local(|| open(&cube, &ball, Length::mm(20.0 / n as f64)).unwrap());
 }

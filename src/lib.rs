@@ -35,6 +35,7 @@ pub mod layer;
 pub mod medial;
 pub mod morphology;
 pub mod notice;
+pub mod operate;
 pub mod part;
 pub mod process;
 #[cfg(feature = "report")]

@@ -5,13 +5,22 @@
 
 mod convolver;
 mod direct;
+mod lowpass;
 mod ntt;
+mod panel;
 mod precision;
+mod pyramid;
+mod size;
+mod spectrum;
 mod tiles;
 mod transform;
 
 pub use convolver::{Convolver, Counts, Estimate, convolve_fields, correlate_fields};
 pub use direct::{convolve_directly, dilate_by_runs, run_count, sum_grid};
+pub use lowpass::{LowPass, correlate_low_pass};
 pub use precision::{ALLOWED, MODULUS, Precision, Workload};
+pub use pyramid::{Coarse, coarsened_all, coarsened_any, decide_coarsely};
+pub use size::{good_even_size, good_size};
+pub use spectrum::Spectrum;
 pub use tiles::{convolve_tiled, dilate_tiled};
-pub use transform::{Real, RowContent, Spectrum, Transform, Window, good_even_size, good_size};
+pub use transform::{Real, RowContent, Transform, Window};

@@ -3,7 +3,9 @@
 use super::convolver::Counts;
 use super::direct::sum_grid;
 use super::precision::{Precision, Workload};
-use super::transform::{Real, RowContent, Spectrum, Transform, Window, good_even_size, good_size};
+use super::size::{good_even_size, good_size};
+use super::spectrum::Spectrum;
+use super::transform::{Real, RowContent, Transform, Window};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::grid::{Grid, samples_of};

@@ -5,8 +5,10 @@
 //! or two wide. Planes are a little longer than they need to be, so that no stride is a multiple of a page.
 //! Rows that hold nothing are never transformed.
 
+use super::panel::Panel;
+use super::spectrum::Spectrum;
 use crate::error::{Error, Result};
-use ndarray::{ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder};
+use ndarray::{ArrayViewMut3, Axis, ShapeBuilder};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
@@ -36,11 +38,6 @@ impl Real for f64 {
     }
 }
 
-/// Columns transformed together: two or four cache lines of complex numbers.
-const PANEL: usize = 16;
-/// Rows copied together between a plane and a panel.
-const BLOCK: usize = 4;
-
 /// What a source of rows has to say about one row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowContent {
@@ -48,86 +45,6 @@ pub enum RowContent {
     Zero,
     /// The buffer holds the row.
     Filled,
-}
-
-/// The half spectrum of a real field: frequencies `0 ..= nx/2` along x, all along y and z.
-#[derive(Debug, Clone)]
-pub struct Spectrum<T> {
-    dims: [usize; 3],
-    plane_pitch: usize,
-    values: Vec<Complex<T>>,
-}
-
-impl<T: Real> Spectrum<T> {
-    /// The counts of the real field the spectrum belongs to.
-    pub fn dims(&self) -> [usize; 3] {
-        self.dims
-    }
-
-    /// Frequencies kept along x.
-    pub fn columns(&self) -> usize {
-        self.dims[0] / 2 + 1
-    }
-
-    /// The coefficient at a frequency; the first index is at most `nx/2`.
-    pub fn at(&self, [p, q, r]: [usize; 3]) -> Complex<T> {
-        self.values[r * self.plane_pitch + q * self.columns() + p]
-    }
-
-    /// Multiplies by another spectrum, frequency by frequency: the spectrum of the cyclic convolution.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if the spectra are of different sizes; so for [`Spectrum::multiply_conjugate`].
-    pub fn multiply(&mut self, other: &Self) -> Result<()> {
-        self.combine(other, |a, b| a * b)
-    }
-
-    /// Multiplies another spectrum by the conjugate of this one, in place: the spectrum of the cyclic correlation
-    /// `t ↦ Σ_x other(x)·self(x − t)`.
-    pub fn multiply_conjugate(&mut self, other: &Self) -> Result<()> {
-        self.combine(other, |a, b| b * a.conj())
-    }
-
-    /// Applies a function to every coefficient with its frequency `[p, q, r]`, planes in parallel.
-    pub fn map(&mut self, change: impl Fn([usize; 3], Complex<T>) -> Complex<T> + Sync) {
-        let (columns, ny) = (self.columns(), self.dims[1]);
-        self.values.par_chunks_mut(self.plane_pitch).enumerate().for_each(|(r, plane)| {
-            for (at, value) in plane.iter_mut().take(columns * ny).enumerate() {
-                *value = change([at % columns, at / columns, r], *value);
-            }
-        });
-    }
-
-    /// `Σ_ω |f̂(ω)|² / N` over the whole spectrum: by Parseval the sum of the squared samples.
-    pub fn energy(&self) -> f64 {
-        let (columns, ny) = (self.columns(), self.dims[1]);
-        let even = self.dims[0].is_multiple_of(2);
-        let planes: Vec<f64> = self
-            .values
-            .par_chunks(self.plane_pitch)
-            .map(|plane| {
-                let weighted = plane.iter().take(columns * ny).enumerate().map(|(at, value)| {
-                    let p = at % columns;
-                    let own_mirror = p == 0 || (even && p == columns - 1);
-                    let (re, im): (f64, f64) = (value.re.into(), value.im.into());
-                    (re * re + im * im) * if own_mirror { 1.0 } else { 2.0 }
-                });
-                weighted.sum()
-            })
-            .collect();
-        planes.iter().sum::<f64>() / self.dims.iter().product::<usize>() as f64
-    }
-
-    fn combine(&mut self, other: &Self, op: impl Fn(Complex<T>, Complex<T>) -> Complex<T> + Sync) -> Result<()> {
-        if self.dims != other.dims {
-            return Err(Error::Internal { problem: format!("spectra of {:?} and {:?}", self.dims, other.dims) });
-        }
-        let chunk = self.plane_pitch;
-        self.values.par_chunks_mut(chunk).zip(other.values.par_chunks(chunk)).for_each(|(mine, theirs)| {
-            mine.iter_mut().zip(theirs).for_each(|(a, &b)| *a = op(*a, b));
-        });
-        Ok(())
-    }
 }
 
 /// The box of a cyclic field that an inverse transform hands out; indices wrap around.
@@ -335,120 +252,8 @@ impl<T: Real> Transform<T> {
     }
 }
 
-/// Scratch for a panel of neighbouring columns: gathered, transformed, scattered.
-struct Panel<T> {
-    pitch: usize,
-    columns: Vec<Complex<T>>,
-    transformed: Vec<Complex<T>>,
-    scratch: Vec<Complex<T>>,
-}
-
-impl<T: Real> Panel<T> {
-    fn new(plan: &dyn Fft<T>) -> Self {
-        // Columns of a power of two would all fall into the same cache sets; a block more spreads them.
-        let pitch = plan.len().next_multiple_of(BLOCK) + BLOCK;
-        let zeros = |n| vec![Complex::zero(); n];
-        Panel {
-            pitch,
-            columns: zeros(pitch * 2 * PANEL),
-            transformed: zeros(plan.len()),
-            scratch: zeros(plan.get_outofplace_scratch_len()),
-        }
-    }
-
-    fn run_plane(&mut self, plan: &dyn Fft<T>, plane: &mut [Complex<T>], columns: usize) {
-        if plan.len() == 1 {
-            return;
-        }
-        if let Ok(sheet) = ArrayViewMut2::from_shape((plan.len(), columns), plane) {
-            self.run(plan, sheet);
-        }
-    }
-
-    /// Transforms every column of a sheet of shape `(length, columns)`, rows contiguous.
-    fn run(&mut self, plan: &dyn Fft<T>, mut sheet: ArrayViewMut2<Complex<T>>) {
-        let columns = sheet.ncols();
-        let panels = (columns / PANEL).max(1);
-        let width = columns.div_ceil(panels);
-        for first in (0..columns).step_by(width) {
-            let last = (first + width).min(columns);
-            self.gather(&sheet, first, last);
-            for column in self.columns.chunks_exact_mut(self.pitch).take(last - first) {
-                let column = &mut column[..plan.len()];
-                plan.process_outofplace_with_scratch(column, &mut self.transformed, &mut self.scratch);
-                column.copy_from_slice(&self.transformed);
-            }
-            self.scatter(&mut sheet, first, last);
-        }
-    }
-
-    /// Copies columns `first..last` of a sheet into the panel, four rows at a time.
-    fn gather(&mut self, sheet: &ArrayViewMut2<Complex<T>>, first: usize, last: usize) {
-        let width = last - first;
-        let row = |z: usize| sheet.row(z).to_slice().and_then(|r| r.get(first..last)).unwrap_or(&[]);
-        let whole = sheet.nrows() / BLOCK * BLOCK;
-        for at in (0..whole).step_by(BLOCK) {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|z| &row(at + z)[..width]);
-            for (w, column) in self.columns.chunks_exact_mut(self.pitch).take(width).enumerate() {
-                column[at..at + BLOCK].copy_from_slice(&[a[w], b[w], c[w], d[w]]);
-            }
-        }
-        for z in whole..sheet.nrows() {
-            let places = self.columns[z..].iter_mut().step_by(self.pitch);
-            row(z).iter().zip(places).for_each(|(&v, place)| *place = v);
-        }
-    }
-
-    /// Copies the panel back into columns `first..last` of a sheet.
-    fn scatter(&self, sheet: &mut ArrayViewMut2<Complex<T>>, first: usize, last: usize) {
-        for (z, mut row) in sheet.axis_iter_mut(Axis(0)).enumerate() {
-            if let Some(row) = row.as_slice_mut().and_then(|r| r.get_mut(first..last)) {
-                let places = self.columns[z..].iter().step_by(self.pitch);
-                row.iter_mut().zip(places).for_each(|(v, &place)| *v = place);
-            }
-        }
-    }
-}
-
 fn refused(problem: realfft::FftError) -> Error {
     Error::Internal { problem: format!("a transform refused its buffer: {problem}") }
-}
-
-/// the cheapest length that is not below `n`: 2^a·3^b, or with 5s where that saves a seventh.
-///
-/// A power of five costs about twice a power of two or three (measured at 250³ against 256³), primes four times.
-///
-/// ```
-/// use amcheck::convolution::good_size;
-/// assert_eq!([1, 5, 17, 250, 257, 513].map(good_size), [1, 6, 18, 256, 288, 576]);
-/// ```
-pub fn good_size(n: usize) -> usize {
-    let plain = smooth_at_least(n, &[2, 3]);
-    let with_five = smooth_at_least(n, &[2, 3, 5]);
-    if with_five * 8 <= plain * 7 { with_five } else { plain }
-}
-
-/// As [`good_size`] and even, as the first axis of a real transform wants it.
-pub fn good_even_size(n: usize) -> usize {
-    let mut size = good_size(n.max(2));
-    while !size.is_multiple_of(2) {
-        size = good_size(size + 1);
-    }
-    size
-}
-
-fn smooth_at_least(n: usize, primes: &[usize]) -> usize {
-    (n.max(1)..)
-        .find(|&candidate| {
-            let mut rest = candidate;
-            primes.iter().for_each(|&p| {
-                while rest.is_multiple_of(p) {
-                    rest /= p;
-                }
-            });
-            rest == 1
-        })
-        .unwrap_or(n)
 }
 
 #[cfg(test)]

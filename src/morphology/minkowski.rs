@@ -2,6 +2,7 @@
 
 use super::element::{Shape, StructuringElement};
 use crate::convolution::{Precision, dilate_by_runs, dilate_tiled, run_count, sum_grid};
+use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::grid::Grid;
@@ -15,6 +16,8 @@ pub enum Path {
     BitRows,
     /// Running maxima along each axis: boxes only.
     RunningMaxima,
+    /// An exact distance transform, cut at the radius: balls only.
+    DistanceTransform,
     /// Fourier transforms in tiles, with exact counts.
     Transform(Precision),
 }
@@ -24,6 +27,7 @@ impl fmt::Display for Path {
         match self {
             Path::BitRows => write!(f, "bit rows"),
             Path::RunningMaxima => write!(f, "running maxima"),
+            Path::DistanceTransform => write!(f, "distance transform"),
             Path::Transform(Precision::Single) => write!(f, "transform (f32)"),
             Path::Transform(Precision::Double) => write!(f, "transform (f64)"),
             Path::Transform(Precision::Modular) => write!(f, "transform (integers)"),
@@ -92,9 +96,12 @@ pub fn dilate_along(path: Path, a: &Indicator, b: &StructuringElement) -> Result
     match path {
         Path::BitRows => Ok(Morphed { set: dilate_by_runs(a, b.set())?, path }),
         Path::RunningMaxima if b.shape() == Shape::Box => Ok(Morphed { set: dilate_by_box(a, b.set().grid())?, path }),
-        Path::RunningMaxima => Err(Error::Operand {
+        Path::DistanceTransform if let Shape::Ball { radius2 } = b.shape() => {
+            Ok(Morphed { set: dilate_by_ball(a, b, radius2)?, path })
+        }
+        Path::RunningMaxima | Path::DistanceTransform => Err(Error::Operand {
             operation: "dilation",
-            problem: "running maxima need a box".into(),
+            problem: format!("{path} cannot use an element of the shape {:?}", b.shape()),
             remedy: "let the path be chosen".into(),
         }),
         Path::Transform(_) => {
@@ -156,7 +163,20 @@ fn cheapest_path(a: &Indicator, b: &StructuringElement) -> Result<Path> {
     let by_rows = run_count(b.set()) as f64 * a.words().len() as f64 * 0.3;
     // A tile of four elements a side costs about 1/(¾)³ of its samples twice; half the tiles hold no boundary.
     let by_tiles = sum.samples() as f64 * 25.0 + 2e5;
-    Ok(if by_rows <= by_tiles { Path::BitRows } else { Path::Transform(Precision::Double) })
+    let by_distance = if matches!(b.shape(), Shape::Ball { .. }) { sum.samples() as f64 * 8.0 } else { f64::INFINITY };
+    Ok(match () {
+        () if by_rows <= by_tiles.min(by_distance) => Path::BitRows,
+        () if by_distance <= by_tiles => Path::DistanceTransform,
+        () => Path::Transform(Precision::Double),
+    })
+}
+
+/// Dilation by a digital ball: the samples whose squared distance to A is at most that of the ball.
+fn dilate_by_ball(a: &Indicator, ball: &StructuringElement, radius2: u64) -> Result<Indicator> {
+    let reach = ball.anchor().map(|n| -n);
+    let wide = a.placed(reach, sum_grid(a.grid(), ball.set().grid())?)?;
+    let d2 = squared_distance(&wide)?;
+    Ok(Indicator::from_predicate(*wide.grid(), |at| u64::from(d2.values()[at]) <= radius2))
 }
 
 /// Dilation by a full box of samples: each axis by doubling, n samples in ⌈log₂ n⌉ steps.
@@ -235,6 +255,9 @@ mod tests {
         if b.shape() == Shape::Box {
             paths.push(Path::RunningMaxima);
         }
+        if matches!(b.shape(), Shape::Ball { .. }) {
+            paths.push(Path::DistanceTransform);
+        }
         paths
     }
 
@@ -296,6 +319,7 @@ mod tests {
         let h = Length::mm(H);
         assert_eq!(path(&StructuringElement::cuboid([9, 9, 9], h).unwrap()), Path::RunningMaxima);
         assert_eq!(path(&StructuringElement::ball(Length::mm(1.0), h).unwrap()), Path::BitRows);
+        assert_eq!(path(&StructuringElement::ball(Length::mm(45.0), h).unwrap()), Path::DistanceTransform);
         let holes = StructuringElement::new(random_set([0.0; 3], [60, 60, 60], 2, 2)).unwrap();
         assert!(matches!(path(&holes), Path::Transform(_)));
     }

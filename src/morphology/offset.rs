@@ -75,6 +75,8 @@ fn twice(mesh: &TriangleMesh, first: Length, spacing: Length) -> Result<Shaped> 
 struct OffsetField {
     values: Field<f32>,
     exact: MeshDistance,
+    /// Volumes of the cubes wholly inside the part, and of those touched.
+    part: [Volume; 2],
 }
 
 fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<OffsetField> {
@@ -110,7 +112,8 @@ fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Offs
             *value = (sign * found.map_or(about, |n| n.distance) - r) as f32;
         }
     });
-    Ok(OffsetField { values: Field::from_values(grid, values, f32::MAX)?, exact })
+    let part = [solid.inner.volume(), solid.outer.volume()];
+    Ok(OffsetField { values: Field::from_values(grid, values, f32::MAX)?, exact, part })
 }
 
 impl OffsetField {
@@ -198,7 +201,10 @@ impl OffsetField {
         let low = covered(&at_most(-1e-6), rho - slack)?;
         let high = covered(&at_most(slack + 1e-6), rho + 2.0 * slack)?;
         let cubes = if outward > 0.0 { [low, high] } else { [high, low].map(|n| grid.samples() as f64 - n) };
-        Ok(cubes.map(|n| grid.sample_volume() * n))
+        let [low, high] = cubes.map(|n| grid.sample_volume() * n);
+        // An opening lies in the part, a closing holds it.
+        let [least, most] = self.part;
+        Ok(if outward > 0.0 { [low, high.min(most)] } else { [low.max(least), high] })
     }
 }
 

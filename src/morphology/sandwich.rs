@@ -66,7 +66,7 @@ impl Sandwich {
         Ok(Sandwich { lower, upper, volume, paths })
     }
 
-    /// The opening A ∘ B on A's grid, from (fA ⊖ tB) ⊕ cB and (tA ⊖ cB) ⊕ tB, the latter within cA.
+    /// The opening A ∘ B on A's grid, from (fA ⊖ tB) ⊕ cB and (tA ⊖ cB) ⊕ tB.
     ///
     /// # Errors
     /// As [`Sandwich::difference`].
@@ -77,13 +77,13 @@ impl Sandwich {
         let element = StructuringElement::new(b.touched.clone())?;
         let on_a = |set: &Indicator| on_grid_of(&a.points, &element, set);
         let lower = on_a(&plus(&allowed, &b.points, &mut paths)?)?;
-        let upper = on_a(&plus(&possible, &b.touched, &mut paths)?)?.intersection(&a.points)?;
+        let upper = on_a(&plus(&possible, &b.touched, &mut paths)?)?;
         let inside = on_a(&plus(&allowed, &b.full, &mut paths)?)?;
         let high = covering_volume(&plus(&possible, &b.touched, &mut paths)?, 2)?.min(a.touched.volume());
         Ok(Sandwich { volume: [inside.volume(), high], lower, upper, paths })
     }
 
-    /// The closing A • B on A's grid, from ((fA ⊕ cB) ∪ (cA ⊕ fB)) ⊖ tB, with cA, and (tA ⊕ tB) ⊖ cB.
+    /// The closing A • B on A's grid, from ((fA ⊕ cB) ∪ (cA ⊕ fB)) ⊖ tB and (tA ⊕ tB) ⊖ cB.
     ///
     /// # Errors
     /// As [`Sandwich::difference`].
@@ -93,7 +93,7 @@ impl Sandwich {
         let on_a = |set: &Indicator| on_grid_of(&a.points, &element, set);
         let inside = inside_sum(a, b, &mut paths)?;
         let outside = plus(&a.touched, &b.touched, &mut paths)?;
-        let lower = on_a(&minus(&inside, &b.touched, &mut paths)?)?.union(&a.points)?;
+        let lower = on_a(&minus(&inside, &b.touched, &mut paths)?)?;
         let upper = on_a(&minus(&outside, &b.points, &mut paths)?)?;
         // Cubes: one more layer on the side that shrinks.
         let [first, dims] = [[-1isize; 3], outside.grid().dims().map(|n| n as isize + 2)];

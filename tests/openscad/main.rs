@@ -11,6 +11,7 @@ use amcheck::field::Indicator;
 use amcheck::geometry::{TriangleMesh, occupancy};
 use amcheck::grid::Grid;
 use amcheck::morphology::{Sandwich, Sides, sweep};
+use amcheck::operate::{Element, minkowski};
 use amcheck::units::Length;
 use fixture::*;
 
@@ -287,6 +288,28 @@ fn a_silent_failure_is_not_believed() {
     assert!(render::judge("f03_L_tetra", "R", true, "WARNING: object may not be a valid 2-manifold").is_err());
     assert!(render::judge("f03_L_tetra", "R", true, "Total rendering time: 0:00:00.1").is_ok());
     assert!(render::judge("f17_erode_empty", "R", true, "").is_err());
+}
+
+/// OpenSCAD 2021.01 returns this bracket unchanged, with exit code 0. Another program (manifold3d 3.5.4) gives
+/// 70 366.6 mm³ for the sum with the same faceted ball.
+#[test]
+fn the_bracket_that_openscad_returns_unchanged_is_answered() {
+    let [part, ball] = ["A", "B"].map(|p| load(&stl(&folder(), "bracket", p)));
+    let started = std::time::Instant::now();
+    let found = minkowski(&part, &Element::Mesh(ball.clone()), Length::mm(0.5)).unwrap();
+    println!("bracket: {:?} by {} in {:.2?}", found.bracket, found.path, started.elapsed());
+    let [low, high] = found.bracket.map(|v| v.as_mm3());
+    assert!(low <= 70_366.6 && 70_366.6 <= high, "{low} … {high}");
+    assert!(low > part.signed_volume(), "the sum is larger than its first operand for certain");
+    // A fifth of a spacing over 19 000 mm² of surface.
+    assert!((found.volume.as_mm3() / 70_366.6 - 1.0).abs() < 0.03, "{:?}", found.volume);
+    assert_eq!(open_edges(&found.mesh), 0);
+    let sum =
+        |side: usize| [0, 1, 2].map(|a| [&part, &ball].map(|m| Measured::of(m).box_mm[side][a]).iter().sum::<f64>());
+    let (lo, hi) = found.mesh.bounds().unwrap();
+    for (found, want) in [(lo, sum(0)), (hi, sum(1))] {
+        assert!((0..3).all(|a| (found[a] - want[a]).abs() < 0.5), "{found:?} {want:?}");
+    }
 }
 
 #[test]

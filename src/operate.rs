@@ -1,0 +1,284 @@
+//! Shapes made from shapes: offset, open, close, Minkowski sum and difference, sweep, obstacle — mesh in, mesh out,
+//! with a certified volume bracket and the path that was taken.
+//!
+//! No shape is ever returned whose operation failed: every result is checked against its own bracket, and an error
+//! is an error.
+
+use crate::distance::signed_distance;
+use crate::error::{Error, Result};
+use crate::field::{Field, Indicator};
+use crate::geometry::contour::{linear_crossing, surface};
+use crate::geometry::{Primitive, TriangleMesh};
+use crate::morphology::{
+    Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
+};
+use crate::units::{Length, Volume};
+use rayon::prelude::*;
+
+/// The second operand: a closed mesh, or a built-in shape known in closed form.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Element {
+    /// A closed mesh, about the origin of its own frame.
+    Mesh(TriangleMesh),
+    /// A ball, box, cylinder or cone, centred on the origin.
+    BuiltIn(Primitive),
+}
+
+/// A shape that an operation made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Operated {
+    /// Its surface: closed and manifold; empty only where `volume` says that nothing remains.
+    pub mesh: TriangleMesh,
+    /// The volume of the surface: the estimate.
+    pub volume: Volume,
+    /// Certified bounds on the volume of the exact result.
+    pub bracket: [Volume; 2],
+    /// How it was done, in words.
+    pub path: String,
+    /// For operations on sets of samples: what is certainly in the result, and what possibly is.
+    pub sides: Option<[Indicator; 2]>,
+}
+
+/// The offset of a part by a signed length: coat, shrink, machining stock.
+///
+/// # Errors
+/// [`Error::Operand`] for a length that is not finite or out of proportion to the spacing; [`Error::NoGeometry`] for an
+/// empty part, or where nothing remains; otherwise as [`crate::geometry::voxelize`].
+pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
+    checked("offset", from_distances(offset_mesh(part, by, spacing)?))
+}
+
+/// The opening of a part: what copies of the element that fit inside cover.
+///
+/// # Errors
+/// As [`offset`]; [`Error::Operand`] for an element larger than the part.
+pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    element_fits("opening", part, element)?;
+    match element {
+        Element::BuiltIn(Primitive::Ball { radius }) => {
+            checked("opening", from_distances(open_by_ball(part, *radius, spacing)?))
+        }
+        _ => {
+            let [a, b] = both_sides(part, element, spacing)?;
+            checked("opening", from_sandwich(Sandwich::opening(&a, &b)?)?)
+        }
+    }
+}
+
+/// The closing of a part: what the element, moved about outside, cannot reach.
+///
+/// # Errors
+/// As [`offset`].
+pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    match element {
+        Element::BuiltIn(Primitive::Ball { radius }) => {
+            checked("closing", from_distances(close_by_ball(part, *radius, spacing)?))
+        }
+        _ => {
+            let [a, b] = both_sides(part, element, spacing)?;
+            checked("closing", from_sandwich(Sandwich::closing(&a, &b)?)?)
+        }
+    }
+}
+
+/// The Minkowski sum of a part and an element.
+///
+/// # Errors
+/// As [`offset`].
+pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    if let Element::BuiltIn(Primitive::Ball { radius }) = element {
+        return offset(part, *radius, spacing);
+    }
+    let [a, b] = both_sides(part, element, spacing)?;
+    checked("Minkowski sum", from_sandwich(Sandwich::sum(&a, &b)?)?)
+}
+
+/// The Minkowski difference (erosion) of a part by an element: where the element's origin may stand so that all of it
+/// lies in the part.
+///
+/// # Errors
+/// As [`open`].
+pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    element_fits("Minkowski difference", part, element)?;
+    if let Element::BuiltIn(Primitive::Ball { radius }) = element {
+        return offset(part, -*radius, spacing);
+    }
+    let [a, b] = both_sides(part, element, spacing)?;
+    checked("Minkowski difference", from_sandwich(Sandwich::difference(&a, &b)?)?)
+}
+
+/// The obstacle of a part for a moving element: the translations at which the two overlap.
+///
+/// # Errors
+/// As [`offset`].
+pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    if let Element::BuiltIn(Primitive::Ball { radius }) = element {
+        return offset(part, *radius, spacing);
+    }
+    let [a, b] = both_sides(part, element, spacing)?;
+    checked("obstacle", from_sandwich(Sandwich::obstacle(&a, &b)?)?)
+}
+
+/// What an element covers along a polyline of translations.
+///
+/// # Errors
+/// [`Error::Operand`] for a path of fewer than two points or without length; otherwise as [`offset`].
+pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result<Operated> {
+    let mesh = match element {
+        Element::Mesh(mesh) => mesh.clone(),
+        Element::BuiltIn(shape) => {
+            shape.validate()?;
+            shape.mesh(spacing * 0.01)
+        }
+    };
+    checked("sweep", from_sandwich(sweep_mesh(&mesh, path_mm, spacing, [0.0; 3])?)?)
+}
+
+fn both_sides(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<[Sides; 2]> {
+    // Between samples, so that faces on round coordinates are not on samples.
+    let a = Sides::of_mesh(part, spacing, [0.25; 3])?;
+    let b = match element {
+        Element::Mesh(mesh) => Sides::of_mesh(mesh, spacing, [0.25; 3])?,
+        Element::BuiltIn(shape @ Primitive::Box { .. }) => Sides::of_mesh(&shape.mesh(spacing), spacing, [0.25; 3])?,
+        Element::BuiltIn(shape) => Sides::of_primitive(shape, spacing, [0.25; 3])?,
+    };
+    Ok([a, b])
+}
+
+fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element) -> Result<()> {
+    let extent = |mesh: &TriangleMesh| mesh.bounds().map(|(lo, hi)| [0, 1, 2].map(|a| hi[a] - lo[a]));
+    let of_element = match element {
+        Element::Mesh(mesh) => extent(mesh),
+        Element::BuiltIn(shape) => {
+            shape.validate()?;
+            Some(shape.half_extent().map(|x| 2.0 * x))
+        }
+    };
+    let (Some(part), Some(element)) = (extent(part), of_element) else { return Ok(()) };
+    match (0..3).find(|&a| element[a] > part[a] * (1.0 + 1e-9)) {
+        None => Ok(()),
+        Some(axis) => Err(Error::Operand {
+            operation,
+            problem: format!(
+                "the element is {:.3} mm long in {}, the part {:.3} mm: it fits nowhere",
+                element[axis],
+                ["x", "y", "z"][axis],
+                part[axis]
+            ),
+            remedy: "choose a smaller element".into(),
+        }),
+    }
+}
+
+fn from_distances(shape: Shaped) -> Operated {
+    let volume = Volume::mm3(shape.mesh.signed_volume());
+    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path: "exact distances".into(), sides: None }
+}
+
+/// The surface midway between the two sets: the mean of their signed distances vanishes there.
+fn from_sandwich(found: Sandwich) -> Result<Operated> {
+    let path = found.paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    let grid = *found.upper.grid();
+    let mesh = if found.upper.is_empty() {
+        TriangleMesh::default()
+    } else {
+        // Room for the distance to fall off on all sides, so that the border does not cut it.
+        let room = |set: &Indicator| set.window([-2; 3], grid.dims().map(|n| n + 4));
+        let mut mean = signed_distance(&room(&found.upper)?)?.field().clone();
+        if !found.lower.is_empty() {
+            let below = signed_distance(&room(&found.lower)?)?;
+            mean.values_mut().par_iter_mut().zip(below.field().values()).for_each(|(m, &b)| *m = 0.5 * (*m + b));
+        }
+        midway(&mean)?
+    };
+    let volume = Volume::mm3(mesh.signed_volume());
+    Ok(Operated { mesh, volume, bracket: found.volume, path, sides: Some([found.lower, found.upper]) })
+}
+
+fn midway(mean: &Field<f32>) -> Result<TriangleMesh> {
+    let inside = Indicator::from_predicate(*mean.grid(), |at| mean.values()[at] <= 0.0);
+    surface(&inside, |edge| linear_crossing(mean, edge, 0.0))
+}
+
+/// Lets a result pass only if it agrees with its own bracket.
+fn checked(operation: &'static str, result: Operated) -> Result<Operated> {
+    let [low, high] = result.bracket.map(|v| v.as_mm3());
+    if low.is_nan() || high.is_nan() || low > high {
+        return Err(Error::Internal { problem: format!("{operation}: the bracket {low} … {high} mm³ is empty") });
+    }
+    if result.mesh.triangles.is_empty() {
+        let problem = if low > 0.0 {
+            return Err(Error::Internal { problem: format!("{operation}: a surface of at least {low} mm³ was lost") });
+        } else {
+            format!("nothing remains after the {operation}; at most {high:.3} mm³ could")
+        };
+        return Err(Error::NoGeometry { problem, remedy: "choose a smaller element or a smaller spacing".into() });
+    }
+    // Chords are inscribed: the surface may be smaller than the body by what the spacing cannot show.
+    let volume = result.volume.as_mm3();
+    let slack = 1e-3 * high.max(1e-9);
+    if !(volume.is_finite() && low - slack <= volume && volume <= high + slack) {
+        return Err(Error::Internal {
+            problem: format!("{operation}: the surface holds {volume} mm³, certified are {low} … {high} mm³"),
+        });
+    }
+    Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(text: &str) -> TriangleMesh {
+        Primitive::parse(text).unwrap().mesh(Length::mm(0.01))
+    }
+
+    fn built_in(text: &str) -> Element {
+        Element::BuiltIn(Primitive::parse(text).unwrap())
+    }
+
+    const H: Length = Length::mm(0.25);
+
+    #[test]
+    fn boxes_have_known_sums_differences_openings_and_closings() {
+        let (part, element) = (mesh("box:6x5x4mm"), built_in("box:2x1x1mm"));
+        let results = [
+            (minkowski(&part, &element, H).unwrap(), 8.0 * 6.0 * 5.0),
+            (obstacle(&part, &element, H).unwrap(), 8.0 * 6.0 * 5.0),
+            (difference(&part, &element, H).unwrap(), 4.0 * 4.0 * 3.0),
+            (open(&part, &element, H).unwrap(), 6.0 * 5.0 * 4.0),
+            (close(&part, &element, H).unwrap(), 6.0 * 5.0 * 4.0),
+            (sweep(&element, &[[0.0; 3], [3.0, 0.0, 0.0]], H).unwrap(), 5.0),
+        ];
+        for (at, (found, volume)) in results.iter().enumerate() {
+            let [low, high] = found.bracket.map(|v| v.as_mm3());
+            assert!(low <= *volume && *volume <= high, "{at}: {volume} not in {low} … {high}");
+            // The estimate is better than a spacing over the surface, here at most 236 mm².
+            let area = found.mesh.area();
+            assert!((found.volume.as_mm3() - volume).abs() < 0.6 * 0.25 * area, "{at}: {:?} {volume}", found.volume);
+            assert!(!found.path.is_empty());
+        }
+    }
+
+    #[test]
+    fn balls_take_the_exact_way() {
+        let found = minkowski(&mesh("ball:3mm"), &built_in("ball:1mm"), H).unwrap();
+        assert_eq!(found.path, "exact distances");
+        let volume = 4.0 / 3.0 * std::f64::consts::PI * 64.0;
+        assert!((found.volume.as_mm3() / volume - 1.0).abs() < 0.01, "{:?}", found.volume);
+    }
+
+    #[test]
+    fn what_cannot_be_answered_is_an_error_of_its_own() {
+        let part = mesh("box:6x5x4mm");
+        let empty = TriangleMesh::default();
+        assert!(matches!(minkowski(&empty, &built_in("box:1x1x1mm"), H), Err(Error::NoGeometry { .. })));
+        assert!(matches!(minkowski(&part, &Element::Mesh(empty.clone()), H), Err(Error::NoGeometry { .. })));
+        assert!(matches!(difference(&part, &built_in("box:1x1x5mm"), H), Err(Error::Operand { .. })));
+        assert!(matches!(open(&part, &built_in("ball:9mm"), H), Err(Error::Operand { .. })));
+        assert!(matches!(offset(&part, Length::mm(-3.0), H), Err(Error::NoGeometry { .. })));
+        assert!(matches!(offset(&part, Length::mm(f64::NAN), H), Err(Error::Operand { .. })));
+        assert!(matches!(sweep(&built_in("ball:1mm"), &[[0.0; 3]], H), Err(Error::Operand { .. })));
+        assert!(matches!(offset(&empty, Length::mm(1.0), H), Err(Error::NoGeometry { .. })));
+    }
+}

@@ -1,0 +1,147 @@
+//! Fast paths against plain ones, exactly: on small random sets, lopsided elements, and sets tight against the border.
+//!
+//! These are the tests that see a count of two taken for one, padding too short by a sample, a transform that wraps
+//! around, and a shifted or reflected element.
+
+use amcheck::convolution::{Convolver, Precision, convolve_directly, convolve_tiled, dilate_by_runs, dilate_tiled};
+use amcheck::field::Indicator;
+use amcheck::grid::Grid;
+use amcheck::morphology::{Path, StructuringElement, dilate, dilate_along, erode, erode_by_path};
+use amcheck::units::Length;
+
+const H: f64 = 0.4;
+
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) as usize % n
+    }
+
+    /// A random set on a grid of random counts; one in `thin` samples is inside.
+    fn set(&mut self, most: [usize; 3], thin: usize) -> Indicator {
+        let dims = most.map(|n| 1 + self.below(n));
+        let origin = [0, 1, 2].map(|_| H * self.below(9) as f64 - 1.3);
+        let grid = Grid::new(origin, Length::mm(H), dims).unwrap();
+        let bits: Vec<bool> = (0..grid.samples()).map(|_| self.below(thin) == 0).collect();
+        Indicator::from_predicate(grid, |at| bits[at])
+    }
+
+    /// A random element that is not empty and has no symmetry but by chance.
+    fn element(&mut self) -> StructuringElement {
+        loop {
+            let thin = 1 + self.below(3);
+            if let Ok(element) = StructuringElement::new(self.set([6, 5, 4], thin)) {
+                return element;
+            }
+        }
+    }
+}
+
+#[test]
+fn every_way_to_count_counts_the_same_pairs() {
+    let mut random = Random(2);
+    for round in 0..60 {
+        let (a, b) = (random.set([24, 13, 11], 1 + round % 5), random.element());
+        let want = convolve_directly(&a, b.set()).unwrap();
+        let convolver = Convolver::new(&a, b.set().grid().dims()).unwrap();
+        for precision in [Precision::Single, Precision::Double, Precision::Modular] {
+            // The smallest problems are proven even in single precision; larger ones are refused, never wrong.
+            match convolver.convolve_in(precision, b.set()) {
+                Ok(counts) => assert_eq!(counts.field, want, "round {round}, {precision:?}"),
+                Err(e) => assert!(precision == Precision::Single && e.code() == "E040", "{e}"),
+            }
+        }
+        assert_eq!(convolve_tiled(&a, b.set()).unwrap().field, want, "round {round}, tiles");
+        let sum = Indicator::from_predicate(*want.grid(), |at| want.values()[at] >= 1);
+        assert_eq!(dilate_by_runs(&a, b.set()).unwrap(), sum, "round {round}, bit rows");
+        assert_eq!(dilate_tiled(&a, b.set()).unwrap().0, sum, "round {round}, tiles");
+        assert_eq!(dilate(&a, &b).unwrap().set, sum, "round {round}");
+    }
+}
+
+#[test]
+fn a_single_pair_is_enough_and_the_last_sample_does_not_wrap() {
+    // One sample in the last corner of a full-sized grid, one in the last corner of the element: count one, far corner.
+    for dims in [[16, 16, 16], [12, 9, 8], [31, 2, 5]] {
+        let last = |dims: [usize; 3]| {
+            let mut set = Indicator::empty(Grid::new([0.0; 3], Length::mm(H), dims).unwrap());
+            set.set(dims.map(|n| n - 1), true);
+            set
+        };
+        let (a, b) = (last(dims), last([5, 4, 3]));
+        let counts = Convolver::new(&a, [5, 4, 3]).unwrap().convolve(&b).unwrap().field;
+        let want = [0, 1, 2].map(|i| dims[i] + [5, 4, 3][i] - 2);
+        assert_eq!(counts.values().iter().sum::<u32>(), 1);
+        assert_eq!(counts.values()[counts.grid().offset(want)], 1);
+        assert_eq!(dilate_tiled(&a, &b).unwrap().0.iter().collect::<Vec<_>>(), [counts.grid().offset(want)]);
+    }
+}
+
+#[test]
+fn correlation_is_convolution_with_the_reflected_element() {
+    let mut random = Random(8);
+    for round in 0..40 {
+        let (a, b) = (random.set([20, 9, 7], 2), random.element());
+        let convolver = Convolver::new(&a, b.set().grid().dims()).unwrap();
+        let correlated = convolver.correlate(b.set()).unwrap().field;
+        let convolved = convolver.convolve(b.reflected().set()).unwrap().field;
+        assert_eq!(correlated.values(), convolved.values(), "round {round}");
+        let off = [0, 1, 2].map(|i| correlated.grid().origin()[i] - convolved.grid().origin()[i]);
+        assert!(off.iter().all(|d| d.abs() < 1e-12), "round {round}: {off:?}");
+    }
+}
+
+#[test]
+fn erosion_is_where_the_count_is_full_on_every_path() {
+    let mut random = Random(4);
+    for round in 0..40 {
+        let (a, b) = (random.set([18, 10, 9], 12).complement(), random.element());
+        let counts = Convolver::new(&a, b.set().grid().dims()).unwrap().correlate(b.set()).unwrap();
+        let want = counts.at_least(b.set().count() as u32);
+        for path in [Path::BitRows, Path::Transform(Precision::Double)] {
+            let eroded = erode_by_path(path, &a, &b).unwrap().set;
+            assert_eq!(eroded.words(), want.words(), "round {round}, {path}");
+        }
+        assert_eq!(erode(&a, &b).unwrap().set.words(), want.words(), "round {round}");
+    }
+}
+
+#[test]
+fn balls_and_boxes_are_the_same_by_every_path() {
+    let mut random = Random(6);
+    let spacing = Length::mm(H);
+    for radius in [0.0, 0.4, 0.9, 1.7] {
+        let (a, ball) = (random.set([30, 14, 12], 20), StructuringElement::ball(Length::mm(radius), spacing).unwrap());
+        let want = dilate_along(Path::BitRows, &a, &ball).unwrap().set;
+        for path in [Path::DistanceTransform, Path::Transform(Precision::Double)] {
+            assert_eq!(dilate_along(path, &a, &ball).unwrap().set, want, "{radius} mm, {path}");
+        }
+    }
+    for counts in [[1, 1, 1], [5, 1, 2], [2, 9, 4], [1, 1, 8]] {
+        let (a, cuboid) = (random.set([70, 14, 12], 20), StructuringElement::cuboid(counts, spacing).unwrap());
+        let want = dilate_along(Path::BitRows, &a, &cuboid).unwrap().set;
+        for path in [Path::RunningMaxima, Path::Transform(Precision::Double)] {
+            assert_eq!(dilate_along(path, &a, &cuboid).unwrap().set, want, "{counts:?}, {path}");
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let mut random = Random(12);
+    let (a, b) = (random.set([60, 40, 30], 2), random.element());
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let counts = Convolver::new(&a, b.set().grid().dims()).unwrap().convolve(b.set()).unwrap();
+            (counts, dilate(&a, &b).unwrap().set, amcheck::operate::offset(&part(), Length::mm(0.7), Length::mm(0.3)))
+        })
+    };
+    assert_eq!(with(1), with(3));
+}
+
+fn part() -> amcheck::geometry::TriangleMesh {
+    amcheck::geometry::Primitive::parse("cone:r2r0.5h3mm").unwrap().mesh(Length::mm(0.05))
+}
