@@ -16,7 +16,7 @@ use crate::units::{report_digits, short};
 /// Bound and ball that differ by less than this are one, millimetres.
 const TOUCH: f64 = 1e-3;
 /// Facets on which the thinnest places are sought, thinnest sheets first.
-const REFINED: usize = 64;
+const REFINED: usize = 32;
 /// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
 const RUN_OUT: f64 = 0.05;
 

@@ -8,7 +8,7 @@ use crate::geometry::vector::scale;
 use std::collections::VecDeque;
 
 /// Patches looked at for one feature.
-const MOST_PATCHES: usize = 800;
+const MOST_PATCHES: usize = 300;
 /// Gain in thickness that is worth a further look, millimetres.
 const GAIN: f64 = 5e-4;
 

@@ -1,0 +1,83 @@
+//! What must not change the answer: turning, moving, the phase of the grid, what stands beside a wall.
+
+use crate::shapes::{about_z, ball, cuboid, facing};
+use crate::{findings, judge_mesh, process};
+use amcheck::analyze::Options;
+use amcheck::check::State;
+use amcheck::geometry::TriangleMesh;
+
+const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// A 0.24 mm plate, 10 × 8 mm, upright along x.
+fn wall() -> TriangleMesh {
+    cuboid([0.0, 0.0, 0.0], [10.0, 0.24, 8.0])
+}
+
+fn thinnest(mesh: TriangleMesh, options: &Options) -> (State, f64) {
+    let report = judge_mesh(mesh, options);
+    let f = findings(&report, "AM101").first().expect("the wall is found").clone();
+    (f.state, f.value)
+}
+
+#[test]
+fn a_wall_measures_the_same_however_it_is_turned_and_moved() {
+    let options = Options::new(process("fdm", &["thin-wall=0.4mm"]));
+    for degrees in [0.0, 10.0, 17.0, 30.0, 45.0, 90.0] {
+        for shift in [[0.0; 3], [0.137, 0.291, 0.073], [1000.0, -500.0, 20.0]] {
+            let (state, value) = thinnest(wall().transformed(about_z(degrees), shift), &options);
+            // Coordinates near 1000 mm carry 1e-13; the value follows from differences of them.
+            assert!(state == State::Fail && (value - 0.24).abs() < 1e-9, "{degrees}° {shift:?}: {value}");
+        }
+    }
+    for axis in [[1.0, 1.0, 1.0], [0.3, -0.8, 0.5], [0.0, 0.1, 1.0]] {
+        let (state, value) = thinnest(wall().transformed(facing(axis), [0.0; 3]), &options);
+        assert!(state == State::Fail && (value - 0.24).abs() < 1e-9, "{axis:?}: {value}");
+    }
+}
+
+#[test]
+fn a_small_fin_on_a_ball_of_72_000_facets_is_found() {
+    let fin = cuboid([-1.0, -0.12, 0.0], [1.0, 0.12, 2.0]).transformed(facing([1.0, 1.0, 1.0]), [5.4, 5.4, 5.4]);
+    let part = ball([0.0; 3], 10.0, 134).joined(&fin);
+    assert!(part.triangles.len() > 70_000);
+    let (state, value) = thinnest(part, &Options::new(process("fdm", &["thin-wall=0.4mm"])));
+    assert!(state == State::Fail && (value - 0.24).abs() < 1e-9, "{value}");
+}
+
+#[test]
+fn the_phase_of_the_grid_changes_no_verdict() {
+    let part = || wall().joined(&cuboid([0.0, 1.0, 0.0], [10.0, 4.0, 8.0]));
+    let mut options = Options::new(process("fdm", &[]));
+    let at_rest = judge_mesh(part(), &options);
+    options.phase = [0.37, 0.21, 0.11];
+    let moved = judge_mesh(part(), &options);
+    assert_eq!(at_rest.checks, moved.checks);
+    assert!((at_rest.part.volume_mm3.value - moved.part.volume_mm3.value).abs() < 1e-6);
+}
+
+#[test]
+fn a_convex_block_raises_no_alarm_in_any_process_and_any_turn() {
+    for name in amcheck::process::BUILTIN.iter().map(|p| p.0) {
+        for rotation in [UPRIGHT, facing([1.0, 1.0, 1.0]), about_z(30.0)] {
+            let report = judge_mesh(
+                cuboid([0.0; 3], [20.0; 3]).transformed(rotation, [0.0; 3]),
+                &Options::new(process(name, &[])),
+            );
+            let raised: Vec<_> =
+                report.findings().into_iter().filter(|f| f.code == "AM101" || f.code == "AM103").collect();
+            assert!(raised.is_empty(), "{name}: {raised:?}");
+        }
+    }
+}
+
+#[test]
+fn two_runs_and_any_number_of_threads_give_the_same_bytes() {
+    let part = || ball([0.0; 3], 5.0, 20).joined(&wall());
+    let options = Options::new(process("fdm", &[]));
+    let report = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| amcheck::report::json::write(&judge_mesh(part(), &options)))
+    };
+    let one = report(1);
+    assert!(one == report(1) && one == report(3));
+}

@@ -1,0 +1,86 @@
+//! Closed meshes with known measures.
+
+use amcheck::geometry::TriangleMesh;
+use amcheck::geometry::vector::{Vec3, add, cross, scale, unit};
+
+/// A box between two corners.
+pub fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
+    let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    TriangleMesh::weld(
+        quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
+    )
+}
+
+/// An outline in x–z swept along y from 0 to `depth`; `caps` are its triangles.
+pub fn sweep(outline: &[[f64; 2]], caps: &[[usize; 3]], depth: f64) -> TriangleMesh {
+    let at = |i: usize, y: f64| [outline[i][0], y, outline[i][1]];
+    let mut facets = Vec::new();
+    for i in 0..outline.len() {
+        let j = (i + 1) % outline.len();
+        facets.push([at(i, 0.0), at(j, 0.0), at(j, depth)]);
+        facets.push([at(i, 0.0), at(j, depth), at(i, depth)]);
+    }
+    for &[a, b, c] in caps {
+        facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+        facets.push([at(a, depth), at(b, depth), at(c, depth)]);
+    }
+    let mesh = TriangleMesh::weld(facets);
+    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+}
+
+/// A table of 10 × 3 × 10 mm with a top 2 mm thick; its second leg ends at `foot`.
+pub fn table(foot: f64) -> TriangleMesh {
+    let outline =
+        [[0.0, 0.0], [2.0, 0.0], [2.0, 8.0], [8.0, 8.0], [8.0, foot], [10.0, foot], [10.0, 10.0], [0.0, 10.0]];
+    sweep(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 3.0)
+}
+
+/// A ramp whose underside leans `degrees` from the horizontal, on a foot of 4 mm.
+pub fn ramp(degrees: f64) -> TriangleMesh {
+    let rise = 10.0 * degrees.to_radians().tan();
+    let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [14.0, 4.0 + rise], [14.0, 7.0 + rise], [0.0, 7.0 + rise]];
+    sweep(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0)
+}
+
+/// A ball of `rings` × 2·`rings` quads.
+pub fn ball(centre: Vec3, radius: f64, rings: usize) -> TriangleMesh {
+    let point = |i: usize, j: usize| {
+        let (lat, lon) = (
+            std::f64::consts::PI * i as f64 / rings as f64,
+            std::f64::consts::PI * (j % (2 * rings)) as f64 / rings as f64,
+        );
+        match i {
+            0 => add(centre, [0.0, 0.0, radius]),
+            i if i == rings => add(centre, [0.0, 0.0, -radius]),
+            _ => add(centre, scale([lat.sin() * lon.cos(), lat.sin() * lon.sin(), lat.cos()], radius)),
+        }
+    };
+    let mut facets = Vec::new();
+    for i in 0..rings {
+        for j in 0..2 * rings {
+            let (a, b, c, d) = (point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1));
+            if i + 1 < rings {
+                facets.push([a, b, c]);
+            }
+            if i > 0 {
+                facets.push([a, c, d]);
+            }
+        }
+    }
+    TriangleMesh::weld(facets)
+}
+
+/// The rotation whose third axis is `axis`.
+pub fn facing(axis: Vec3) -> [Vec3; 3] {
+    let w = unit(axis);
+    let u = unit(cross(if w[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }, w));
+    let v = cross(w, u);
+    [[u[0], v[0], w[0]], [u[1], v[1], w[1]], [u[2], v[2], w[2]]]
+}
+
+/// The rotation by an angle about z.
+pub fn about_z(degrees: f64) -> [Vec3; 3] {
+    let (s, c) = degrees.to_radians().sin_cos();
+    [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+}

@@ -1,0 +1,71 @@
+//! Check × fixture × process → state and value: the table of expected results.
+
+use crate::{findings, fixtures, judge_bytes, process};
+use amcheck::analyze::Options;
+use amcheck::check::State::{self, Fail, NotApplicable, Pass, Warn};
+
+/// One expected result; `value` is the worst finding's, `count` how many places it stands for.
+pub struct Row {
+    pub code: &'static str,
+    pub part: &'static str,
+    pub process: &'static str,
+    pub limits: &'static [&'static str],
+    pub state: State,
+    pub value: Option<f64>,
+    pub count: u64,
+}
+
+const fn row(code: &'static str, part: &'static str, state: State, value: Option<f64>, count: u64) -> Row {
+    Row { code, part, process: "fdm", limits: &[], state, value, count }
+}
+
+/// Values are exact but for float32 coordinates, hence the tolerance of 2e-6 mm (half a step at 20 mm, twice).
+pub const TABLE: &[Row] = &[
+    row("AM001", "block", Pass, None, 0),
+    row("AM001", "block_open", Warn, Some(3.0), 1),
+    row("AM002", "block", Pass, None, 0),
+    row("AM002", "bar_300", Fail, Some(300.0 / 220.0), 1),
+    row("AM101", "wall_111_200", Pass, None, 0),
+    row("AM101", "wall_111_024", Fail, Some(0.24), 1),
+    row("AM101", "wall_080", Warn, Some(0.8), 1),
+    Row { limits: &["thin-wall=0.8mm,0.8mm"], ..row("AM101", "wall_080", Pass, None, 0) },
+    Row { limits: &["thin-wall=0.81mm"], ..row("AM101", "wall_080", Fail, Some(0.8), 1) },
+    row("AM101", "block", Pass, None, 0),
+    row("AM103", "pair_100", Pass, None, 0),
+    row("AM103", "pair_010", Fail, Some(0.1), 1),
+    row("AM103", "slits_015", Fail, Some(0.15), 5),
+    row("AM103", "block", Pass, None, 0),
+    row("AM201", "ramp_45", Pass, None, 0),
+    row("AM201", "ramp_30", Warn, Some(30.0), 1),
+    Row { limits: &["overhang=35deg"], ..row("AM201", "ramp_30", Fail, Some(30.0), 1) },
+    Row { process: "sls", ..row("AM201", "ramp_30", NotApplicable, None, 0) },
+    row("AM202", "table", Pass, None, 0),
+    row("AM202", "table_hanging", Warn, Some(6.0), 1),
+    Row { limits: &["island=0mm2"], ..row("AM202", "table_hanging", Fail, Some(6.0), 1) },
+];
+
+#[test]
+fn every_row_of_the_table_holds() {
+    for r in TABLE {
+        let options = Options::new(process(r.process, r.limits));
+        let report = judge_bytes(r.part, &fixtures::bytes(r.part), &options).expect("a report");
+        let check = report.checks.iter().find(|c| c.code == r.code).expect("in the registry");
+        let place = format!("{} on {} {:?}: {:?}", r.code, r.part, r.limits, check.findings);
+        assert_eq!(check.state, r.state, "{place}");
+        let found = findings(&report, r.code);
+        assert_eq!(found.first().map_or(0, |f| f.count), r.count, "{place}");
+        if let (Some(value), Some(f)) = (r.value, found.first()) {
+            assert!((f.value - value).abs() <= 2e-6 && f.low <= value + 2e-6 && value <= f.high + 2e-6, "{place}");
+            assert!(f.fix.chars().any(|c| c.is_ascii_digit()) || r.code == "AM001", "a fix has a number: {place}");
+        }
+    }
+}
+
+#[test]
+fn every_check_has_a_part_that_breaks_it_and_one_that_passes() {
+    for meta in amcheck::check::registry::metas() {
+        let states: Vec<State> = TABLE.iter().filter(|r| r.code == meta.code).map(|r| r.state).collect();
+        assert!(states.contains(&Pass), "{} has no passing part", meta.code);
+        assert!(states.iter().any(|s| matches!(s, Warn | Fail)), "{} has no failing part", meta.code);
+    }
+}
