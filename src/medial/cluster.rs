@@ -58,7 +58,8 @@ pub fn group(
     }
     // Long facets have centres far apart; those that share a vertex and run alike belong together all the same.
     let mut at_vertex: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
-    for (i, s) in samples.iter().enumerate() {
+    // (An edge names only one of its two facets, so samples on edges do not speak for theirs.)
+    for (i, s) in samples.iter().enumerate().filter(|(_, s)| s.area > 0.0) {
         for v in corners(s.facet) {
             let seen = at_vertex.entry(v).or_default();
             let alike = |&&j: &&usize| {

@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
-use crate::shapes::{cuboid, facing, ramp, table};
+use crate::shapes::{cuboid, facing, finned_bracket, ramp, table};
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
 
@@ -44,6 +44,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("table_hanging", table(4.0)),
         ("ramp_30", ramp(30.0)),
         ("ramp_45", ramp(45.0)),
+        ("finned_bracket", finned_bracket()),
     ]
 }
 

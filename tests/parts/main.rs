@@ -1,6 +1,7 @@
 //! Parts with known truths, judged by the whole pipeline.
 
 mod fixtures;
+mod golden;
 mod metamorphic;
 mod models;
 mod shapes;

@@ -84,3 +84,45 @@ pub fn about_z(degrees: f64) -> [Vec3; 3] {
     let (s, c) = degrees.to_radians().sin_cos();
     [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 }
+
+/// Triangles of a simple polygon that runs counter-clockwise, by cutting off ears.
+pub fn ears(outline: &[[f64; 2]]) -> Vec<[usize; 3]> {
+    let cross = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    let mut left: Vec<usize> = (0..outline.len()).collect();
+    let mut out = Vec::new();
+    while left.len() > 3 {
+        let n = left.len();
+        let is_ear = |i: usize| {
+            let t = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
+            let [a, b, c] = t.map(|v| outline[v]);
+            let holds = |p: [f64; 2]| cross(a, b, p) >= 0.0 && cross(b, c, p) >= 0.0 && cross(c, a, p) >= 0.0;
+            cross(a, b, c) > 0.0 && left.iter().all(|&v| t.contains(&v) || !holds(outline[v]))
+        };
+        let i = (0..n).find(|&i| is_ear(i)).expect("a simple polygon has an ear");
+        out.push([left[(i + n - 1) % n], left[i], left[(i + 1) % n]]);
+        left.remove(i);
+    }
+    out.push([left[0], left[1], left[2]]);
+    out
+}
+
+/// A bracket of 60 × 24 × 24 mm with fins of 1.2, 0.9, 0.6 and 0.45 mm, a slot of 0.15 mm and an arm of 8 mm.
+pub fn finned_bracket() -> TriangleMesh {
+    let mut outline = vec![
+        [0.0, 0.0],
+        [60.0, 0.0],
+        [60.0, 4.0],
+        [52.0, 4.0],
+        [52.0, 20.0],
+        [60.0, 20.0],
+        [60.0, 24.0],
+        [48.0, 24.0],
+        [48.0, 4.0],
+    ];
+    for (x, thick) in [(40.0, 0.45), (30.0, 0.6), (20.0, 0.9), (10.0, 1.2)] {
+        outline.extend([[x + thick, 4.0], [x + thick, 24.0], [x, 24.0], [x, 4.0]]);
+    }
+    outline.extend([[3.15, 4.0], [3.15, 1.0], [3.0, 1.0], [3.0, 4.0], [0.0, 4.0]]);
+    let caps = ears(&outline);
+    sweep(&outline, &caps, 24.0)
+}

@@ -30,6 +30,9 @@ pub const TABLE: &[Row] = &[
     row("AM101", "wall_080", Warn, Some(0.8), 1),
     Row { limits: &["thin-wall=0.8mm,0.8mm"], ..row("AM101", "wall_080", Pass, None, 0) },
     Row { limits: &["thin-wall=0.81mm"], ..row("AM101", "wall_080", Fail, Some(0.8), 1) },
+    row("AM101", "finned_bracket", Fail, Some(0.45), 1),
+    row("AM103", "finned_bracket", Fail, Some(0.15), 1),
+    row("AM201", "finned_bracket", Warn, Some(0.0), 1),
     row("AM101", "block", Pass, None, 0),
     row("AM103", "pair_100", Pass, None, 0),
     row("AM103", "pair_010", Fail, Some(0.1), 1),
@@ -59,6 +62,16 @@ fn every_row_of_the_table_holds() {
             assert!(f.fix.chars().any(|c| c.is_ascii_digit()) || r.code == "AM001", "a fix has a number: {place}");
         }
     }
+}
+
+#[test]
+fn fins_side_by_side_are_separate_places() {
+    let options = Options::new(process("fdm", &[]));
+    let report = judge_bytes("finned_bracket", &fixtures::bytes("finned_bracket"), &options).expect("a report");
+    let fins: Vec<f64> = findings(&report, "AM101").iter().map(|f| f.value).filter(|v| *v < 0.95).collect();
+    assert_eq!(fins.len(), 3, "{fins:?}");
+    // Float32 coordinates near 40 mm have a step of 4e-6 mm.
+    assert!(fins.iter().zip([0.45, 0.6, 0.9]).all(|(v, t)| (v - t).abs() < 8e-6), "{fins:?}");
 }
 
 #[test]
