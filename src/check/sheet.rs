@@ -3,7 +3,7 @@
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::{Vec3, add, bounds, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::{group, principal_extents};
 use crate::medial::cover::FacetSheet;
@@ -82,7 +82,9 @@ impl Sheets<'_> {
                 Reading::BetweenBodies => self.between(kind, &cover, &mut measured),
             }
         }
-        if let Some(open) = self.budget_ended(&question, &cover).filter(|f| f.state > State::Pass) {
+        // What may be as thin as something already found is no news.
+        let known = measured.findings.iter().map(|f| f.value).fold(f64::INFINITY, f64::min);
+        if let Some(open) = self.budget_ended(&question, &cover, known - TOUCH).filter(|f| f.state > State::Pass) {
             measured.findings.push(open);
         }
         measured.cover = self.cover_text(&question, &cover, wedges);
@@ -126,7 +128,13 @@ impl Sheets<'_> {
         let mut looks = REFINED;
         let mut findings: Vec<Finding> = sheets
             .into_iter()
-            .map(|(sheet, samples)| self.finding(kind, &self.refined(q, sheet, &samples, &mut looks)))
+            .filter_map(|(sheet, samples)| {
+                let refined = self.refined(q, sheet, &samples, &mut looks);
+                let sheet =
+                    if self.thins_out(&refined.thinnest) { parallel_sheet(&samples, scale) } else { Some(refined) };
+                *wedges += if sheet.is_none() { samples.len() } else { 0 };
+                Some(self.finding(kind, &sheet?))
+            })
             .collect();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
@@ -165,6 +173,21 @@ impl Sheets<'_> {
         // What the search on a facet did not find is not there but for the gain it asks for.
         sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
         sheet
+    }
+
+    /// Whether a sheet goes on thinning beyond its thinnest ball until its sides meet.
+    ///
+    /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
+    /// r, and in a wedge nothing until its edge.
+    fn thins_out(&self, s: &Sample) -> bool {
+        if s.separation >= PARALLEL {
+            return false;
+        }
+        let taper = std::f64::consts::PI - s.separation;
+        let apex = 0.5 * s.diameter / (0.5 * taper).sin();
+        let outward = s.contacts.map(|c| sub(c, s.centre));
+        let towards = unit(add(outward[0], outward[1]));
+        self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none()
     }
 
     fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
@@ -281,9 +304,9 @@ impl Sheets<'_> {
     }
 
     /// The places that the budget left open, as one undecided finding.
-    fn budget_ended(&self, q: &Question, cover: &Cover) -> Option<Finding> {
+    fn budget_ended(&self, q: &Question, cover: &Cover, below: f64) -> Option<Finding> {
         let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
-        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest()).collect();
+        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest() && u.low < below).collect();
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
         let bracket = Bracket { value: worst.low, low: worst.low, high: q.notice };
         let mut f =
@@ -338,17 +361,23 @@ struct Sheet {
 }
 
 /// Sums a group up, or says that it is a wedge: `None`.
-///
-/// Where the sheet thins out to an edge, only what is parallel counts, and only if it is wider than it is thick.
 fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
-    let runs_out = samples.iter().any(|s| s.low < RUN_OUT * scale);
-    let counts = |s: &&Sample| !runs_out || (s.separation >= PARALLEL && s.low >= 1e-3 * scale);
-    let parallel: Vec<&Sample> = samples.iter().filter(counts).collect();
+    if samples.iter().any(|s| s.low < RUN_OUT * scale) {
+        return parallel_sheet(samples, scale);
+    }
+    summed(&samples.iter().collect::<Vec<_>>())
+}
+
+/// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as the limit squared.
+fn parallel_sheet(samples: &[Sample], scale: f64) -> Option<Sheet> {
+    let parallel: Vec<&Sample> = samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale).collect();
+    summed(&parallel).filter(|s| s.area >= scale * scale)
+}
+
+/// Samples as one sheet.
+fn summed(parallel: &[&Sample]) -> Option<Sheet> {
     let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
     let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();
-    if runs_out && area < thinnest.diameter * thinnest.diameter {
-        return None;
-    }
     let spans = principal_extents(&parallel.iter().map(|s| s.centre).collect::<Vec<_>>());
     let form = if spans[0] < thinnest.diameter {
         Form::Spot
