@@ -4,6 +4,7 @@ use super::args::{Arguments, Command};
 use super::{judge, lists};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
 use std::io::{IsTerminal, Write};
 
@@ -11,12 +12,7 @@ use std::io::{IsTerminal, Write};
 pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
-        Err(e) => {
-            let shown =
-                matches!(e.kind(), clap::error::ErrorKind::DisplayHelp | clap::error::ErrorKind::DisplayVersion);
-            let _ = e.print();
-            return if shown { 0 } else { 2 };
-        }
+        Err(e) => return refuse(&e),
     };
     let part = arguments.part.clone();
     let done = match &arguments.command {
@@ -40,13 +36,57 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
     }
 }
 
+/// Answers words that are no command: the help where it was asked for, else an error like any other.
+fn refuse(e: &clap::Error) -> u8 {
+    use clap::error::ErrorKind;
+    match e.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let _ = e.print();
+            0
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = e.print();
+            2
+        }
+        _ => {
+            let error = usage(e);
+            complain(&error, None);
+            error.exit_code()
+        }
+    }
+}
+
+/// The first sentence of what clap says, with the nearest name where it knows one.
+fn usage(e: &clap::Error) -> Error {
+    let text = e.to_string();
+    let first: Vec<&str> = text.lines().map(str::trim).take_while(|l| !l.is_empty()).collect();
+    let problem = first.join(" ").trim_start_matches("error: ").to_string();
+    let suggested = [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue]
+        .into_iter()
+        .filter_map(|kind| e.get(kind))
+        .find_map(|value| match value {
+            ContextValue::String(name) => Some(name),
+            ContextValue::Strings(names) => names.first(),
+            _ => None,
+        });
+    let remedy = suggested.map_or("see `amcheck --help`".into(), |name| format!("did you mean `{name}`?"));
+    Error::Usage { problem, remedy }
+}
+
 /// Writes to stdout; a reader that has gone away (`| head`) is no error.
 fn print(text: &str) -> Option<()> {
     std::io::stdout().lock().write_all(text.as_bytes()).ok()
 }
 
 fn complain(error: &Error, part: Option<&std::path::Path>) {
-    let file = part.map(|p| p.to_string_lossy().into_owned());
+    // The part is named only where the part is the trouble: options, profiles and earlier reports have places of their own.
+    let file = match error {
+        Error::Usage { .. } | Error::UnknownName { .. } | Error::Damaged { format: "report", .. } => None,
+        Error::Profile { file: path, .. } | Error::CannotRead { path, .. } | Error::CannotWrite { path, .. } => {
+            Some(path.clone())
+        }
+        _ => part.map(|p| p.to_string_lossy().into_owned()),
+    };
     let text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
