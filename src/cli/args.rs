@@ -55,7 +55,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "LIST")]
     pub skip: Vec<String>,
 
-    /// Folder for the results [default: reports/<part>]
+    /// Folder for the results; reports/ and the name of the part if left out
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 

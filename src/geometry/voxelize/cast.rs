@@ -69,10 +69,10 @@ pub fn voxelize(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<So
     parts.settle(rule, doubt)
 }
 
-/// The samples inside a mesh: the `centres` of [`voxelize`] with [`InsideRule::Crossings`], and nothing else.
+/// The samples inside a mesh: the `centres` of [`voxelize()`] with [`InsideRule::Crossings`], and nothing else.
 ///
 /// # Errors
-/// As [`voxelize`].
+/// As [`voxelize()`].
 ///
 /// # Cost
 /// O(facets + crossings + samples/64).
