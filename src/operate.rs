@@ -43,7 +43,7 @@ pub struct Operated {
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or out of proportion to the spacing; [`Error::NoGeometry`] for an
-/// empty part, or where nothing remains; otherwise as [`crate::geometry::voxelize`].
+/// empty part, or where nothing remains; otherwise as [`crate::geometry::voxelize()`].
 pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
     checked("offset", from_distances(offset_mesh(part, by, spacing)?))
 }

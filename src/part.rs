@@ -245,7 +245,7 @@ impl Part {
     /// The part on its grid: inner, centres, outer and density.
     ///
     /// # Errors
-    /// [`Error::Internal`] before [`Part::cast_on`]; otherwise as [`voxelize`].
+    /// [`Error::Internal`] before [`Part::cast_on`]; otherwise as [`voxelize()`].
     pub fn solid(&self) -> Result<&Solid> {
         let cast = || {
             let grid = self.grid.ok_or_else(|| Error::Internal { problem: "the part has no grid yet".into() })?;

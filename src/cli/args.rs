@@ -32,7 +32,7 @@ pub struct Arguments {
     pub limits: Vec<String>,
 
     /// Spacing of the sampling grid; chosen from the limits and the size if left out
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
     pub voxel: Option<String>,
 
     /// Budget for deciding what is open, in samples
@@ -55,7 +55,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "LIST")]
     pub skip: Vec<String>,
 
-    /// Folder for the results [default: reports/<part>]
+    /// Folder for the results; reports/ and the name of the part if left out
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 

@@ -52,7 +52,7 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let report = &analysis.report;
     let outputs =
         Outputs { part: part.to_string_lossy().into_owned(), written, seconds: Some(start.elapsed().as_secs_f64()) };
-    let palette = super::palette(std::io::stdout().is_terminal());
+    let palette = super::command::palette(std::io::stdout().is_terminal());
     let text = if a.json {
         json::write(report)
     } else if a.quiet {
@@ -90,7 +90,7 @@ pub fn read_report(path: &Path) -> Result<Report> {
 /// `amcheck compare OLD NEW`: what became new, worse, better or was fixed; exit code 1 for a new or worse failure.
 pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
     let comparison = compare(&read_report(old)?, &read_report(new)?);
-    let palette = super::palette(std::io::stdout().is_terminal());
+    let palette = super::command::palette(std::io::stdout().is_terminal());
     Ok((crate::report::baseline::text(&comparison, palette), u8::from(comparison.has_new_failure())))
 }
 

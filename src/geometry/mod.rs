@@ -3,9 +3,7 @@
 pub mod bvh;
 pub mod contour;
 pub mod distance;
-
 pub mod health;
-
 pub mod mesh;
 pub mod primitive;
 pub mod refine;
@@ -13,19 +11,10 @@ pub mod solid;
 pub mod triangle;
 pub mod vector;
 pub mod voxelize;
-mod voxelize_crossings;
-mod voxelize_fraction;
-mod voxelize_lattice;
-mod voxelize_shell;
-#[cfg(test)]
-mod voxelize_tests;
-mod voxelize_winding;
 pub mod winding;
 
 pub use distance::MeshDistance;
-
 pub use health::Health;
-
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;
 pub use solid::{Doubt, InsideRule, Solid};

@@ -201,7 +201,7 @@ impl Expansion {
 
 #[cfg(test)]
 mod tests {
-    use super::super::voxelize_tests::{Lcg, block, sphere, winding};
+    use super::super::voxelize::tests::{Lcg, block, sphere, winding};
     use super::*;
 
     #[test]

@@ -135,10 +135,10 @@ impl Sides {
     /// grid just large enough.
     ///
     /// # Errors
-    /// [`Error::NoGeometry`] for a mesh without facets, otherwise as [`voxelize`].
+    /// [`Error::NoGeometry`] for a mesh without facets, otherwise as [`voxelize()`].
     ///
     /// # Cost
-    /// As [`voxelize`].
+    /// As [`voxelize()`].
     pub fn of_mesh(mesh: &TriangleMesh, spacing: Length, phase: [f64; 3]) -> Result<Self> {
         let (lo, hi) = mesh.bounds().ok_or_else(|| Error::NoGeometry {
             problem: "the mesh has no facets".into(),

@@ -31,7 +31,7 @@ pub struct Shaped {
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or more than a thousand spacings, [`Error::NoGeometry`] for a mesh
-/// without facets, otherwise as [`voxelize`].
+/// without facets, otherwise as [`voxelize()`].
 ///
 /// # Cost
 /// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface.

@@ -28,7 +28,7 @@ pub struct Placement {
 ///
 /// # Errors
 /// [`Error::Operand`] for a path of fewer than two points or without length, or that is not finite; otherwise as
-/// [`voxelize`].
+/// [`voxelize()`].
 ///
 /// # Cost
 /// One cast of B for each half spacing of the path, and one dilation.

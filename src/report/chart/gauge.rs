@@ -1,6 +1,6 @@
 //! The gauge of a check: value, bracket and limits on one bar.
 
-use super::{Area, Drawn, FAIL, FAINT, FONT, INK, TRACK, WARN, quiet, svg};
+use super::drawing::{Area, Drawn, FAIL, FAINT, FONT, INK, TRACK, WARN, quiet, svg};
 use crate::check::Sense;
 use crate::report::markup::Markup;
 use crate::report::phrase;

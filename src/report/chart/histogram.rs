@@ -1,6 +1,6 @@
 //! The histogram of a map: how the measured surface is spread over its values.
 
-use super::{Area, Drawn, FAIL, FAINT, FONT, GOOD, INK, PAPER, TRACK, WARN, quiet, svg};
+use super::drawing::{Area, Drawn, FAIL, FAINT, FONT, GOOD, INK, PAPER, TRACK, WARN, quiet, svg};
 use crate::geometry::vector::{Vec3, cross, norm, sub};
 use crate::report::exhibit::SurfaceMap;
 use crate::report::markup::Markup;

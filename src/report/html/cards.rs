@@ -1,6 +1,6 @@
 //! A card for each check: state, gauge, value and bracket, limits and their source, margin, place, fix.
 
-use super::{Context, state_tag};
+use super::page::{Context, state_tag};
 use crate::check::{Sense, State};
 use crate::report::chart::{self, Gauge};
 use crate::report::markup::{Markup, markup};

@@ -1,6 +1,6 @@
 //! What the verdict rests on: slices, histograms, health of the mesh, the grid, the limits, the data.
 
-use super::Context;
+use super::page::Context;
 use crate::check::State;
 use crate::report::chart;
 use crate::report::json;

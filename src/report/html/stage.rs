@@ -1,6 +1,7 @@
 //! The part painted by each map, and the findings beside it.
 
-use super::{Context, state_tag, viewer};
+use super::page::{Context, state_tag};
+use super::viewer;
 use crate::check::State;
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase::{self, Numbered};

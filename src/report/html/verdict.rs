@@ -1,6 +1,6 @@
 //! The verdict as a banner, and the four answers.
 
-use super::Context;
+use super::page::Context;
 use crate::check::{Basis, State};
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase::{self, Numbered};

@@ -1,6 +1,6 @@
 //! The 3-D view: a compressed program and a compressed part inside the page, and nothing where they would be too long.
 
-use super::Context;
+use super::page::Context;
 use crate::report::glb::{self, Detail};
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase;

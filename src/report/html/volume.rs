@@ -1,6 +1,7 @@
 //! Slices anywhere: the part's density inside the page, drawn on three canvases when somebody asks.
 
-use super::{Context, viewer};
+use super::page::Context;
+use super::viewer;
 use crate::report::exhibit::Volume;
 use crate::report::markup::{Markup, markup};
 use base64::Engine;

@@ -4,7 +4,7 @@
 //! simplicity, Edelsbrunner and Mücke 1990). No row then meets an edge or a corner and no sample lies in a facet, so
 //! a face in a plane of samples or an edge along a row never flips anything.
 
-use super::voxelize_lattice::{Lattice, ceil_shift, span};
+use super::lattice::{Lattice, ceil_shift, span};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
 

@@ -4,9 +4,9 @@
 //! and evaluated in full only between probes that differ or are in doubt. Through the shell the crossings of the row
 //! are counted from one known side to the other; where they do not add up, the samples are evaluated.
 
-use super::solid::Doubt;
-use super::voxelize_crossings::{Crossings, set_range};
-use super::winding::Winding;
+use super::crossings::{Crossings, set_range};
+use crate::geometry::Doubt;
+use crate::geometry::Winding;
 use crate::grid::Grid;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -249,7 +249,7 @@ fn bit(bits: &[u64], i: usize) -> bool {
 
 /// The maximal stretches below `n` whose bits, exclusive-or with `flip`, are 0.
 fn runs(bits: &[u64], n: usize, flip: u64) -> impl Iterator<Item = Range<usize>> + '_ {
-    let next = move |at: usize, flip: u64| super::voxelize_fraction::next(bits, at, n, flip);
+    let next = move |at: usize, flip: u64| super::fraction::next(bits, at, n, flip);
     let mut at = 0;
     std::iter::from_fn(move || {
         let from = next(at, !flip);

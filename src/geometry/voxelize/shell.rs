@@ -3,8 +3,8 @@
 //! Separating axes of a triangle and a cube (Akenine-Möller 2001) arranged as a plane slab and three edge tests in
 //! each coordinate plane (Schwarz and Seidel 2010), so that a row of cubes is an interval test.
 
-use super::voxelize_crossings::set_range;
-use super::voxelize_lattice::{Lattice, ceil_shift, span};
+use super::crossings::set_range;
+use super::lattice::{Lattice, ceil_shift, span};
 use std::ops::Range;
 
 /// Sets the bits of all cubes of the layers `layers` that come within one lattice unit of the facet, along each axis.

@@ -1,14 +1,15 @@
 //! The cast against plain oracles: solid angles, separating axes, clipped tetrahedra.
 
-use super::solid::InsideRule::{Crossings, Winding};
-use super::vector::{Vec3, add, cross, dot, norm, scale, sub};
-use super::voxelize_lattice::Lattice;
-use super::{Solid, TriangleMesh, occupancy, voxelize, voxelize_shell};
+use super::lattice::Lattice;
+use super::{occupancy, shell, voxelize};
+use crate::geometry::solid::InsideRule::{Crossings, Winding};
+use crate::geometry::vector::{Vec3, add, cross, dot, norm, scale, sub};
+use crate::geometry::{Solid, TriangleMesh};
 use crate::grid::Grid;
 use crate::units::Length;
 
 /// Knuth's linear congruential generator.
-pub(super) struct Lcg(pub u64);
+pub(in crate::geometry) struct Lcg(pub u64);
 
 impl Lcg {
     pub fn below(&mut self, n: u64) -> u64 {
@@ -39,14 +40,14 @@ impl Lcg {
     }
 }
 
-pub(super) fn block(lo: Vec3, hi: Vec3) -> TriangleMesh {
+pub(in crate::geometry) fn block(lo: Vec3, hi: Vec3) -> TriangleMesh {
     let corner = |n: usize| [0, 1, 2].map(|a| if n >> a & 1 == 1 { hi[a] } else { lo[a] });
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     TriangleMesh::weld(quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|t| t.map(corner)))
 }
 
 /// A sphere by subdivision of an octahedron: closed, `4^(depth) * 8` facets.
-pub(super) fn sphere(radius: f64, depth: u32) -> TriangleMesh {
+pub(in crate::geometry) fn sphere(radius: f64, depth: u32) -> TriangleMesh {
     let e = |a: usize, s: f64| {
         let mut p = [0.0; 3];
         p[a] = s;
@@ -78,7 +79,7 @@ fn tetrahedron(p: [Vec3; 4]) -> TriangleMesh {
 }
 
 /// Winding number as the sum of solid angles (van Oosterom and Strackee 1983).
-pub(super) fn winding(mesh: &TriangleMesh, q: Vec3) -> f64 {
+pub(in crate::geometry) fn winding(mesh: &TriangleMesh, q: Vec3) -> f64 {
     let angle = |f: usize| {
         let [a, b, c] = mesh.corners(f).map(|p| sub(p, q));
         let (la, lb, lc) = (norm(a), norm(b), norm(c));
@@ -179,7 +180,7 @@ fn the_shell_is_what_separating_axes_say() {
         let mesh = TriangleMesh::weld([t]);
         let lattice = Lattice::new(&mesh, &grid).unwrap();
         let mut words = vec![0u64; 7 * 6];
-        voxelize_shell::mark(&lattice, 0, 0..6, &mut words);
+        shell::mark(&lattice, 0, 0..6, &mut words);
         for at in 0..grid.samples() {
             let [i, j, k] = grid.index(at);
             let marked = words[k * 7 + j] >> i & 1 == 1;

@@ -6,7 +6,7 @@
 //! cube behind it by −A. Summing those changes along the row (divergence theorem, row by row) gives the integral of
 //! the winding number over every cube, exactly but for rounding.
 
-use super::voxelize_lattice::Lattice;
+use super::lattice::Lattice;
 use std::ops::Range;
 
 /// Adds the changes that a facet makes to the running sums of the rows of `layers`.

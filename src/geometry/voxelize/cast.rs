@@ -1,11 +1,12 @@
 //! Casting a mesh onto a grid.
 
-use super::solid::{Doubt, InsideRule, Solid};
-use super::voxelize_crossings::Crossings;
-use super::voxelize_lattice::{Lattice, ceil_shift, span};
-use super::{TriangleMesh, Winding, voxelize_fraction, voxelize_shell, voxelize_winding};
+use super::crossings::Crossings;
+use super::lattice::{Lattice, ceil_shift, span};
+use super::{fraction, shell, winding};
 use crate::error::Result;
 use crate::field::{Density, Field, Indicator};
+use crate::geometry::solid::{Doubt, InsideRule, Solid};
+use crate::geometry::{TriangleMesh, Winding};
 use crate::grid::Grid;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -60,18 +61,18 @@ pub fn voxelize(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<So
         }
         InsideRule::Winding => {
             parts.mark_surface(&lattice, layers);
-            let (winding, crossings) = (Winding::new(mesh), Crossings::of(&lattice, voxelize_winding::BUNDLE));
+            let (winding, crossings) = (Winding::new(mesh), Crossings::of(&lattice, winding::BUNDLE));
             let (shell, centres) = (parts.outer.words(), parts.centres.words_mut());
-            Some(voxelize_winding::classify(&winding, &crossings, grid, shell, centres))
+            Some(winding::classify(&winding, &crossings, grid, shell, centres))
         }
     };
     parts.settle(rule, doubt)
 }
 
-/// The samples inside a mesh: the `centres` of [`voxelize`] with [`InsideRule::Crossings`], and nothing else.
+/// The samples inside a mesh: the `centres` of [`voxelize()`] with [`InsideRule::Crossings`], and nothing else.
 ///
 /// # Errors
-/// As [`voxelize`].
+/// As [`voxelize()`].
 ///
 /// # Cost
 /// O(facets + crossings + samples/64).
@@ -121,10 +122,10 @@ impl Parts {
         let shells = self.outer.words_mut().par_chunks_mut(slab_words);
         shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().for_each(|(slab, (shell, density))| {
             let range = slab * layers..((slab + 1) * layers).min(nz);
-            let mut scratch = voxelize_fraction::Scratch::default();
+            let mut scratch = fraction::Scratch::default();
             for &facet in facets.iter().flat_map(|chunk| &chunk[slab]) {
-                voxelize_shell::mark(lattice, facet, range.clone(), shell);
-                voxelize_fraction::add(lattice, facet, range.clone(), &mut scratch, density);
+                shell::mark(lattice, facet, range.clone(), shell);
+                fraction::add(lattice, facet, range.clone(), &mut scratch, density);
             }
         });
     }
@@ -139,8 +140,8 @@ impl Parts {
             .zip(self.density.par_chunks_mut(grid.dims()[0]))
             .for_each(|(((inner, centres), shell), density)| {
                 match rule {
-                    InsideRule::Crossings => voxelize_fraction::settle(centres, shell, density),
-                    InsideRule::Winding => voxelize_fraction::settle_open(centres, shell, density),
+                    InsideRule::Crossings => fraction::settle(centres, shell, density),
+                    InsideRule::Winding => fraction::settle_open(centres, shell, density),
                 }
                 for ((inner, outer), &centre) in inner.iter_mut().zip(shell).zip(centres) {
                     *inner = centre & !*outer;

@@ -1,7 +1,7 @@
 //! The integer lattice that the exact predicates of the cast live on.
 
-use super::TriangleMesh;
 use crate::error::{Error, Result};
+use crate::geometry::TriangleMesh;
 use crate::grid::Grid;
 use rayon::prelude::*;
 

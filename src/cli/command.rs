@@ -1,0 +1,98 @@
+//! From words to an exit code: which command was asked for, and where its answer goes.
+
+use super::args::{Arguments, Command};
+use super::{judge, lists};
+use crate::error::Error;
+use crate::report::terminal::{self, Palette};
+use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, Parser};
+use std::io::{IsTerminal, Write};
+
+/// Runs the command line and returns the exit code; results go to stdout, errors and progress to stderr.
+pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(e) => return refuse(&e),
+    };
+    let part = arguments.part.clone();
+    let done = match &arguments.command {
+        Some(Command::Explain { name }) => lists::explain(name),
+        Some(Command::Compare { old, new }) => judge::compare_reports(old, new),
+        Some(Command::Processes) => Ok((lists::processes(), 0)),
+        Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),
+        Some(Command::Completions { shell }) => {
+            let mut text = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "amcheck", &mut text);
+            Ok((String::from_utf8_lossy(&text).into_owned(), 0))
+        }
+        None => judge::judge(&arguments),
+    };
+    match done {
+        Ok((text, code)) => print(&text).map_or(code, |()| code),
+        Err(e) => {
+            complain(&e, part.as_deref());
+            e.exit_code()
+        }
+    }
+}
+
+/// Answers words that are no command: the help where it was asked for, else an error like any other.
+fn refuse(e: &clap::Error) -> u8 {
+    use clap::error::ErrorKind;
+    match e.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            let _ = e.print();
+            0
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = e.print();
+            2
+        }
+        _ => {
+            let error = usage(e);
+            complain(&error, None);
+            error.exit_code()
+        }
+    }
+}
+
+/// The first sentence of what clap says, with the nearest name where it knows one.
+fn usage(e: &clap::Error) -> Error {
+    let text = e.to_string();
+    let first: Vec<&str> = text.lines().map(str::trim).take_while(|l| !l.is_empty()).collect();
+    let problem = first.join(" ").trim_start_matches("error: ").to_string();
+    let suggested = [ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand, ContextKind::SuggestedValue]
+        .into_iter()
+        .filter_map(|kind| e.get(kind))
+        .find_map(|value| match value {
+            ContextValue::String(name) => Some(name),
+            ContextValue::Strings(names) => names.first(),
+            _ => None,
+        });
+    let remedy = suggested.map_or("see `amcheck --help`".into(), |name| format!("did you mean `{name}`?"));
+    Error::Usage { problem, remedy }
+}
+
+/// Writes to stdout; a reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> Option<()> {
+    std::io::stdout().lock().write_all(text.as_bytes()).ok()
+}
+
+fn complain(error: &Error, part: Option<&std::path::Path>) {
+    // The part is named only where the part is the trouble: options, profiles and earlier reports have places of their own.
+    let file = match error {
+        Error::Usage { .. } | Error::UnknownName { .. } | Error::Damaged { format: "report", .. } => None,
+        Error::Profile { file: path, .. } | Error::CannotRead { path, .. } | Error::CannotWrite { path, .. } => {
+            Some(path.clone())
+        }
+        _ => part.map(|p| p.to_string_lossy().into_owned()),
+    };
+    let text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// Colour only on a terminal and without `NO_COLOR`.
+pub(super) fn palette(terminal: bool) -> Palette {
+    let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    if terminal && !refused { Palette::Ansi } else { Palette::Plain }
+}

@@ -1,0 +1,375 @@
+//! The command as a user meets it: exit codes, messages, files, and nothing left behind.
+#![cfg(feature = "cli")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A folder of one test's own, gone with it; runs start in it.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Self {
+        static NEXT: AtomicUsize = AtomicUsize::new(0);
+        let name = format!("amcheck-cli-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        Scratch(folder)
+    }
+
+    fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        std::fs::write(self.0.join(name), bytes).expect("a file in the temporary folder");
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.0.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).expect("UTF-8")
+    }
+
+    fn names(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.join(folder)).expect("a folder");
+        let mut names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_amcheck"));
+        command.args(arguments).current_dir(&self.0).env_remove("NO_COLOR").stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Ran {
+        Ran::from(self.command(arguments).output().expect("amcheck starts"), arguments)
+    }
+
+    /// Runs what must be refused with an exit code and an error code, in at most five lines, leaving nothing.
+    fn refused(&self, arguments: &[&str], exit: i32, code: &str, words: &[&str]) -> Ran {
+        let before = self.names(".");
+        let ran = self.run(arguments);
+        let said = format!("{arguments:?} ended with {} and said:\n{}", ran.exit, ran.err);
+        assert_eq!(ran.exit, exit, "{said}");
+        assert!(ran.out.is_empty() && ran.err.lines().count() <= 5, "{said}");
+        for word in [format!("error[{code}]: ").as_str(), "\n  help: "].iter().chain(words) {
+            assert!(ran.err.contains(word), "`{word}` is missing: {said}");
+        }
+        assert_eq!(self.names("."), before, "something was left: {said}");
+        ran
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// How a run ended and what it said.
+struct Ran {
+    exit: i32,
+    out: String,
+    err: String,
+}
+
+impl Ran {
+    fn from(output: Output, arguments: &[&str]) -> Self {
+        let text = |bytes| String::from_utf8(bytes).unwrap_or_else(|e| panic!("{arguments:?} wrote no UTF-8: {e}"));
+        let exit = output.status.code().unwrap_or_else(|| panic!("{arguments:?} was killed: {}", output.status));
+        Ran { exit, out: text(output.stdout), err: text(output.stderr) }
+    }
+}
+
+fn fixtures() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/parts")
+}
+
+fn fixture(name: &str) -> String {
+    fixtures().join(format!("{name}.stl")).to_string_lossy().into_owned()
+}
+
+fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(fixture(name)).expect("a fixture")
+}
+
+/// A binary STL of facets given by their corners.
+fn stl(facets: &[[[f32; 3]; 3]]) -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend((facets.len() as u32).to_le_bytes());
+    for facet in facets {
+        bytes.extend([0; 12]);
+        bytes.extend(facet.iter().flatten().flat_map(|x| x.to_le_bytes()));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// Facets that have nothing to do with each other.
+fn soup() -> Vec<u8> {
+    let mut state = 1u64;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f32 / (1 << 24) as f32 * 10.0
+    };
+    let facets: Vec<_> = (0..30).map(|_| [0; 3].map(|_| [0; 3].map(|_| next()))).collect();
+    stl(&facets)
+}
+
+#[test]
+fn the_exit_code_is_the_verdict() {
+    let s = Scratch::new();
+    for (part, more, exit) in [
+        ("block", &[][..], 0),
+        ("wall_111_024", &[], 1),
+        ("wall_111_024", &["--fail-on", "never"], 0),
+        ("wall_080", &[], 0),
+        ("wall_080", &["--fail-on", "warn"], 1),
+        ("ramp_30", &["--refine", "1"], 3),
+        ("ramp_30", &["--refine", "1", "--fail-on", "undecided"], 1),
+        ("ramp_30", &["--refine", "1", "--fail-on", "never"], 0),
+    ] {
+        let part = fixture(part);
+        let ran = s.run(&[&[part.as_str(), "--format", "json", "--quiet"], more].concat());
+        assert_eq!((ran.exit, ran.err.as_str()), (exit, ""), "{part} {more:?}: {}", ran.out);
+        assert_eq!(ran.out.lines().count(), 1, "{}", ran.out);
+    }
+}
+
+#[test]
+fn words_that_make_no_sense_are_refused() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    let with = |more: &[&str], code: &str, words: &[&str]| {
+        s.refused(&[&[block.as_str()], more].concat(), 2, code, words);
+    };
+    with(&["--bogus"], "E001", &["--bogus"]);
+    with(&["--proces", "fdm"], "E001", &["--proces", "did you mean `--process`?"]);
+    with(&["--json", "--quiet"], "E001", &["--json", "--quiet"]);
+    with(&["--process", "fmd"], "E002", &["`fmd`", "`fdm`"]);
+    with(&["--limit", "thinwall=0.4mm"], "E002", &["`thinwall`", "`thin-wall`"]);
+    with(&["--limit", "thin-wall=0.4deg"], "E001", &["0.4deg"]);
+    with(&["--limit", "thin-wall"], "E001", &["thin-wall=0.4mm"]);
+    for voxel in ["0", "0mm", "nan", "-1", "-1mm", "inf", "1e99mm", ""] {
+        with(&["--voxel", voxel], "E001", &[voxel]);
+    }
+    for count in ["0", "-1", "x", "1TiB"] {
+        with(&[&format!("--memory={count}")], "E001", &[count]);
+    }
+    with(&["--only", "thinwall"], "E002", &["`thin-wall`"]);
+    with(&["--skip", "AM999"], "E002", &["AM999"]);
+    with(&["--format", "jsn"], "E002", &["`json`"]);
+    with(&["--fail-on", "warm"], "E002", &["`warn`"]);
+    with(&["--fail-on", "new"], "E001", &["--baseline"]);
+    with(&["--units", "inch"], "E002", &["`inch`"]);
+    with(&["--up", "+w"], "E001", &["+w"]);
+    with(&["--threads", "0"], "E001", &["--threads"]);
+    with(&["--process", "none.toml"], "E003", &["none.toml"]);
+    s.refused(&["explain", "thinwall"], 2, "E002", &["`thin-wall`"]);
+}
+
+#[test]
+fn a_profile_with_an_unknown_key_is_refused_at_its_line() {
+    let s = Scratch::new();
+    s.write("mine.toml", "inherits = \"fdm\"\n[machine]\nlayer_heigth_mm = 0.2\n");
+    s.refused(
+        &[&fixture("block"), "--process", "mine.toml"],
+        2,
+        "E003",
+        &["--> mine.toml: line 3", "`machine.layer_heigth_mm`", "did you mean `layer_height_mm`?"],
+    );
+}
+
+#[test]
+fn what_cannot_be_read_is_named() {
+    let s = Scratch::new();
+    s.write("block.stl", bytes("block"));
+    s.write("cut.stl", &bytes("block")[..300]);
+    s.write("text.stl", "Dear reader, this is no part.\n");
+    s.write("empty.stl", "");
+    s.write("soup.stl", soup());
+    s.write("one.stl", stl(&[[[0.0; 3], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]]]));
+    std::fs::create_dir(s.0.join("folder")).expect("a folder");
+    for (part, code, words) in [
+        ("blok.stl", "E010", &["no such file", "did you mean `block.stl`?"][..]),
+        ("folder", "E010", &["directory"]),
+        ("cut.stl", "E011", &["byte 300", "triangle 5 of 12"]),
+        ("text.stl", "E012", &["text"]),
+        ("empty.stl", "E013", &["empty"]),
+        ("soup.stl", "E014", &["not a solid"]),
+        ("one.stl", "E014", &["not a solid"]),
+    ] {
+        s.refused(&[part, "--out", "results"], 4, code, &[&[part], words].concat());
+    }
+    s.refused(&["block.stl", "--baseline", "text.stl"], 4, "E011", &["text.stl", "line 1"]);
+    s.refused(&["compare", "text.stl", "none.json"], 4, "E011", &["text.stl", "line 1"]);
+    let ran = s.run(&["cut.stl", "--salvage", "--json", "--format", "json"]);
+    assert!(ran.exit != 70 && ran.err.lines().count() <= 5, "{}{}", ran.out, ran.err);
+}
+
+#[test]
+fn a_grid_that_is_too_large_says_which_spacing_fits() {
+    let s = Scratch::new();
+    let (block, budget) = (fixture("block"), ["--memory", "64MiB", "--format", "json", "--quiet"]);
+    let ran = s.refused(
+        &[&[block.as_str(), "--voxel", "0.001mm"], &budget[..]].concat(),
+        5,
+        "E020",
+        &["needs ", " bytes", "67108864", "0.001 mm"],
+    );
+    let fits = ran.err.split_whitespace().skip_while(|w| *w != "--voxel").nth(1).expect("a spacing");
+    assert_eq!(s.run(&[&[block.as_str(), "--voxel", fits], &budget[..]].concat()).exit, 0, "{fits} does not fit");
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_known_before_the_work() {
+    let s = Scratch::new();
+    s.write("file", "x");
+    s.refused(&[&fixture("block"), "--out", "file/results"], 6, "E030", &["file/results", "--out"]);
+    assert_eq!(s.read("file"), b"x");
+}
+
+#[test]
+fn a_run_that_fails_leaves_the_earlier_report() {
+    let s = Scratch::new();
+    assert_eq!(s.run(&[&fixture("block"), "--out", "a/b", "--quiet"]).exit, 0);
+    let (names, report) = (s.names("a/b"), s.read("a/b/report.json"));
+    assert!(names.contains(&"report.html".into()) && names.iter().all(|n| !n.contains("partial")), "{names:?}");
+    s.write("cut.stl", &bytes("block")[..300]);
+    s.refused(&["cut.stl", "--out", "a/b"], 4, "E011", &[]);
+    s.refused(&["cut.stl", "--out", "c/d"], 4, "E011", &[]);
+    assert_eq!((s.names("a/b"), s.read("a/b/report.json")), (names, report));
+}
+
+#[test]
+fn json_is_one_document_that_the_schema_accepts() {
+    let s = Scratch::new();
+    let schema = serde_json::from_str(&s.run(&["schema"]).out).expect("the schema is JSON");
+    let validator = jsonschema::validator_for(&schema).expect("the schema is one");
+    for (part, more) in [
+        ("block", &[][..]),
+        ("block_open", &[]),
+        ("wall_111_024", &["--process", "lpbf", "--up", "-y"]),
+        ("ramp_30", &["--refine", "1"]),
+        ("bar_300", &["--only", "build-volume", "--units", "in"]),
+    ] {
+        let part = fixture(part);
+        let ran = s.run(&[&[part.as_str(), "--json", "--out", "r"], more].concat());
+        let report: serde_json::Value = serde_json::from_str(&ran.out).unwrap_or_else(|e| panic!("{part}: {e}"));
+        let faults: Vec<String> = validator.iter_errors(&report).map(|e| format!("{}: {e}", e.instance_path)).collect();
+        assert!(faults.is_empty() && ran.err.is_empty(), "{part}: {faults:?} {}", ran.err);
+        assert_eq!(s.text("r/report.json"), ran.out, "{part}: the file says something else");
+    }
+}
+
+#[test]
+fn the_same_part_gives_the_same_bytes() {
+    let s = Scratch::new();
+    for (out, threads) in [("a", "1"), ("b", "3")] {
+        s.run(&[&fixture("slits_015"), "--quiet", "--out", out, "--threads", threads]);
+    }
+    assert_eq!(s.names("a"), s.names("b"));
+    for name in s.names("a").iter().filter(|n| *n != "timings.json") {
+        assert!(s.read(&format!("a/{name}")) == s.read(&format!("b/{name}")), "{name} differs");
+    }
+}
+
+#[test]
+fn the_summary_is_short_and_plain() {
+    let s = Scratch::new();
+    for entry in std::fs::read_dir(fixtures()).expect("the fixtures").flatten() {
+        let part = entry.path().to_string_lossy().into_owned();
+        if !part.ends_with(".stl") {
+            continue;
+        }
+        let ran = s.run(&[&part, "--format", "json"]);
+        assert!((4..=30).contains(&ran.out.lines().count()), "{part}:\n{}", ran.out);
+        assert!(!ran.out.contains('\u{1b}') && ran.err.is_empty(), "{part}:\n{}{}", ran.out, ran.err);
+    }
+    let named = s.command(&[&fixture("block"), "--format", "json"]).env("NO_COLOR", "1").output().expect("runs");
+    assert!(!named.stdout.contains(&0x1b) && !named.stderr.contains(&0x1b));
+}
+
+#[test]
+fn what_is_known_can_be_asked_for() {
+    let s = Scratch::new();
+    let check = s.run(&["explain", "AM101"]);
+    assert_eq!(check.out, s.run(&["explain", "thin-wall"]).out);
+    for (arguments, words) in [
+        (&["explain", "AM101"][..], &["thin-wall", "Source", "Limits by process"][..]),
+        (&["explain", "E011"], &["E011", "Exit code 4"]),
+        (&["processes"], &["fdm", "sla", "sls", "mjf", "lpbf", "binder-jet", "inherits"]),
+        (&["completions", "bash"], &["_amcheck", "--process"]),
+        (&["--help"], &["--voxel", "Exit codes"]),
+        (&["--version"], &[env!("CARGO_PKG_VERSION")]),
+    ] {
+        let ran = s.run(arguments);
+        assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{arguments:?}");
+        assert!(words.iter().all(|w| ran.out.contains(w)), "{arguments:?} lacks one of {words:?}:\n{}", ran.out);
+    }
+    assert!(s.names(".").is_empty(), "asking leaves no file");
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_panic() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    for arguments in [&[block.as_str(), "--json", "--format", "json"][..], &["completions", "zsh"], &["--help"]] {
+        let mut child =
+            s.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("amcheck starts");
+        drop(child.stdout.take());
+        let ran = Ran::from(child.wait_with_output().expect("it ends"), arguments);
+        assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_part_can_come_by_standard_input() {
+    let s = Scratch::new();
+    let input = std::fs::File::open(fixture("wall_111_024")).expect("a fixture");
+    let output = s.command(&["-", "--format", "json", "--quiet"]).stdin(input).output().expect("amcheck runs");
+    assert_eq!(Ran::from(output, &["-"]).exit, 1);
+    assert!(s.names("reports/stdin").contains(&"report.json".into()));
+}
+
+/// The name holds a slash, so that `<` becomes a folder; the file's own name still closes and opens elements.
+#[cfg(unix)]
+#[test]
+fn the_name_of_a_part_is_no_markup() {
+    let s = Scratch::new();
+    let names = ["</script><img src=x>.stl", "--><img src=x onerror=y>.stl", "\u{1b}[31m<img src=x>.stl"];
+    std::fs::create_dir(s.0.join("<")).expect("a folder");
+    for name in names {
+        s.write(name, bytes("block"));
+        let part = format!("./{name}");
+        let ran = s.run(&[&part, "--out", "r", "--format", "json,html,markdown,junit,sarif,badge"]);
+        assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{name}");
+        assert!(!ran.out.contains('\u{1b}'), "{name}: an escape sequence reaches the terminal");
+        for page in ["report.html", "report.md", "report.junit.xml", "badge.svg"] {
+            assert!(!s.text(&format!("r/{page}")).contains("<img src=x"), "{name} is markup in {page}");
+        }
+    }
+}
+
+#[test]
+fn reports_are_compared() {
+    let s = Scratch::new();
+    let (block, wall) = (fixture("block"), fixture("wall_111_024"));
+    s.run(&[&block, "--out", "block", "--format", "json"]);
+    s.run(&[&wall, "--out", "wall", "--format", "json"]);
+    let new = |part: &str, old: &str| {
+        let old = format!("{old}/report.json");
+        s.run(&[part, "--baseline", &old, "--fail-on", "new", "--format", "json", "--out", "r"])
+    };
+    assert_eq!([new(&wall, "wall").exit, new(&wall, "block").exit, new(&block, "wall").exit], [0, 1, 0]);
+    let compare =
+        |old: &str, new: &str| s.run(&["compare", &format!("{old}/report.json"), &format!("{new}/report.json")]);
+    for (old, now, exit, word) in
+        [("block", "wall", 1, "1 new"), ("wall", "block", 0, "1 fixed"), ("wall", "wall", 0, "1 same")]
+    {
+        let ran = compare(old, now);
+        assert_eq!((ran.exit, ran.err.as_str()), (exit, ""), "{old} {now}");
+        assert!(ran.out.contains(word), "{old} {now}: {}", ran.out);
+    }
+}
