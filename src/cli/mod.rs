@@ -1,15 +1,20 @@
 //! The door: words become options, one call is made, the answer is written and an exit code returned.
 
 mod args;
+mod complaint;
 mod deliver;
 mod judge;
 mod lists;
+mod made;
+mod operand;
+mod operate;
+mod words;
 
-pub use args::{Arguments, Command};
+pub use args::{Arguments, Command, How, Operation, Pair};
 
-use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::{CommandFactory, Parser};
+use complaint::{Answer, Complaint};
 use std::io::{IsTerminal, Write};
 
 /// Runs the command line and returns the exit code; results go to stdout, errors and progress to stderr.
@@ -23,10 +28,11 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             return if shown { 0 } else { 2 };
         }
     };
-    let part = arguments.part.clone();
-    let done = match &arguments.command {
-        Some(Command::Explain { name }) => lists::explain(name),
-        Some(Command::Compare { old, new }) => judge::compare_reports(old, new),
+    let part = arguments.part.as_deref();
+    let done: Answer<(String, u8)> = match &arguments.command {
+        Some(Command::Explain { name }) => lists::explain(name).map_err(Complaint::from),
+        Some(Command::Compare { old, new }) => judge::compare_reports(old, new).map_err(Complaint::from),
+        Some(Command::Make(operation)) => operate::operate(operation).map(|text| (text, 0)),
         Some(Command::Processes) => Ok((lists::processes(), 0)),
         Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),
         Some(Command::Completions { shell }) => {
@@ -34,13 +40,13 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             clap_complete::generate(*shell, &mut Arguments::command(), "amcheck", &mut text);
             Ok((String::from_utf8_lossy(&text).into_owned(), 0))
         }
-        None => judge::judge(&arguments),
+        None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
     };
     match done {
         Ok((text, code)) => print(&text).map_or(code, |()| code),
-        Err(e) => {
-            complain(&e, part.as_deref());
-            e.exit_code()
+        Err(complaint) => {
+            complain(&complaint);
+            complaint.error.exit_code()
         }
     }
 }
@@ -50,9 +56,9 @@ fn print(text: &str) -> Option<()> {
     std::io::stdout().lock().write_all(text.as_bytes()).ok()
 }
 
-fn complain(error: &Error, part: Option<&std::path::Path>) {
-    let file = part.map(|p| p.to_string_lossy().into_owned());
-    let text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
+fn complain(complaint: &Complaint) {
+    let file = complaint.file.as_deref().map(|p| p.to_string_lossy());
+    let text = terminal::error(&complaint.error, file.as_deref(), palette(std::io::stderr().is_terminal()));
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
