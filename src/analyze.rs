@@ -2,8 +2,8 @@
 
 use crate::check::registry::CHECKS;
 use crate::check::{Bracket, Check, Context, Measured, Outcome, Sense, State};
-use crate::error::{Error, Result};
-use crate::grid::{Fitting, Grid};
+use crate::error::Result;
+use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::io::Loaded;
 use crate::notice::Notice;
 use crate::part::{Part, Up};
@@ -207,23 +207,7 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
     match options.voxel {
         None => Ok(Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES.min(options.memory_bytes))),
-        Some(spacing) => {
-            let fitting = Fitting::of(part.extent(), spacing);
-            if fitting.bytes <= options.memory_bytes {
-                return Ok(fitting);
-            }
-            let fits = Fitting::coarsened(part.extent(), spacing, options.memory_bytes).spacing.as_mm();
-            let fits = (fits * 1e3).ceil() / 1e3;
-            Err(Error::TooLarge {
-                what: format!("a grid of {} samples at {spacing}", fitting.samples),
-                need_bytes: fitting.bytes,
-                allowed_bytes: options.memory_bytes,
-                remedy: format!(
-                    "--voxel {}mm fits; or leave --voxel out: walls and gaps are measured on the mesh",
-                    short(fits)
-                ),
-            })
-        }
+        Some(spacing) => Fitting::within(part.extent(), spacing, BYTES_PER_SAMPLE, options.memory_bytes),
     }
 }
 

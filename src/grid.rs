@@ -1,7 +1,7 @@
 //! The lattice of samples every field lives on.
 
 use crate::error::{Error, Result};
-use crate::units::{Length, Volume};
+use crate::units::{Length, Volume, short};
 use serde::{Deserialize, Serialize};
 
 /// A cubic lattice of samples: sample `[i, j, k]` stands at `origin + h·[i, j, k]`.
@@ -189,6 +189,26 @@ impl Fitting {
         let longest = extent_mm.into_iter().fold(0.0, f64::max);
         let wanted = smallest_limit.map_or(0.0, |l| l.as_mm() / 6.0).max(longest / 256.0);
         Self::coarsened(extent_mm, Length::mm(wanted), budget_bytes)
+    }
+
+    /// What a grid takes at `bytes_per_sample`, if that is allowed.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] with the spacing that fits.
+    pub fn within(extent_mm: [f64; 3], spacing: Length, bytes_per_sample: u128, allowed_bytes: u128) -> Result<Self> {
+        let fitting = Fitting::of(extent_mm, spacing);
+        let bytes = fitting.samples.saturating_mul(bytes_per_sample);
+        if bytes <= allowed_bytes {
+            return Ok(Fitting { bytes, ..fitting });
+        }
+        let budget = (allowed_bytes / bytes_per_sample).saturating_mul(BYTES_PER_SAMPLE);
+        let fits = Fitting::coarsened(extent_mm, spacing, budget.max(1)).spacing.as_mm();
+        Err(Error::TooLarge {
+            what: format!("a grid of {} samples at {spacing}", fitting.samples),
+            need_bytes: bytes,
+            allowed_bytes,
+            remedy: format!("--voxel {}mm fits, or allow more with --memory", short((fits * 1e3).ceil() / 1e3)),
+        })
     }
 
     /// The same box at the least spacing, not below this one by more than rounding, that fits the budget.

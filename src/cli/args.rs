@@ -1,6 +1,6 @@
 //! What can be typed.
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Can this part be printed? Where not, how sure is that, and what should change.
@@ -102,10 +102,112 @@ pub enum Command {
         /// The later report.json
         new: PathBuf,
     },
+    #[command(flatten)]
+    Make(Operation),
     /// The built-in processes with their limits and sources
     Processes,
     /// The JSON Schema of report.json
     Schema,
     /// Completions for a shell
     Completions { shell: clap_complete::Shell },
+}
+
+/// The commands that make a shape from shapes.
+///
+/// An operand is a mesh file, `-` for standard input, or a built-in element: ball:2mm, box:2x1x1mm, cylinder:r1h3mm,
+/// cone:r2r0.5h3mm.
+#[derive(Debug, Subcommand)]
+pub enum Operation {
+    /// Move a part's surface outwards (+) or inwards (-): coat, shrink, machining stock
+    Offset {
+        /// The part: a mesh, or a built-in element such as box:20x10x5mm
+        part: PathBuf,
+        /// How far; negative shrinks
+        #[arg(long, allow_hyphen_values = true, value_name = "±LENGTH")]
+        by: String,
+        #[command(flatten)]
+        how: How,
+    },
+    /// What copies of a ball that fit inside a part cover
+    Open {
+        /// The part: a mesh, or a built-in element
+        part: PathBuf,
+        /// Radius of the ball
+        #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
+        radius: String,
+        #[command(flatten)]
+        how: How,
+    },
+    /// What a ball that moves about outside a part cannot reach, the part included
+    Close {
+        /// The part: a mesh, or a built-in element
+        part: PathBuf,
+        /// Radius of the ball
+        #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
+        radius: String,
+        #[command(flatten)]
+        how: How,
+    },
+    /// The Minkowski sum of a part and an element
+    Minkowski {
+        #[command(flatten)]
+        pair: Pair,
+        #[command(flatten)]
+        how: How,
+    },
+    /// The Minkowski difference: where the element may stand so that all of it lies in the part
+    Difference {
+        #[command(flatten)]
+        pair: Pair,
+        #[command(flatten)]
+        how: How,
+    },
+    /// The translations at which a moving element meets a part
+    Obstacle {
+        #[command(flatten)]
+        pair: Pair,
+        #[command(flatten)]
+        how: How,
+    },
+    /// What a part covers while it moves along a path
+    Sweep {
+        /// The part: a mesh, or a built-in element, about the origin
+        part: PathBuf,
+        /// The path: x, y, z of one point on each line, millimetres
+        #[arg(long, value_name = "PATH.csv|xyz")]
+        along: PathBuf,
+        #[command(flatten)]
+        how: How,
+    },
+}
+
+/// A part and an element.
+#[derive(Debug, Args)]
+pub struct Pair {
+    /// The part: a mesh, or a built-in element
+    #[arg(value_name = "A")]
+    pub part: PathBuf,
+    /// The element: a mesh about its own origin, or ball:2mm, box:2x1x1mm, cylinder:r1h3mm, cone:r2r0.5h3mm
+    #[arg(value_name = "B")]
+    pub element: PathBuf,
+}
+
+/// How finely a shape is made, and where it goes.
+#[derive(Debug, Args)]
+pub struct How {
+    /// Spacing of the sampling grid [default: longest side of the part (sweep: of part and path) / 128]
+    #[arg(long, value_name = "LENGTH")]
+    pub voxel: Option<String>,
+
+    /// Memory that fields may take
+    #[arg(long, default_value = "4GiB", value_name = "BYTES")]
+    pub memory: String,
+
+    /// Unit of the numbers of the mesh files; STL has none
+    #[arg(long, value_name = "mm|cm|m|in|um")]
+    pub units: Option<String>,
+
+    /// File for the result; its suffix names the format [default: <part>_<operation>.stl]
+    #[arg(long, value_name = "FILE.stl|.glb|.obj|.ply|.3mf")]
+    pub out: Option<PathBuf>,
 }

@@ -1,7 +1,8 @@
 //! From words to an exit code: which command was asked for, and where its answer goes.
 
 use super::args::{Arguments, Command};
-use super::{judge, lists};
+use super::complaint::{Answer, Complaint};
+use super::{judge, lists, operate};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -14,10 +15,11 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         Ok(arguments) => arguments,
         Err(e) => return refuse(&e),
     };
-    let part = arguments.part.clone();
-    let done = match &arguments.command {
-        Some(Command::Explain { name }) => lists::explain(name),
-        Some(Command::Compare { old, new }) => judge::compare_reports(old, new),
+    let part = arguments.part.as_deref();
+    let done: Answer<(String, u8)> = match &arguments.command {
+        Some(Command::Explain { name }) => lists::explain(name).map_err(Complaint::from),
+        Some(Command::Compare { old, new }) => judge::compare_reports(old, new).map_err(Complaint::from),
+        Some(Command::Make(operation)) => operate::operate(operation).map(|text| (text, 0)),
         Some(Command::Processes) => Ok((lists::processes(), 0)),
         Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),
         Some(Command::Completions { shell }) => {
@@ -25,13 +27,13 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             clap_complete::generate(*shell, &mut Arguments::command(), "amcheck", &mut text);
             Ok((String::from_utf8_lossy(&text).into_owned(), 0))
         }
-        None => judge::judge(&arguments),
+        None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
     };
     match done {
         Ok((text, code)) => print(&text).map_or(code, |()| code),
-        Err(e) => {
-            complain(&e, part.as_deref());
-            e.exit_code()
+        Err(complaint) => {
+            complain(&complaint);
+            complaint.error.exit_code()
         }
     }
 }
@@ -49,9 +51,9 @@ fn refuse(e: &clap::Error) -> u8 {
             2
         }
         _ => {
-            let error = usage(e);
-            complain(&error, None);
-            error.exit_code()
+            let complaint = Complaint::from(usage(e));
+            complain(&complaint);
+            complaint.error.exit_code()
         }
     }
 }
@@ -78,14 +80,14 @@ fn print(text: &str) -> Option<()> {
     std::io::stdout().lock().write_all(text.as_bytes()).ok()
 }
 
-fn complain(error: &Error, part: Option<&std::path::Path>) {
+fn complain(Complaint { error, file: part }: &Complaint) {
     // The part is named only where the part is the trouble: options, profiles and earlier reports have places of their own.
-    let file = match error {
+    let file = match error.as_ref() {
         Error::Usage { .. } | Error::UnknownName { .. } | Error::Damaged { format: "report", .. } => None,
         Error::Profile { file: path, .. } | Error::CannotRead { path, .. } | Error::CannotWrite { path, .. } => {
             Some(path.clone())
         }
-        _ => part.map(|p| p.to_string_lossy().into_owned()),
+        _ => part.as_ref().map(|p| p.to_string_lossy().into_owned()),
     };
     let text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
     let _ = std::io::stderr().lock().write_all(text.as_bytes());

@@ -2,22 +2,18 @@
 
 use super::args::Arguments;
 use super::deliver::{Delivery, Files};
+use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxel};
 use crate::analyze::{Analysis, Options, prepare, run};
 use crate::check::registry;
-use crate::error::{Error, Result, nearest, printable};
+use crate::error::{Error, Result, printable};
 use crate::io::{Salvage, read_path};
-use crate::part::Up;
 use crate::process::{BUILTIN, Process};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
 use crate::report::{Report, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
-use crate::units::Length;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-
-/// A file larger than this is refused before it is read.
-const MOST_FILE_BYTES: u64 = 16 << 30;
 
 /// Formats a report can be written in.
 const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "sarif", "badge"];
@@ -38,9 +34,9 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let progress = Progress { on: !a.quiet && !a.json && std::io::stderr().is_terminal() };
     progress.say("reading");
     let salvage = if a.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
-    let (bytes, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
-    let prepared = prepare(&part.to_string_lossy(), &bytes, loaded, &options)?;
-    drop(bytes);
+    let (content, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
+    let prepared = prepare(&part.to_string_lossy(), &content, loaded, &options)?;
+    drop(content);
     let fitting = prepared.fitting();
     progress.say(&format!("grid {} samples at {}, {} MiB", fitting.samples, fitting.spacing, fitting.bytes >> 20));
     let mut analysis = run(prepared, &options)?;
@@ -149,17 +145,7 @@ fn options(a: &Arguments) -> Result<Options> {
     o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
-    o.memory_bytes = count(
-        &a.memory,
-        &[
-            ("KiB", 1 << 10),
-            ("MiB", 1 << 20),
-            ("GiB", 1 << 30),
-            ("kB", 1_000),
-            ("MB", 1_000_000),
-            ("GB", 1_000_000_000),
-        ],
-    )?;
+    o.memory_bytes = bytes(&a.memory)?;
     for name in a.only.iter().chain(&a.skip) {
         registry::find(name)?;
     }
@@ -181,60 +167,6 @@ fn process(name: &str) -> Result<Process> {
     Process::from_toml(name, &text)
 }
 
-fn up(text: &str) -> Result<Up> {
-    match text {
-        "+z" | "z" => Ok(Up::PlusZ),
-        "-z" => Ok(Up::MinusZ),
-        "+x" | "x" => Ok(Up::PlusX),
-        "-x" => Ok(Up::MinusX),
-        "+y" | "y" => Ok(Up::PlusY),
-        "-y" => Ok(Up::MinusY),
-        _ => Err(usage(&format!("`{}` is no direction", printable(text)), "use one of +z -z +x -x +y -y")),
-    }
-}
-
-fn units(text: &str) -> Result<(String, f64)> {
-    let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("um", 0.001)];
-    known.iter().find(|(n, _)| *n == text).map(|(n, mm)| (n.to_string(), *mm)).ok_or_else(|| Error::UnknownName {
-        what: "unit",
-        given: printable(text),
-        nearest: nearest(text, known.iter().map(|k| k.0)),
-        known: known.iter().map(|k| k.0.to_string()).collect(),
-    })
-}
-
-fn voxel(text: &str) -> Result<Length> {
-    let length = Length::parse(text)?;
-    if (1e-6..=1e6).contains(&length.as_mm()) {
-        Ok(length)
-    } else {
-        Err(usage(
-            &format!("--voxel {} is out of range", printable(text)),
-            "give a spacing from 0.000001mm to 1000000mm",
-        ))
-    }
-}
-
-/// A positive count with a suffix, such as 64M or 4GiB.
-fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
-    let text = text.trim();
-    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
-    let factor = match text[digits..].trim() {
-        "" => Some(1),
-        suffix => suffixes.iter().find(|(s, _)| s.eq_ignore_ascii_case(suffix)).map(|(_, f)| *f),
-    };
-    match (text[..digits].parse::<f64>(), factor) {
-        (Ok(n), Some(f)) if n > 0.0 && n < 1e15 => Ok((n * f as f64) as u128),
-        _ => {
-            let names: Vec<&str> = suffixes.iter().map(|s| s.0).collect();
-            Err(usage(
-                &format!("`{}` is not a count", printable(text)),
-                &format!("write a positive number with one of {}", names.join(", ")),
-            ))
-        }
-    }
-}
-
 fn threads(a: &Arguments) -> Result<()> {
     match a.threads {
         Some(0) => Err(usage("--threads 0", "give at least one thread, or leave the option out")),
@@ -245,20 +177,6 @@ fn threads(a: &Arguments) -> Result<()> {
         }
         None => Ok(()),
     }
-}
-
-fn one_of<'k>(what: &'static str, given: &[String], known: &[&'k str]) -> Result<Vec<&'k str>> {
-    given
-        .iter()
-        .map(|g| {
-            known.iter().find(|k| *k == g).copied().ok_or_else(|| Error::UnknownName {
-                what,
-                given: printable(g),
-                nearest: nearest(g, known.iter().copied()),
-                known: known.iter().map(|k| k.to_string()).collect(),
-            })
-        })
-        .collect()
 }
 
 /// What turns the exit code to 1.
@@ -303,10 +221,6 @@ fn out_dir(a: &Arguments, part: &Path) -> PathBuf {
         let stem = if part == Path::new("-") { "stdin".into() } else { stem };
         Path::new("reports").join(stem)
     })
-}
-
-fn usage(problem: &str, remedy: &str) -> Error {
-    Error::Usage { problem: problem.into(), remedy: remedy.into() }
 }
 
 /// One line on stderr, rewritten; only on a terminal.

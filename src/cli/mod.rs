@@ -2,9 +2,14 @@
 
 mod args;
 mod command;
+mod complaint;
 mod deliver;
 mod judge;
 mod lists;
+mod made;
+mod operand;
+mod operate;
+mod words;
 
-pub use args::{Arguments, Command};
+pub use args::{Arguments, Command, How, Operation, Pair};
 pub use command::main;

@@ -8,7 +8,8 @@ use rustc_hash::FxHashMap;
 /// The mesh with a new vertex `project(midpoint)` on every edge that a curved surface leaves by more than `sagitta`
 /// millimetres, as far as the normals at its ends tell: an arc of length l that turns by α rises α·l/8 above its chord.
 ///
-/// Facets are split by their marked edges into two, three or four; a closed manifold mesh stays one.
+/// Facets are split by their marked edges into two, three or four; a closed manifold mesh stays one, in formats of f32
+/// coordinates, too: vertices that would coincide stay at their midpoints.
 ///
 /// # Cost
 /// O(facets), a hash look-up for each marked edge of each facet, one projection for each marked edge.
@@ -40,8 +41,22 @@ pub fn split_curved_edges(mesh: &TriangleMesh, sagitta: f64, project: impl Fn(Ve
     }
     let projected: Vec<Vec3> = midpoints.par_iter().map(|&p| project(p)).collect();
     let mut vertices = mesh.vertices.clone();
-    vertices.extend(projected);
+    vertices.extend(kept_apart(&mesh.vertices, projected, &midpoints));
     TriangleMesh { vertices, triangles }
+}
+
+/// The new vertices; where one would coincide with another, its midpoint instead.
+///
+/// Sheets that meet in a ridge are projected onto the same points there. Formats without indices join vertices that are
+/// equal in f32, and edges of four facets would come of it.
+fn kept_apart(vertices: &[Vec3], projected: Vec<Vec3>, midpoints: &[Vec3]) -> Vec<Vec3> {
+    let place = |p: &Vec3| p.map(|x| (x as f32 + 0.0).to_bits());
+    let mut vertices_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    for p in vertices.iter().chain(&projected) {
+        *vertices_at.entry(place(p)).or_default() += 1;
+    }
+    let apart = |p: &Vec3| vertices_at.get(&place(p)) == Some(&1);
+    projected.into_iter().zip(midpoints).map(|(p, &middle)| if apart(&p) { p } else { middle }).collect()
 }
 
 /// A facet cut by the new vertices on its edges ab, bc, ca.

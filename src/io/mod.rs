@@ -31,6 +31,8 @@ mod words;
 
 pub use atomic::write_atomically;
 pub use loaded::Loaded;
+#[cfg(feature = "cli")]
+pub(crate) use path::bytes_of;
 pub use path::read_path;
 pub use raster::Raster;
 pub use read::read;

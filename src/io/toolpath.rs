@@ -62,7 +62,7 @@ pub(super) fn corners_fit(corners: usize) -> Result<()> {
 
 /// A path from text with three numbers on each line; an empty line begins a new stroke, `#` a comment.
 ///
-/// Numbers may be parted by spaces, tabs or semicolons; the decimal sign is a point.
+/// Numbers may be parted by spaces, tabs, semicolons or two commas; the decimal sign is a point.
 ///
 /// # Errors
 /// [`Error::Damaged`] naming the line; [`Error::NoGeometry`] without two points in a row.
@@ -74,7 +74,7 @@ pub(super) fn corners_fit(corners: usize) -> Result<()> {
 /// ```
 pub fn read_points(bytes: &[u8]) -> Result<Toolpath> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let text: Vec<u8> = bytes.iter().map(|&b| if b == b';' { b' ' } else { b }).collect();
+    let text: Vec<u8> = bytes.split_inclusive(|&b| b == b'\n').flat_map(separated).collect();
     let mut words = Words::new(&text);
     let mut strokes: Vec<Vec<Vec3>> = vec![Vec::new()];
     let mut last_line = 0;
@@ -117,6 +117,19 @@ pub fn read_points(bytes: &[u8]) -> Result<Toolpath> {
     Toolpath { strokes, notices: Vec::new() }.with_strokes("the list of points")
 }
 
+/// A line with its separators as spaces: semicolons always; commas where they part three fields without a space in them,
+/// because elsewhere they are decimal signs.
+fn separated(line: &[u8]) -> impl Iterator<Item = u8> + '_ {
+    let values = line.split(|&b| b == b'#').next().unwrap_or_default();
+    let whole = |field: &[u8]| {
+        let field = field.trim_ascii();
+        !field.is_empty() && !field.iter().any(|b| b.is_ascii_whitespace() || *b == b';')
+    };
+    let fields = values.split(|&b| b == b',');
+    let commas = fields.clone().count() == 3 && fields.into_iter().all(whole);
+    line.iter().map(move |&b| if b == b';' || (commas && b == b',') { b' ' } else { b })
+}
+
 const ONE_POINT: &str = "write x, y and z of one point on each line, in millimetres";
 
 fn damaged(line: u64, problem: String, remedy: &str) -> Error {
@@ -134,6 +147,8 @@ mod tests {
         for (text, line) in [("0 0 0\n1 2\n", 2), ("0 0 0\n1 2 3 4\n", 2), ("0 0 0\n1,5 0 0\n", 2), ("0 0 1e99\n", 1)] {
             assert_eq!(read_points(text.as_bytes()).unwrap_err().place(), Some(format!("line {line}")), "{text}");
         }
+        assert_eq!(read_points(b"0,0,0 # a, b\n1.5, 0,\t0\r\n").unwrap().length_mm(), 1.5);
+        assert!(read_points(b"0 0 0\n1,5 2,5 3\n").is_err());
         assert!(matches!(read_points(b"0 0 0\n\n1 1 1\n"), Err(Error::NoGeometry { .. })));
     }
 }

@@ -1,0 +1,100 @@
+//! Words of the command line that several commands know: units, directions, spacings, counts.
+
+use crate::error::{Error, Result, nearest, printable};
+use crate::part::Up;
+use crate::units::Length;
+
+/// A file larger than this is refused before it is read.
+pub const MOST_FILE_BYTES: u64 = 16 << 30;
+
+/// A direction of the file.
+pub fn up(text: &str) -> Result<Up> {
+    match text {
+        "+z" | "z" => Ok(Up::PlusZ),
+        "-z" => Ok(Up::MinusZ),
+        "+x" | "x" => Ok(Up::PlusX),
+        "-x" => Ok(Up::MinusX),
+        "+y" | "y" => Ok(Up::PlusY),
+        "-y" => Ok(Up::MinusY),
+        _ => Err(usage(&format!("`{}` is no direction", printable(text)), "use one of +z -z +x -x +y -y")),
+    }
+}
+
+/// A unit's name and its millimetres.
+pub fn units(text: &str) -> Result<(String, f64)> {
+    let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("um", 0.001)];
+    known.iter().find(|(n, _)| *n == text).map(|(n, mm)| (n.to_string(), *mm)).ok_or_else(|| Error::UnknownName {
+        what: "unit",
+        given: printable(text),
+        nearest: nearest(text, known.iter().map(|k| k.0)),
+        known: known.iter().map(|k| k.0.to_string()).collect(),
+    })
+}
+
+/// A spacing.
+pub fn voxel(text: &str) -> Result<Length> {
+    let length = Length::parse(text)?;
+    if (1e-6..=1e6).contains(&length.as_mm()) {
+        Ok(length)
+    } else {
+        Err(usage(
+            &format!("--voxel {} is out of range", printable(text)),
+            "give a spacing from 0.000001mm to 1000000mm",
+        ))
+    }
+}
+
+/// A positive count with a suffix, such as 64M or 4GiB.
+pub fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
+    let text = text.trim();
+    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let factor = match text[digits..].trim() {
+        "" => Some(1),
+        suffix => suffixes.iter().find(|(s, _)| s.eq_ignore_ascii_case(suffix)).map(|(_, f)| *f),
+    };
+    match (text[..digits].parse::<f64>(), factor) {
+        (Ok(n), Some(f)) if n > 0.0 && n < 1e15 => Ok((n * f as f64) as u128),
+        _ => {
+            let names: Vec<&str> = suffixes.iter().map(|s| s.0).collect();
+            Err(usage(
+                &format!("`{}` is not a count", printable(text)),
+                &format!("write a positive number with one of {}", names.join(", ")),
+            ))
+        }
+    }
+}
+
+/// A number of bytes, such as 4GiB.
+pub fn bytes(text: &str) -> Result<u128> {
+    count(
+        text,
+        &[
+            ("KiB", 1 << 10),
+            ("MiB", 1 << 20),
+            ("GiB", 1 << 30),
+            ("kB", 1_000),
+            ("MB", 1_000_000),
+            ("GB", 1_000_000_000),
+        ],
+    )
+}
+
+/// Each given word as it stands in a closed list.
+pub fn one_of<'k>(what: &'static str, given: &[String], known: &[&'k str]) -> Result<Vec<&'k str>> {
+    given
+        .iter()
+        .map(|g| {
+            known.iter().find(|k| *k == g).copied().ok_or_else(|| Error::UnknownName {
+                what,
+                given: printable(g),
+                nearest: nearest(g, known.iter().copied()),
+                known: known.iter().map(|k| k.to_string()).collect(),
+            })
+        })
+        .collect()
+}
+
+/// The error of an option that makes no sense as given.
+pub fn usage(problem: &str, remedy: &str) -> Error {
+    Error::Usage { problem: problem.into(), remedy: remedy.into() }
+}
