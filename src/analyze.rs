@@ -92,7 +92,7 @@ impl Prepared {
 /// Reads units, poses the part and chooses the grid; nothing large is allocated.
 ///
 /// # Errors
-/// [`Error::TooLarge`] if an explicit spacing needs more memory than allowed, with the spacing that fits; otherwise as
+/// [`crate::Error::TooLarge`] if an explicit spacing needs more memory than allowed, with the spacing that fits; otherwise as
 /// [`Part::new`].
 pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
     let start = Instant::now();

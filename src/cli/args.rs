@@ -207,7 +207,7 @@ pub struct How {
     #[arg(long, value_name = "mm|cm|m|in|um")]
     pub units: Option<String>,
 
-    /// File for the result; its suffix names the format [default: <part>_<operation>.stl]
+    /// File for the result; its suffix names the format [default: PART_OPERATION.stl]
     #[arg(long, value_name = "FILE.stl|.glb|.obj|.ply|.3mf")]
     pub out: Option<PathBuf>,
 }
