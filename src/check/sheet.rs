@@ -315,12 +315,13 @@ impl Sheets<'_> {
         locate(&mut f, self.part, self.context, worst.at, extent);
         f.kind = format!("{}-undecided", kind.name);
         f.count = open.len() as u64;
-        f.message = format!(
-            "{} places were not decided before the budget ended; none is thinner than {} mm",
-            open.len(),
-            short(worst.low)
-        );
-        f.fix = format!("decide them with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
+        let bound = if worst.low > 0.0 {
+            format!("none is thinner than {} mm", short(worst.low))
+        } else {
+            "how thin they are is not known".into()
+        };
+        f.message = format!("{} places were not decided before the budget ended; {bound}", open.len());
+        f.fix = format!("run again with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
         Some(f)
     }
 

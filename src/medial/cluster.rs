@@ -111,9 +111,9 @@ impl UnionFind {
     }
 }
 
-/// Extents of a cloud of centres along its principal axes, longest first.
+/// Sides of a box about a cloud of centres, longest first: across its principal plane, the tightest of eighteen turns in it.
 ///
-/// Two long extents make a sheet, one makes a rod, none a blob.
+/// Two long sides make a sheet, one makes a rod, none a blob.
 pub fn principal_extents(points: &[Vec3]) -> [f64; 3] {
     let Some((lo, hi)) = bounds(points.iter().copied()) else { return [0.0; 3] };
     let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
@@ -126,16 +126,22 @@ pub fn principal_extents(points: &[Vec3]) -> [f64; 3] {
             }
         }
     }
-    let axes = eigenvectors(m);
-    let mut extents = axes.map(|axis| {
-        let (lo, hi) = points
-            .iter()
-            .map(|p| dot(*p, axis))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    let span = |axis: Vec3| {
+        let ends = |(l, h): (f64, f64), p: &Vec3| (l.min(dot(*p, axis)), h.max(dot(*p, axis)));
+        let (lo, hi) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
         hi - lo
+    };
+    let mut axes = eigenvectors(m);
+    axes.sort_by(|a, b| span(*b).total_cmp(&span(*a)));
+    let [u, v, across] = axes;
+    let turned = (0..18).map(|k| {
+        let (s, c) = (5.0 * k as f64).to_radians().sin_cos();
+        let (a, b) = ([0, 1, 2].map(|i| c * u[i] + s * v[i]), [0, 1, 2].map(|i| c * v[i] - s * u[i]));
+        [span(a), span(b)]
     });
-    extents.sort_by(|a, b| b.total_cmp(a));
-    extents
+    let least = turned.reduce(|best, t| if t[0] * t[1] < best[0] * best[1] - 1e-12 { t } else { best });
+    let [a, b] = least.unwrap_or([0.0; 2]);
+    [a.max(b), a.min(b), span(across)]
 }
 
 /// Eigenvectors of a symmetric matrix by Jacobi rotations.
