@@ -310,7 +310,7 @@ fn no_file_names_a_place_of_one_machine() {
     for p in tracked() {
         let Ok(text) = std::fs::read_to_string(&p) else { continue };
         for (i, line) in text.lines().enumerate() {
-            // A place starts behind a blank, a quote or a bracket; in `a/work/b` and in addresses it is a name like others.
+            // A place starts behind a blank, a quote or a bracket; in `a/home/b` and in addresses it is a name like others.
             let starts = |at: usize| !line[..at].ends_with(|c: char| is_word(c) || "./-:}".contains(c));
             if places.iter().any(|place| line.match_indices(place).any(|(at, _)| starts(at))) {
                 broken.push(format!("{}:{}", p.display(), i + 1));
