@@ -1,9 +1,9 @@
-//! Pixels into a PNG file with a palette (ISO/IEC 15948): small enough to be mailed.
+//! Pixels into a PNG file of few colours: small enough to be mailed.
 
 use super::canvas::Canvas;
 use super::colour::Rgb;
-use flate2::{Compression, Crc, write::ZlibEncoder};
-use std::io::Write;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
 
 /// Bits kept of each channel when colours are counted.
 const BITS: u32 = 6;
@@ -17,39 +17,13 @@ const BITS: u32 = 6;
 /// The palette is by median cut (Heckbert 1982), each colour the mean of its box.
 pub fn encode(canvas: &Canvas, colours: usize) -> Vec<u8> {
     let (palette, table) = palette(canvas.pixels(), colours.clamp(2, 256));
-    let mut rows = Vec::with_capacity((canvas.width() + 1) * canvas.height());
-    for row in canvas.pixels().chunks_exact(canvas.width()) {
-        rows.push(0);
-        rows.extend(row.iter().map(|&c| table[bin(c)]));
-    }
-    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut header = Vec::new();
-    header.extend((canvas.width() as u32).to_be_bytes());
-    header.extend((canvas.height() as u32).to_be_bytes());
-    header.extend([8, 3, 0, 0, 0]);
-    chunk(&mut out, b"IHDR", &header);
-    chunk(&mut out, b"PLTE", &palette.concat());
-    chunk(&mut out, b"IDAT", &deflated(&rows));
-    chunk(&mut out, b"IEND", &[]);
+    let pixels: Vec<u8> = canvas.pixels().iter().flat_map(|&c| palette[usize::from(table[bin(c)])]).collect();
+    let mut out = Vec::new();
+    // Few colours repeat whole pixels, which deflate packs best without a filter. Writing to memory cannot fail.
+    let to = PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::NoFilter);
+    let (width, height) = (canvas.width() as u32, canvas.height() as u32);
+    let _ = to.write_image(&pixels, width, height, ExtendedColorType::Rgb8);
     out
-}
-
-/// Bytes as a zlib stream.
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut to = ZlibEncoder::new(Vec::new(), Compression::new(6));
-    // Writing to memory cannot fail.
-    let _ = to.write_all(bytes);
-    to.finish().unwrap_or_default()
-}
-
-fn chunk(out: &mut Vec<u8>, name: &[u8; 4], body: &[u8]) {
-    out.extend((body.len() as u32).to_be_bytes());
-    out.extend(name);
-    out.extend(body);
-    let mut crc = Crc::new();
-    crc.update(name);
-    crc.update(body);
-    out.extend(crc.sum().to_be_bytes());
 }
 
 /// Where a colour is counted.
