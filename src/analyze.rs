@@ -144,6 +144,7 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
     let context = Context { refine: options.refine, spacing_mm: grid.h() };
     let mut checks = Vec::new();
     let mut wanted: Vec<Wanted> = Vec::new();
+    let mut shapes = Vec::new();
     let mut notices = prepared.notices.clone();
     notices.extend(part.notices());
     let mut spent = 0;
@@ -152,6 +153,7 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
         if let Some(m) = measured {
             spent += m.spent;
             notices.extend(m.notices);
+            shapes.extend(m.shapes);
             wanted.extend(m.map.map(|map| (report.name.clone(), map)));
         }
         lap(&report.name);
@@ -179,7 +181,7 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
     };
     report.summary = sentence(&report);
     lap("judge");
-    let exhibit = mount(part, &report, &wanted);
+    let exhibit = mount(part, &report, &wanted, shapes);
     lap("mount");
     Ok(Analysis { report, exhibit, timings })
 }

@@ -2,6 +2,8 @@
 
 use super::finding::{Bracket, Finding, Limits, Sense};
 use crate::error::Result;
+use crate::field::Field;
+use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use crate::medial::cover::FacetSheet;
 use crate::part::Part;
@@ -51,6 +53,8 @@ pub enum MapKind {
     Gap,
     /// Angle of downward surface from the horizontal.
     Slope,
+    /// The field of the map, read at the surface.
+    Sampled,
 }
 
 /// A surface map a check wants beside its findings.
@@ -64,6 +68,19 @@ pub struct MapWanted {
     pub open_end: f64,
     /// What the check already knows of each facet of the mesh; empty for maps that need no search.
     pub facets: Vec<FacetSheet>,
+    /// What a [`MapKind::Sampled`] map reads, in the frame of the build; NaN where nothing is measured.
+    pub field: Option<Field<f32>>,
+}
+
+/// A shape worth showing beside the part: supports, a trapped volume, the part as printed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeShown {
+    /// A short name, such as `supports`.
+    pub name: &'static str,
+    /// What is shown, such as `Supports, 12 cm³`.
+    pub title: String,
+    /// Its surface in the frame of the build.
+    pub mesh: TriangleMesh,
 }
 
 /// A check that ran.
@@ -77,6 +94,8 @@ pub struct Measured {
     /// The rule whose limit stands beside the worst value.
     pub rule: Option<&'static str>,
     pub map: Option<MapWanted>,
+    /// Shapes to be shown with the part.
+    pub shapes: Vec<ShapeShown>,
     /// Evaluations spent.
     pub spent: u64,
     /// What the report has to repeat.

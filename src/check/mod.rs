@@ -15,5 +15,5 @@ pub mod registry;
 mod sheet;
 mod thin_wall;
 
-pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst};
+pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst};
 pub use finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};

@@ -51,6 +51,7 @@ impl Check for NarrowGap {
             limits: widest,
             open_end: sheets.notice(),
             facets,
+            field: None,
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }

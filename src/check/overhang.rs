@@ -55,6 +55,7 @@ impl Check for Overhang {
                 limits,
                 open_end: 90.0,
                 facets: Vec::new(),
+                field: None,
             }),
             ..Measured::default()
         };

@@ -52,6 +52,7 @@ impl Check for ThinWall {
             limits,
             open_end: sheets.notice(),
             facets,
+            field: None,
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }

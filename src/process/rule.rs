@@ -12,6 +12,10 @@ pub enum Dimension {
     Angle,
     /// Square millimetres.
     Area,
+    /// Cubic millimetres.
+    Volume,
+    /// A pure number: a ratio or a count.
+    Number,
 }
 
 impl Dimension {
@@ -21,6 +25,8 @@ impl Dimension {
             Dimension::Length => "mm",
             Dimension::Angle => "deg",
             Dimension::Area => "mm2",
+            Dimension::Volume => "mm3",
+            Dimension::Number => "1",
         }
     }
 
@@ -39,6 +45,16 @@ impl Dimension {
             Dimension::Area => match split_unit(text)? {
                 (value, "" | "mm2" | "mm²") => value,
                 _ => return Err(out_of_range(text, "an area such as 2mm2")),
+            },
+            Dimension::Volume => match split_unit(text)? {
+                (value, "" | "mm3" | "mm³") => value,
+                (value, "cm3" | "cm³" | "ml") => 1e3 * value,
+                _ => return Err(out_of_range(text, "a volume such as 2mm3")),
+            },
+            Dimension::Number => match split_unit(text)? {
+                (value, "" | "1") => value,
+                (value, "%") => 0.01 * value,
+                _ => return Err(out_of_range(text, "a number without a unit")),
             },
         };
         let most = if self == Dimension::Angle { 90.0 } else { 1e6 };

@@ -1,8 +1,8 @@
 //! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
 
-use super::exhibit::{Exhibit, Slice, SurfaceMap, Volume};
+use super::exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
 use super::schema::Report;
-use crate::check::{MapKind, MapWanted};
+use crate::check::{MapKind, MapWanted, ShapeShown};
 use crate::field::Field;
 use crate::geometry::vector::{Vec3, along, distance, sub};
 use crate::grid::Grid;
@@ -13,6 +13,8 @@ use rayon::prelude::*;
 
 /// Facets of the display copy at most; larger parts show an even selection and say so.
 const MOST_FACETS: usize = 300_000;
+/// Edge of a display facet in samples of a field read on it.
+const RESOLVED: f64 = 2.0;
 /// Pieces that splitting may make in all.
 const MOST_PIECES: usize = 30_000;
 
@@ -23,7 +25,7 @@ pub type Wanted = (String, MapWanted);
 ///
 /// # Cost
 /// One search of the opposing surface for each corner of a facet near one; nothing for facets that have none in reach.
-pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
+pub fn mount(part: &Part, report: &Report, wanted: &[Wanted], shapes: Vec<ShapeShown>) -> Exhibit {
     let stride = part.mesh().triangles.len().div_ceil(MOST_FACETS).max(1);
     let facets: Vec<usize> = (0..part.mesh().triangles.len()).step_by(stride).collect();
     let left_out = part.mesh().triangles.len() - facets.len();
@@ -35,9 +37,15 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted]) -> Exhibit {
         maps,
         slices: slices(part, report),
         facets_left_out: left_out,
-        layers: Vec::new(),
+        layers: shapes.into_iter().map(layer).collect(),
         volume: part.solid().ok().and_then(|s| volume(s.density.field())),
     }
+}
+
+fn layer(shape: ShapeShown) -> Layer {
+    let mesh = shape.mesh;
+    let corners = (0..mesh.triangles.len()).flat_map(|f| mesh.corners(f)).collect();
+    Layer { name: shape.name.into(), title: shape.title, corners }
 }
 
 /// A piece of a facet.
@@ -53,8 +61,11 @@ enum Shown {
 }
 
 fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
-    if side_of(map.kind).is_none() {
-        return Shown::Constant(slope(part, facet));
+    match (map.kind, &map.field) {
+        (MapKind::Slope, _) => return Shown::Constant(slope(part, facet)),
+        (MapKind::Sampled, Some(_)) => return Shown::Varies,
+        (MapKind::Sampled, None) => return Shown::Constant(f64::NAN),
+        (MapKind::Wall | MapKind::Gap, _) => {}
     }
     if !part.bounds_solid(facet) {
         return Shown::Constant(f64::NAN);
@@ -71,7 +82,12 @@ fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
 fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
     let varies = |&f: &usize| wanted.iter().any(|(_, m)| matches!(shown(part, m, f), Shown::Varies));
     let near: Vec<bool> = facets.iter().map(varies).collect();
-    let reach = wanted.iter().filter(|(_, m)| side_of(m.kind).is_some()).map(|(_, m)| m.open_end).fold(0.0, f64::max);
+    let resolution = |m: &MapWanted| match &m.field {
+        Some(field) => RESOLVED * field.grid().h(),
+        None if side_of(m.kind).is_some() => m.open_end,
+        None => 0.0,
+    };
+    let reach = wanted.iter().map(|(_, m)| resolution(m)).fold(0.0, f64::max);
     let area: f64 = facets.iter().zip(&near).filter(|(_, n)| **n).map(|(&f, _)| part.mesh().facet_area(f)).sum();
     let edge = reach.max((4.0 * area / MOST_PIECES as f64).sqrt());
     let mut pieces = Vec::with_capacity(facets.len());
@@ -102,7 +118,7 @@ fn side_of(kind: MapKind) -> Option<Side> {
     match kind {
         MapKind::Wall => Some(Side::Material),
         MapKind::Gap => Some(Side::Void),
-        MapKind::Slope => None,
+        MapKind::Slope | MapKind::Sampled => None,
     }
 }
 
@@ -122,6 +138,9 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, pieces: &[Piece]) -> S
 }
 
 fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &Piece) -> [f32; 3] {
+    if let (MapKind::Sampled, Some(field)) = (map.kind, &map.field) {
+        return piece.corners.map(|p| interpolated(field, p));
+    }
     match (shown(part, map, piece.facet), features, side_of(map.kind)) {
         (Shown::Varies, Some(features), Some(side)) => {
             let axis = part.mesh().normal(piece.facet).map(|x| x * side.sign());
@@ -136,6 +155,23 @@ fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &
         (Shown::Constant(value), _, _) => [value as f32; 3],
         _ => [f32::NAN; 3],
     }
+}
+
+/// Trilinear mean of the samples about a point that hold a number; NaN where none does.
+fn interpolated(field: &Field<f32>, p: Vec3) -> f32 {
+    let at = field.grid().continuous_index(p);
+    let base = at.map(f64::floor);
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for corner in 0..8usize {
+        let step = [0, 1, 2].map(|a| (corner >> a) & 1);
+        let value = f64::from(field.at([0, 1, 2].map(|a| base[a] as isize + step[a] as isize)));
+        let share: f64 = (0..3).map(|a| (1.0 - (at[a] - base[a] - step[a] as f64).abs()).max(1e-6)).product();
+        if value.is_finite() {
+            sum += share * value;
+            weight += share;
+        }
+    }
+    (sum / weight) as f32
 }
 
 /// Angle of a downward facet from the horizontal, degrees; NaN where it looks up or lies on the plate.
@@ -213,4 +249,26 @@ fn slices(part: &Part, report: &Report) -> Vec<Slice> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Length;
+
+    #[test]
+    fn a_field_is_read_between_its_samples_and_past_those_that_hold_no_number() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [3, 3, 3]).unwrap();
+        let x_of = |at: usize| grid.position(grid.index(at))[0] as f32;
+        let mut values: Vec<f32> = (0..grid.samples()).map(x_of).collect();
+        let whole = Field::from_values(grid, values.clone(), f32::NAN).unwrap();
+        assert!((interpolated(&whole, [0.25, 1.0, 1.5]) - 0.25).abs() < 1e-5);
+        for (at, v) in values.iter_mut().enumerate().filter(|(at, _)| grid.index(*at)[0] == 0) {
+            assert_eq!(grid.index(at)[0], 0);
+            *v = f32::NAN;
+        }
+        let part = Field::from_values(grid, values, f32::NAN).unwrap();
+        assert!((interpolated(&part, [0.25, 1.0, 1.5]) - 1.0).abs() < 1e-5);
+        assert!(interpolated(&part, [-5.0, 1.0, 1.0]).is_nan());
+    }
 }
