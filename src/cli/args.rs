@@ -15,6 +15,32 @@ pub struct Arguments {
     #[arg(value_name = "PART", required = false)]
     pub part: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub how: Judging,
+
+    /// Folder for the results; reports/ and the name of the part if left out
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print only the report's JSON
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+
+    /// Print only the verdict
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    /// An earlier report.json to compare with
+    #[arg(long, value_name = "OLD.json")]
+    pub baseline: Option<PathBuf>,
+
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// How a part is judged.
+#[derive(Debug, Args)]
+pub struct Judging {
     /// Process to judge by: fdm, sla, sls, mjf, lpbf, binder-jet, or a profile of your own
     #[arg(long, default_value = "fdm", value_name = "NAME|FILE.toml")]
     pub process: String,
@@ -55,25 +81,9 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "LIST")]
     pub skip: Vec<String>,
 
-    /// Folder for the results; reports/ and the name of the part if left out
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-
     /// What to write: json, html, png, glb, markdown, junit, sarif, badge
     #[arg(long, value_delimiter = ',', default_value = "json,html,png", value_name = "LIST")]
     pub format: Vec<String>,
-
-    /// Print only the report's JSON
-    #[arg(long, conflicts_with = "quiet")]
-    pub json: bool,
-
-    /// Print only the verdict
-    #[arg(long, short)]
-    pub quiet: bool,
-
-    /// An earlier report.json to compare with
-    #[arg(long, value_name = "OLD.json")]
-    pub baseline: Option<PathBuf>,
 
     /// What makes the exit code 1: a check that fails, also one that warns or is undecided, only what is new; or never
     #[arg(long, default_value = "fail", value_name = "fail|warn|undecided|new|never")]
@@ -82,9 +92,6 @@ pub struct Arguments {
     /// Read what is whole of a damaged file, and say what was dropped
     #[arg(long)]
     pub salvage: bool,
-
-    #[command(subcommand)]
-    pub command: Option<Command>,
 }
 
 /// The commands beside judging a part.

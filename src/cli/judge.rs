@@ -1,6 +1,6 @@
 //! `amcheck PART`: from words to a written report.
 
-use super::args::Arguments;
+use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxel};
 use crate::analyze::{Analysis, Options, prepare, run};
@@ -22,10 +22,10 @@ const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "s
 pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let start = Instant::now();
     let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
-    let options = options(a)?;
-    let fail_on = fail_on(&a.fail_on)?;
-    threads(a)?;
-    let formats = one_of("format", &a.format, FORMATS)?;
+    let options = options(&a.how)?;
+    let fail_on = fail_on(&a.how.fail_on)?;
+    threads(&a.how)?;
+    let formats = one_of("format", &a.how.format, FORMATS)?;
     let baseline = a.baseline.as_deref().map(read_report).transpose()?;
     if fail_on == FailOn::New && baseline.is_none() {
         return Err(usage("--fail-on new has nothing to compare with", "add --baseline OLD.json"));
@@ -33,7 +33,7 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let delivery = Delivery::open(&out_dir(a, &part))?;
     let progress = Progress { on: !a.quiet && !a.json && std::io::stderr().is_terminal() };
     progress.say("reading");
-    let salvage = if a.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
+    let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
     let (content, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
     let prepared = prepare(&part.to_string_lossy(), &content, loaded, &options)?;
     drop(content);
@@ -134,7 +134,7 @@ fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: Option<&Comp
     files
 }
 
-fn options(a: &Arguments) -> Result<Options> {
+pub(super) fn options(a: &Judging) -> Result<Options> {
     let mut process = process(&a.process)?;
     for limit in &a.limits {
         process.override_limit(limit)?;
@@ -167,7 +167,7 @@ fn process(name: &str) -> Result<Process> {
     Process::from_toml(name, &text)
 }
 
-fn threads(a: &Arguments) -> Result<()> {
+pub(super) fn threads(a: &Judging) -> Result<()> {
     match a.threads {
         Some(0) => Err(usage("--threads 0", "give at least one thread, or leave the option out")),
         Some(n) => {

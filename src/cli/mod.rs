@@ -11,5 +11,5 @@ mod operand;
 mod operate;
 mod words;
 
-pub use args::{Arguments, Command, How, Operation, Pair};
+pub use args::{Arguments, Command, How, Judging, Operation, Pair};
 pub use command::main;
