@@ -161,6 +161,23 @@ impl Grid {
             [0, 1, 2].map(|a| self.dims[a].saturating_add(before[a]).saturating_add(after[a])),
         )
     }
+
+    /// The samples of the same lattice, continued beyond this grid where need be, whose cubes meet the box `[min, max]`.
+    ///
+    /// # Errors
+    /// As [`Grid::new`]; a box without extent still has the samples at its place.
+    pub fn window(&self, min: [f64; 3], max: [f64; 3]) -> Result<Self> {
+        let [first, last] = [min, max].map(|p| self.continuous_index(p).map(|c| (c + 0.5).floor()));
+        let mut dims = [0usize; 3];
+        for a in 0..3 {
+            let count = last[a] - first[a] + 1.0;
+            if !(1.0..=1e12).contains(&count) {
+                return Grid::new(min, self.spacing, [if count > 1e12 { usize::MAX } else { 0 }; 3]);
+            }
+            dims[a] = count as usize;
+        }
+        Grid::new([0, 1, 2].map(|a| self.origin[a] + self.h() * first[a]), self.spacing, dims)
+    }
 }
 
 /// Bytes that casting takes for each sample: three bit sets, an f32 density and the voxelizer's scratch.
@@ -251,6 +268,21 @@ mod tests {
         for (a, extent) in [10.0, 1.0, 0.05].into_iter().enumerate() {
             assert!(first[a] <= -0.3 * 1.5 && last[a] >= extent + 0.3 * 1.5, "axis {a}: {first:?} {last:?}");
         }
+    }
+
+    #[test]
+    fn a_window_is_made_of_samples_of_the_whole() {
+        let whole = Grid::covering([0.0; 3], [10.0, 5.0, 2.0], Length::mm(0.3), 1, [0.1, 0.2, 0.3]).unwrap();
+        let window = whole.window([3.1, -4.0, 1.0], [4.2, 1.0, 1.0]).unwrap();
+        for at in [0, window.samples() - 1] {
+            let index = whole.continuous_index(window.position(window.index(at)));
+            assert!(index.iter().all(|c| (c - c.round()).abs() < 1e-9), "{index:?}");
+        }
+        let (first, last) = (window.position([0; 3]), window.position(window.dims().map(|n| n - 1)));
+        for (a, (lo, hi)) in [(3.1, 4.2), (-4.0, 1.0), (1.0, 1.0)].into_iter().enumerate() {
+            assert!(first[a] - 0.15 <= lo && lo < first[a] + 0.15 && last[a] - 0.15 <= hi && hi < last[a] + 0.15);
+        }
+        assert!(whole.window([1.0; 3], [0.0; 3]).is_err() && whole.window([0.0; 3], [f64::NAN; 3]).is_err());
     }
 
     #[test]

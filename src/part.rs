@@ -4,9 +4,10 @@ use crate::error::{Error, Result};
 use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::{Vec3, along, dot, sub};
 use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
-use crate::grid::Grid;
+use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::medial::{Features, Side};
 use crate::notice::Notice;
+use crate::units::Length;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -67,6 +68,8 @@ pub struct Part {
     solid: OnceLock<Result<Solid>>,
 }
 
+/// What one window may take, bytes.
+const WINDOW_BYTES: u128 = 1 << 30;
 /// A winding number that is clearly inside, just beside a facet.
 const ENCLOSED: f64 = 0.75;
 /// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
@@ -249,15 +252,37 @@ impl Part {
     pub fn solid(&self) -> Result<&Solid> {
         let cast = || {
             let grid = self.grid.ok_or_else(|| Error::Internal { problem: "the part has no grid yet".into() })?;
-            // Where the crossings of a row do not add up, the winding number still tells inside from outside.
-            let by_crossings = self.health.is_solid().then(|| voxelize(&self.mesh, &grid, InsideRule::Crossings));
-            match by_crossings {
-                Some(Ok(solid)) => Ok(solid),
-                Some(Err(Error::Operand { .. })) | None => voxelize(&self.mesh, &grid, InsideRule::Winding),
-                Some(Err(e)) => Err(e),
-            }
+            self.cast(&grid)
         };
         self.solid.get_or_init(cast).as_ref().map_err(Clone::clone)
+    }
+
+    /// The part cast finer, or coarser, inside the box `[lo, hi]` of the build's frame only.
+    ///
+    /// The samples are those that the whole part would have at this spacing and phase 0, and so are their bits and densities (up to the
+    /// rounding of corners, h/2^16); what lies outside the box still decides what is inside. To see which samples of a field of reach r
+    /// are right, widen the box by r.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] for more than 1 GiB; otherwise as [`Part::solid`].
+    ///
+    /// # Cost
+    /// O(facets + cubes of the box that are touched + samples/64).
+    pub fn window(&self, lo: Vec3, hi: Vec3, spacing: Length) -> Result<Solid> {
+        let whole = Grid::covering([0.0; 3], self.extent(), spacing, 1, [0.0; 3])?;
+        Fitting::within(sub(hi, lo).map(|x| x.max(0.0)), spacing, BYTES_PER_SAMPLE, WINDOW_BYTES)?;
+        self.cast(&whole.window(lo, hi)?)
+    }
+
+    /// The part on a grid, by crossings where the surface allows it.
+    fn cast(&self, grid: &Grid) -> Result<Solid> {
+        // Where the crossings of a row do not add up, the winding number still tells inside from outside.
+        let by_crossings = self.health.is_solid().then(|| voxelize(&self.mesh, grid, InsideRule::Crossings));
+        match by_crossings {
+            Some(Ok(solid)) => Ok(solid),
+            Some(Err(Error::Operand { .. })) | None => voxelize(&self.mesh, grid, InsideRule::Winding),
+            Some(Err(e)) => Err(e),
+        }
     }
 }
 
@@ -306,4 +331,56 @@ fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair>
             Some(BodyPair { bodies: [a, b], distance, points: [p, q] })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Indicator;
+    use crate::geometry::Primitive;
+
+    /// Two balls that cross, so that samples with winding number 2 occur; turned so that no facet lies along the lattice.
+    fn pair_of_balls() -> TriangleMesh {
+        let ball = Primitive::Ball { radius: Length::mm(3.0) }.mesh(Length::mm(0.05));
+        let (s, c) = 0.5f64.sin_cos();
+        let turned = ball.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [4.0, 0.5, 0.25]);
+        ball.joined(&turned)
+    }
+
+    #[test]
+    fn a_window_is_the_same_samples_of_a_finer_whole() {
+        let torn = TriangleMesh { triangles: pair_of_balls().triangles[3..].to_vec(), ..pair_of_balls() };
+        for (mesh, h) in [(pair_of_balls(), 0.11), (pair_of_balls(), 0.25), (torn, 0.2)] {
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
+            let spacing = Length::mm(h);
+            let whole = part.window([-0.01; 3], part.extent().map(|x| x + 0.01), spacing).expect("the whole");
+            for (lo, hi) in
+                [([2.0, 1.0, 3.0], [7.0, 4.0, 4.0]), ([-1.0, 2.0, 2.0], [3.0, 9.0, 2.0]), ([4.0; 3], [4.0; 3])]
+            {
+                let window = part.window(lo, hi, spacing).expect("a window");
+                window.validate().expect("a solid");
+                let first = whole.centres.grid().continuous_index(window.centres.grid().origin());
+                let (first, dims) = (first.map(|c| c.round() as isize), window.centres.grid().dims());
+                let same = |of_whole: &Indicator, of_window: &Indicator| {
+                    let cut = of_whole.placed(first, *of_window.grid()).expect("a window");
+                    assert_eq!(&cut, of_window, "{h} {lo:?}");
+                };
+                same(&whole.centres, &window.centres);
+                same(&whole.inner, &window.inner);
+                same(&whole.outer, &window.outer);
+                for at in 0..window.centres.grid().samples() {
+                    let i = window.centres.grid().index(at);
+                    let of_whole = whole.density.field().at([0, 1, 2].map(|a| first[a] + i[a] as isize));
+                    assert!((of_whole - window.density.field().values()[at]).abs() < 1e-4, "{h} {i:?} of {dims:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_too_large_is_refused_before_it_is_taken() {
+        let part = Part::new(pair_of_balls(), Up::PlusZ, 1e-6, 1.0).expect("a part");
+        let refused = part.window([0.0; 3], part.extent(), Length::mm(1e-3));
+        assert!(matches!(refused, Err(Error::TooLarge { .. })), "{refused:?}");
+    }
 }
