@@ -3,6 +3,7 @@
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, angle, bounds, cross, distance, norm, scale, sub};
 use crate::units::Angle;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
@@ -47,15 +48,10 @@ pub fn downward_regions(
     step: f64,
     covered: impl Fn(u32) -> bool,
 ) -> Vec<DownwardRegion> {
-    let on_plate = plate_z + step.max(1e-4);
-    let down: Vec<(u32, Vec3)> = (0..mesh.triangles.len())
-        .filter_map(|f| {
-            let n = mesh.normal(f);
-            let corners = mesh.corners(f);
-            let looks_down = n[2] < 0.0 && slope(n).as_radians() < limit.as_radians() - tie(corners, step);
-            (looks_down && corners.iter().any(|p| p[2] > on_plate)).then_some((f as u32, n))
-        })
-        .filter(|&(f, _)| !covered(f))
+    let down: Vec<(u32, Vec3)> = downward_facets(mesh, plate_z, limit, step)
+        .into_iter()
+        .filter(|&f| !covered(f))
+        .map(|f| (f, mesh.normal(f as usize)))
         .collect();
     let edges = shared_edges(mesh, &down);
     let mut parent: Vec<usize> = (0..down.len()).collect();
@@ -67,6 +63,24 @@ pub fn downward_regions(
         regions.entry(root(&mut parent, i)).or_default().push(f);
     }
     regions.into_values().filter_map(|facets| describe(mesh, facets)).collect()
+}
+
+/// The facets whose outward normal points down and whose angle from the horizontal is below `limit`, in increasing order.
+///
+/// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, with the tie of [`downward_regions`].
+///
+/// # Cost
+/// O(facets).
+pub fn downward_facets(mesh: &TriangleMesh, plate_z: f64, limit: Angle, step: f64) -> Vec<u32> {
+    let on_plate = plate_z + step.max(1e-4);
+    let looks_down = |f: usize| {
+        let n = mesh.normal(f);
+        let corners = mesh.corners(f);
+        n[2] < 0.0
+            && slope(n).as_radians() < limit.as_radians() - tie(corners, step)
+            && corners.iter().any(|p| p[2] > on_plate)
+    };
+    (0..mesh.triangles.len()).into_par_iter().filter(|&f| looks_down(f)).map(|f| f as u32).collect()
 }
 
 /// Pairs of downward facets that share an edge.

@@ -2,6 +2,8 @@
 
 mod downward;
 mod island;
+mod support;
 
-pub use downward::{DownwardRegion, downward_regions};
+pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
+pub use support::{Supports, supports};
