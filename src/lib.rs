@@ -17,10 +17,12 @@
 //!
 //! A module uses only modules of a lower layer or of its own folder; a test reads the `use` lines and says so:
 //! error and notice, units, grid, field, {geometry, distance, convolution}, {io, morphology, medial, topology,
-//! layer, process}, access, part, check, report, analyze, cli.
+//! layer, process}, access, part, check, report, {analyze, batch}, cli.
 
 #[cfg(feature = "report")]
 pub mod analyze;
+#[cfg(feature = "report")]
+pub mod batch;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod cli;

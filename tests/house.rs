@@ -14,7 +14,7 @@ const FLOORS: &[(usize, &[&str])] = &[
     (7, &["part"]),
     (8, &["check"]),
     (9, &["report"]),
-    (10, &["analyze", "operate"]),
+    (10, &["analyze", "batch", "operate"]),
     (11, &["cli"]),
     (12, &["main"]),
 ];

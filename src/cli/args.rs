@@ -109,6 +109,17 @@ pub enum Command {
         /// The later report.json
         new: PathBuf,
     },
+    /// Judge many parts: one table, a result of each, nothing judged twice
+    Batch(Box<Batch>),
+    /// Join the tables of several batches or shares into one
+    Merge {
+        /// Folders that batches wrote to
+        #[arg(required = true, value_name = "DIR")]
+        folders: Vec<PathBuf>,
+        /// Folder for the table; the first one named if left out
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     #[command(flatten)]
     Make(Operation),
     /// The built-in processes with their limits and sources
@@ -117,6 +128,41 @@ pub enum Command {
     Schema,
     /// Completions for a shell
     Completions { shell: clap_complete::Shell },
+}
+
+/// Which parts a batch judges, and how.
+#[derive(Debug, Args)]
+pub struct Batch {
+    /// Folders, parts, or lists with one path on each line; `-` reads a list from standard input
+    #[arg(required = true, value_name = "DIR|PART|LIST")]
+    pub parts: Vec<PathBuf>,
+
+    /// Folder for the results and the table
+    #[arg(long, default_value = "reports/batch", value_name = "DIR")]
+    pub out: PathBuf,
+
+    /// Take only share i of n, for task i of a job array; `amcheck merge` joins the tables
+    #[arg(long, value_name = "i/n")]
+    pub shard: Option<String>,
+
+    /// Parts in work at a time [default: one for every four threads]
+    #[arg(long, value_name = "N")]
+    pub jobs: Option<usize>,
+
+    /// Judge again what earlier runs left a result of
+    #[arg(long)]
+    pub fresh: bool,
+
+    /// Print JSON lines
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+
+    /// Print only the count of each result
+    #[arg(long, short)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub how: Judging,
 }
 
 /// The commands that make a shape from shapes.

@@ -2,7 +2,7 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{judge, lists, operate};
+use super::{batch, judge, lists, operate};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -15,10 +15,13 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         Ok(arguments) => arguments,
         Err(e) => return refuse(&e),
     };
+    stop_cleanly();
     let part = arguments.part.as_deref();
     let done: Answer<(String, u8)> = match &arguments.command {
         Some(Command::Explain { name }) => lists::explain(name).map_err(Complaint::from),
         Some(Command::Compare { old, new }) => judge::compare_reports(old, new).map_err(Complaint::from),
+        Some(Command::Batch(options)) => batch::batch(options).map_err(Complaint::from),
+        Some(Command::Merge { folders, out }) => batch::merge_tables(folders, out.as_deref()).map_err(Complaint::from),
         Some(Command::Make(operation)) => operate::operate(operation).map(|text| (text, 0)),
         Some(Command::Processes) => Ok((lists::processes(), 0)),
         Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),
@@ -36,6 +39,16 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             complaint.error.exit_code()
         }
     }
+}
+
+/// On Ctrl-C and on being told to end: nothing half-written stays, and the exit code says so.
+fn stop_cleanly() {
+    // Without a handler the process ends at once, which leaves at most a hidden file.
+    let _ = ctrlc::set_handler(|| {
+        crate::io::abandon_temporaries();
+        complain(&Complaint::from(Error::Interrupted));
+        std::process::exit(i32::from(Error::Interrupted.exit_code()));
+    });
 }
 
 /// Answers words that are no command: the help where it was asked for, else an error like any other.

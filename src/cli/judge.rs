@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Formats a report can be written in.
-const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "sarif", "badge"];
+pub(super) const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "sarif", "badge"];
 
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Result<(String, u8)> {
@@ -91,7 +91,7 @@ pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
 }
 
 /// Every file of the report.
-fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: Option<&Comparison>) -> Files {
+pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: Option<&Comparison>) -> Files {
     let clock = Instant::now();
     let report = &analysis.report;
     let mut files = Files::default();
@@ -181,7 +181,7 @@ pub(super) fn threads(a: &Judging) -> Result<()> {
 
 /// What turns the exit code to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum FailOn {
+pub(super) enum FailOn {
     Fail,
     Warn,
     Undecided,
@@ -189,7 +189,7 @@ enum FailOn {
     Never,
 }
 
-fn fail_on(text: &str) -> Result<FailOn> {
+pub(super) fn fail_on(text: &str) -> Result<FailOn> {
     let known = [
         ("fail", FailOn::Fail),
         ("warn", FailOn::Warn),
@@ -203,7 +203,7 @@ fn fail_on(text: &str) -> Result<FailOn> {
 }
 
 /// Exit code of a verdict; `worse` says that a failure is new or worse than the baseline's.
-fn exit_code(verdict: Verdict, fail_on: FailOn, worse: bool) -> u8 {
+pub(super) fn exit_code(verdict: Verdict, fail_on: FailOn, worse: bool) -> u8 {
     match (verdict, fail_on) {
         (_, FailOn::Never) => 0,
         (_, FailOn::New) => u8::from(worse),

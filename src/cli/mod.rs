@@ -1,6 +1,7 @@
 //! The door: words become options, one call is made, the answer is written and an exit code returned.
 
 mod args;
+mod batch;
 mod command;
 mod complaint;
 mod deliver;
@@ -11,5 +12,5 @@ mod operand;
 mod operate;
 mod words;
 
-pub use args::{Arguments, Command, How, Judging, Operation, Pair};
+pub use args::{Arguments, Batch, Command, How, Judging, Operation, Pair};
 pub use command::main;

@@ -1,9 +1,10 @@
 //! Files that are there whole or not at all.
 
+use super::Temporary;
 use crate::error::{Error, Result, printable};
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Writes a file through a temporary one beside it, which takes its name at the end.
@@ -37,41 +38,33 @@ fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()
         content(&mut out)?;
         return out.flush();
     }
-    let (file, temporary) = Temporary::beside(&path)?;
+    let (file, temporary) = beside(&path)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     content(&mut out)?;
     out.flush()?;
     drop(out);
-    std::fs::rename(&temporary.path, &path)
+    temporary.rename_to(&path)
 }
 
-/// A temporary file, removed when dropped; after the renaming there is nothing left to remove.
-struct Temporary {
-    path: PathBuf,
-}
-
-impl Temporary {
-    fn beside(path: &Path) -> std::io::Result<(File, Self)> {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
-        loop {
-            let mut hidden = std::ffi::OsString::from(".");
-            hidden.push(name);
-            hidden.push(format!(".{}-{}.part", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
-            let temporary = path.with_file_name(hidden);
-            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
-                Ok(file) => return Ok((file, Temporary { path: temporary })),
-                Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(e),
-            }
+/// A file that did not exist before, beside another.
+fn beside(path: &Path) -> std::io::Result<(File, Temporary)> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
+    loop {
+        let mut hidden = std::ffi::OsString::from(".");
+        hidden.push(name);
+        hidden.push(format!(".{}-{}.part", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed)));
+        let place = path.with_file_name(hidden);
+        if place.exists() {
+            continue;
         }
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // Nothing can be done about a failure here, and after success there is no such file.
-        let _ = std::fs::remove_file(&self.path);
+        let temporary = Temporary::claim(place);
+        match OpenOptions::new().write(true).create_new(true).open(temporary.path()) {
+            Ok(file) => return Ok((file, temporary)),
+            // Somebody else made it between the two looks: it is not ours to remove.
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => temporary.keep(),
+            Err(e) => return Err(e),
+        }
     }
 }
 

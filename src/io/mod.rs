@@ -13,6 +13,7 @@ mod atomic;
 pub mod gcode;
 pub mod glb;
 mod loaded;
+pub mod machine;
 pub mod npy;
 pub mod nrrd;
 pub mod obj;
@@ -24,6 +25,7 @@ mod read;
 mod salvage;
 mod sniff;
 pub mod stl;
+mod temporary;
 pub mod threemf;
 pub mod toolpath;
 pub mod vti;
@@ -31,9 +33,10 @@ mod words;
 
 pub use atomic::write_atomically;
 pub use loaded::Loaded;
-#[cfg(feature = "cli")]
+#[cfg(feature = "report")]
 pub(crate) use path::bytes_of;
 pub use path::read_path;
 pub use raster::Raster;
 pub use read::read;
 pub use salvage::Salvage;
+pub use temporary::{Temporary, abandon_temporaries};

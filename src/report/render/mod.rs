@@ -17,4 +17,4 @@ mod section;
 mod sides;
 mod view;
 
-pub use picture::{Picture, pictures};
+pub use picture::{Picture, pictures, thumbnail};

@@ -43,6 +43,16 @@ pub fn pictures(report: &Report, exhibit: &Exhibit) -> Vec<Picture> {
     jobs.par_iter().map(draw).collect()
 }
 
+/// A small picture of the part for a list of parts.
+///
+/// # Cost
+/// O(facets + pixels).
+pub fn thumbnail(report: &Report, exhibit: &Exhibit) -> Picture {
+    let letters = lettering::Lettering::new();
+    let findings = phrase::numbered(report);
+    view::Scene::new(report, exhibit, &findings, &letters).thumbnail()
+}
+
 /// One picture to be made.
 enum Job<'a> {
     Overview(Option<&'a SurfaceMap>),

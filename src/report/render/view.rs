@@ -20,6 +20,8 @@ use crate::units::short;
 const VIEW: [usize; 2] = [1200, 760];
 /// Width and height of a close-up.
 const CLOSE: [usize; 2] = [460, 288];
+/// Width and height of a thumbnail.
+const THUMBNAIL: [usize; 2] = [320, 200];
 /// Height of the title over a view.
 const TITLE: f64 = 66.0;
 /// Most pins on a view.
@@ -97,6 +99,23 @@ impl<'a> Scene<'a> {
             None => ("part".into(), "The part, unpainted.".into()),
         };
         Picture { name, png: png::encode(&canvas, 200), alt }
+    }
+
+    /// The part painted by the map of its worst finding, small, with the pins of that check and nothing else.
+    pub fn thumbnail(&self) -> Picture {
+        let mut canvas = Canvas::new(THUMBNAIL[0], THUMBNAIL[1], STAGE);
+        let worst = self.findings.first();
+        let map = worst.and_then(|n| self.exhibit.maps.iter().find(|m| m.check == n.check.name));
+        let n = SAMPLES as f64;
+        let (w, h) = (THUMBNAIL[0] as f64, THUMBNAIL[1] as f64);
+        let stage = [14.0 * n, 14.0 * n, (w - 14.0) * n, (h - 14.0) * n];
+        let camera = self.side(map, worst).fitted(self.exhibit.corners.iter().copied(), stage);
+        let raster = self.paint(&mut canvas, &camera, map);
+        let own = |n: &Numbered| worst.is_some_and(|w| w.check.name == n.check.name);
+        let mut pins = self.pins(&camera, &raster, own);
+        pins.retain(|p| p.own);
+        pin::set(&mut canvas, self.letters, &pins, [0.0, 0.0, w, h]);
+        Picture { name: "thumbnail".into(), png: png::encode(&canvas, 64), alt: "The part, small.".into() }
     }
 
     /// What a view shows, in words.

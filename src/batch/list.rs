@@ -1,0 +1,147 @@
+//! Which parts a batch is about.
+
+use crate::error::{Error, Result, printable};
+use std::ffi::OsStr;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Suffixes by which a folder's parts are known; what a list names is taken whatever its suffix.
+const SUFFIXES: [&str; 4] = ["stl", "obj", "ply", "3mf"];
+
+/// A list longer than this is refused.
+const MOST_LIST_BYTES: u64 = 1 << 30;
+
+/// A part of a batch.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Entry {
+    /// Its name in the table: the path below the folder it was found in, or as it was listed; printable.
+    pub name: String,
+    /// Where it is.
+    pub path: PathBuf,
+}
+
+/// The parts that folders, files and lists name, sorted by name, each once.
+///
+/// A folder stands for every STL, OBJ, PLY and 3MF file below it; links to folders are not followed. A file with such a suffix
+/// is a part. Any other file, and `-` for standard input, is a list: one path on each line, empty lines and those that start with
+/// `#` left out. What cannot be looked into becomes an entry, so that it ends as a line of the table and not in silence.
+///
+/// # Errors
+/// [`Error::CannotRead`] for an operand that cannot be read; [`Error::NoGeometry`] if no part is found.
+pub fn entries(operands: &[PathBuf]) -> Result<Vec<Entry>> {
+    let mut found = Vec::new();
+    for operand in operands {
+        if operand.as_os_str() != "-" && operand.is_dir() {
+            let prefix = if operands.len() == 1 { None } else { Some(operand.as_path()) };
+            below(operand, operand, prefix, &mut found);
+        } else if has_suffix(operand) {
+            found.push(Entry { name: shown(operand), path: operand.clone() });
+        } else {
+            listed(operand, &mut found)?;
+        }
+    }
+    if found.is_empty() {
+        let named: Vec<String> = operands.iter().map(|o| shown(o)).collect();
+        return Err(Error::NoGeometry {
+            problem: format!("{} names no part", named.join(", ")),
+            remedy: "name a folder with STL, OBJ, PLY or 3MF files, or a file with one path on each line".into(),
+        });
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// Adds the parts below a folder; a folder that cannot be opened is added itself.
+fn below(folder: &Path, top: &Path, prefix: Option<&Path>, found: &mut Vec<Entry>) {
+    let name = |path: &Path| {
+        let inner = path.strip_prefix(top).unwrap_or(path);
+        let full = prefix.map_or(inner.to_path_buf(), |p| p.join(inner));
+        shown(&full).replace('\\', "/")
+    };
+    let Ok(members) = fs::read_dir(folder) else {
+        found.push(Entry { name: name(folder), path: folder.into() });
+        return;
+    };
+    for member in members.flatten() {
+        let path = member.path();
+        if member.file_type().is_ok_and(|t| t.is_dir()) {
+            below(&path, top, prefix, found);
+        } else if has_suffix(&path) && !path.is_dir() {
+            found.push(Entry { name: name(&path), path });
+        }
+    }
+}
+
+/// Adds the parts of a list.
+fn listed(list: &Path, found: &mut Vec<Entry>) -> Result<()> {
+    let mut bytes = Vec::new();
+    let read = if list.as_os_str() == "-" {
+        std::io::stdin().lock().take(MOST_LIST_BYTES).read_to_end(&mut bytes)
+    } else {
+        fs::File::open(list).and_then(|f| f.take(MOST_LIST_BYTES).read_to_end(&mut bytes))
+    };
+    read.map_err(|e| Error::CannotRead {
+        path: shown(list),
+        reason: printable(&e.to_string()),
+        remedy: "name a folder, parts, or a file with one path on each line".into(),
+    })?;
+    for line in bytes.split(|b| *b == b'\n') {
+        let line = line.trim_ascii();
+        if !line.is_empty() && !line.starts_with(b"#") {
+            let path = path_of(line);
+            found.push(Entry { name: shown(&path), path });
+        }
+    }
+    Ok(())
+}
+
+/// A path as its bytes say, UTF-8 or not.
+#[cfg(unix)]
+fn path_of(bytes: &[u8]) -> PathBuf {
+    use std::os::unix::ffi::OsStrExt;
+    OsStr::from_bytes(bytes).into()
+}
+
+/// A path from UTF-8.
+#[cfg(not(unix))]
+fn path_of(bytes: &[u8]) -> PathBuf {
+    OsStr::new(String::from_utf8_lossy(bytes).as_ref()).into()
+}
+
+fn has_suffix(path: &Path) -> bool {
+    path.extension().is_some_and(|s| SUFFIXES.iter().any(|known| s.eq_ignore_ascii_case(known)))
+}
+
+/// The whole path with its control characters escaped; unlike a message it is not cut.
+fn shown(path: &Path) -> String {
+    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { String::from(c) };
+    path.to_string_lossy().chars().map(escaped).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_files_and_lists_are_told_apart() {
+        let dir = std::env::temp_dir().join(format!("amcheck-list-{}", std::process::id()));
+        fs::create_dir_all(dir.join("a/b")).unwrap();
+        for name in ["a/b/two.STL", "a/one.3mf", "a/notes.md"] {
+            fs::write(dir.join(name), b"x").unwrap();
+        }
+        fs::write(dir.join("list.txt"), "# parts\n\n one.bin \nmissing.stl\r\none.bin\n").unwrap();
+        let names = |operands: &[&str]| -> Vec<String> {
+            let operands: Vec<PathBuf> = operands.iter().map(|o| dir.join(o)).collect();
+            entries(&operands).unwrap().into_iter().map(|e| e.name).collect()
+        };
+        assert_eq!(names(&["a"]), ["b/two.STL", "one.3mf"]);
+        assert_eq!(names(&["list.txt"]), ["missing.stl", "one.bin"]);
+        assert_eq!(names(&["a", "a/one.3mf"]).len(), 2, "the same part twice is one entry");
+        fs::create_dir(dir.join("bare")).unwrap();
+        assert_eq!(entries(&[dir.join("bare")]).unwrap_err().exit_code(), 4);
+        assert_eq!(entries(&[dir.join("none.txt")]).unwrap_err().exit_code(), 4);
+        fs::remove_dir_all(&dir).unwrap();
+    }
+}

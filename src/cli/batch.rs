@@ -1,0 +1,150 @@
+//! `amcheck batch` and `amcheck merge`: many parts, one table.
+
+use super::args::Batch;
+use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
+use super::words::{MOST_FILE_BYTES, one_of, usage};
+use crate::analyze::{Options, prepare, run};
+use crate::batch::{
+    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, worst_code, write_tables,
+};
+use crate::error::Result;
+use crate::io::{Salvage, read};
+use crate::report::render::thumbnail;
+use crate::units::short;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Columns of the table where the terminal does not say.
+const WIDTH: usize = 160;
+
+/// Judges all parts, prints a line for each as soon as it is known, and returns the closing lines and the worst exit code.
+pub fn batch(b: &Batch) -> Result<(String, u8)> {
+    let start = Instant::now();
+    let how = How::of(b)?;
+    let shard = b.shard.as_deref().map(Shard::parse).transpose()?;
+    judge::threads(&b.how)?;
+    let jobs = match b.jobs {
+        Some(0) => return Err(usage("--jobs 0", "work on at least one part at a time, or leave the option out")),
+        Some(n) => n,
+        None => rayon::current_num_threads() / 4,
+    };
+    let mut parts = entries(&b.parts)?;
+    let all = parts.len();
+    parts.retain(|p| shard.is_none_or(|s| s.takes(&p.name)));
+    let store = Store::open(&b.out)?;
+    let work = Work {
+        judge: &|entry, bytes| how.judge(entry, bytes),
+        settings: format!("{:?} {:?} {:?} {:?}", how.options, how.formats, how.fail_on, how.salvage),
+        limit_bytes: MOST_FILE_BYTES,
+        jobs: jobs.max(1),
+        earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
+    };
+    if !b.json && !b.quiet {
+        say(&format!("{:>4} {:>7} {:>6}  {:<40} result\n", "code", "seconds", "MiB", "part"));
+    }
+    let rows = crate::batch::run(&parts, &store, &work, |row| match (b.json, b.quiet) {
+        (true, _) => say(&json_lines(std::slice::from_ref(row))),
+        (_, false) => say(&(line(row, WIDTH) + "\n")),
+        _ => {}
+    });
+    let tag = shard.map_or(String::new(), |s| format!("-{}-of-{}", s.index, s.count));
+    let places = write_tables(store.out(), &tag, &rows)?;
+    let code = worst_code(rows.iter().map(|r| r.code));
+    if b.json {
+        return Ok((String::new(), code));
+    }
+    let share = shard.map_or(String::new(), |s| format!(" (share {} of {} of {all})", s.index, s.count));
+    let head = format!("{} parts{share} in {:.1} s: {}\n", rows.len(), start.elapsed().as_secs_f64(), counted(&rows));
+    Ok((head + &listed(&places), code))
+}
+
+/// Joins tables; a missing share counts as a part that could not be read.
+pub fn merge_tables(folders: &[PathBuf], out: Option<&Path>) -> Result<(String, u8)> {
+    let out = out.or(folders.first().map(PathBuf::as_path)).unwrap_or(Path::new("."));
+    let merged = merge(folders, out)?;
+    let store = Store::open(out)?;
+    let places = write_tables(store.out(), "", &merged.rows)?;
+    let mut text = format!("{} parts: {}\n", merged.rows.len(), counted(&merged.rows));
+    for (index, count) in &merged.missing {
+        text.push_str(&format!("note: share {index} of {count} has no table; its parts are missing\n"));
+    }
+    let missing = merged.missing.first().map(|_| 4);
+    let code = worst_code(merged.rows.iter().map(|r| r.code).chain(missing));
+    Ok((text + &listed(&places), code))
+}
+
+/// How each part is judged.
+struct How<'a> {
+    options: Options,
+    formats: Vec<&'a str>,
+    fail_on: FailOn,
+    salvage: Salvage,
+}
+
+impl How<'_> {
+    fn of(b: &Batch) -> Result<How<'static>> {
+        let fail_on = judge::fail_on(&b.how.fail_on)?;
+        if fail_on == FailOn::New {
+            return Err(usage(
+                "--fail-on new needs a baseline for each part",
+                "compare parts one by one, or use fail, warn",
+            ));
+        }
+        Ok(How {
+            options: judge::options(&b.how)?,
+            formats: one_of("format", &b.how.format, FORMATS)?,
+            fail_on,
+            salvage: if b.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse },
+        })
+    }
+
+    fn judge(&self, entry: &Entry, bytes: &[u8]) -> Result<Finished> {
+        let name = entry.path.to_string_lossy();
+        let loaded = read(&name, bytes, self.salvage)?;
+        let mut analysis = run(prepare(&name, bytes, loaded, &self.options)?, &self.options)?;
+        let mut files = print_all(&mut analysis, &self.formats, None);
+        files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
+        let code = exit_code(analysis.report.verdict, self.fail_on, false);
+        Ok(Finished { report: analysis.report, code, files: files.into_contents() })
+    }
+}
+
+/// How many parts ended with each code, worst first, and what they took together.
+fn counted(rows: &[Row]) -> String {
+    let words = [
+        (70, "broke down"),
+        (6, "not written"),
+        (5, "too large"),
+        (4, "refused"),
+        (1, "fail"),
+        (3, "undecided"),
+        (0, "do not fail"),
+    ];
+    let mut parts: Vec<String> = words
+        .iter()
+        .map(|(code, word)| (rows.iter().filter(|r| r.code == *code).count(), word))
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, word)| format!("{n} {word}"))
+        .collect();
+    let kept = rows.iter().filter(|r| r.reused).count();
+    if kept > 0 {
+        parts.push(format!("{kept} kept from earlier runs"));
+    }
+    let peak = rows.iter().filter_map(|r| r.peak_mib).fold(0.0, f64::max);
+    if peak > 0.0 {
+        parts.push(format!("at most {} MiB", short(peak.round())));
+    }
+    parts.join(", ")
+}
+
+fn listed(places: &[PathBuf]) -> String {
+    let shown = |p: &PathBuf| format!("table   {}\n", crate::error::printable(&p.to_string_lossy()));
+    places.iter().map(shown).collect()
+}
+
+/// Writes to stdout; a reader that has gone away does not stop the work.
+fn say(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
