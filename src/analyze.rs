@@ -1,19 +1,19 @@
 //! The one pipeline: mesh, process and options in; report and exhibit out.
 
 use crate::check::registry::CHECKS;
-use crate::check::{Bracket, Check, Context, Measured, Outcome, Sense, State};
+use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
 use crate::error::Result;
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::io::Loaded;
 use crate::notice::Notice;
 use crate::part::{Part, Up};
-use crate::process::{Dimension, Process, rule};
+use crate::process::{Date, Dimension, Process, rule};
+use crate::report::conclusion::{sentence, verdict_of};
 use crate::report::mount::{Wanted, mount};
 use crate::report::{
-    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict,
-    WorstReport,
+    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
 };
-use crate::units::{Length, report_digits, short};
+use crate::units::{Length, report_digits};
 use sha2::{Digest, Sha256};
 use std::time::Instant;
 
@@ -37,6 +37,8 @@ pub struct Options {
     pub only: Vec<String>,
     /// Names of the checks to leave out.
     pub skip: Vec<String>,
+    /// The day, for acceptances that end; without it those count as ended.
+    pub today: Option<Date>,
     /// Shift of the sampling lattice in units of the spacing, for tests.
     pub phase: [f64; 3],
 }
@@ -53,6 +55,7 @@ impl Options {
             memory_bytes: 4 << 30,
             only: Vec::new(),
             skip: Vec::new(),
+            today: None,
             phase: [0.0; 3],
         }
     }
@@ -124,17 +127,46 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     Ok(prepared)
 }
 
+/// A stage of a run that begins.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stage {
+    /// What it does: `cast`, the name of a check, `mount`; `prepare` and `print` stand before and after.
+    pub name: String,
+    /// Its number from 0, and the names of all.
+    pub at: usize,
+    pub names: Vec<String>,
+}
+
+impl Stage {
+    /// All stages of a run, in order.
+    pub fn all() -> Vec<Stage> {
+        let checks = CHECKS.iter().map(|c| c.meta().name);
+        let names: Vec<String> =
+            ["prepare", "cast"].into_iter().chain(checks).chain(["mount", "print"]).map(String::from).collect();
+        names.iter().enumerate().map(|(at, name)| Stage { name: name.clone(), at, names: names.clone() }).collect()
+    }
+}
+
 /// Runs the checks and mounts the exhibit.
 ///
 /// # Errors
 /// What keeps the part from being cast at all; a check that breaks down is reported as such and does not stop the others.
-pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
+pub fn run(prepared: Prepared, options: &Options) -> Result<Analysis> {
+    run_told(prepared, options, &|_| ())
+}
+
+/// As [`run`]; `told` hears the name of each stage as it begins.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) -> Result<Analysis> {
     let mut timings = std::mem::take(&mut prepared.timings);
     let mut clock = Instant::now();
     let mut lap = |name: &str| {
         timings.push((name.to_string(), clock.elapsed().as_secs_f64()));
         clock = Instant::now();
     };
+    told("cast");
     let extent = prepared.part.extent();
     let grid = Grid::covering([0.0; 3], extent, prepared.fitting.spacing, 1, options.phase)?;
     prepared.part.cast_on(grid);
@@ -148,8 +180,10 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
     let mut notices = prepared.notices.clone();
     notices.extend(part.notices());
     let mut spent = 0;
+    let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
     for check in CHECKS {
-        let (report, measured) = judge(*check, part, options, &context);
+        told(check.meta().name);
+        let (report, measured) = judge(*check, part, options, &context, &mut acceptance);
         if let Some(m) = measured {
             spent += m.spent;
             notices.extend(m.notices);
@@ -160,6 +194,7 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
         checks.push(report);
     }
     notices.extend(doubt(part));
+    notices.extend(acceptance.notices());
     let verdict = verdict_of(&checks);
     let mut report = Report {
         schema: SCHEMA.into(),
@@ -181,6 +216,7 @@ pub fn run(mut prepared: Prepared, options: &Options) -> Result<Analysis> {
     };
     report.summary = sentence(&report);
     lap("judge");
+    told("mount");
     let exhibit = mount(part, &report, &wanted, shapes);
     lap("mount");
     Ok(Analysis { report, exhibit, timings })
@@ -214,7 +250,13 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
 }
 
 /// One check's line of the report, and what it measured.
-fn judge(check: &dyn Check, part: &Part, options: &Options, context: &Context) -> (CheckReport, Option<Measured>) {
+fn judge(
+    check: &dyn Check,
+    part: &Part,
+    options: &Options,
+    context: &Context,
+    acceptance: &mut Acceptance,
+) -> (CheckReport, Option<Measured>) {
     let meta = check.meta();
     let mut report = CheckReport {
         code: meta.code.into(),
@@ -244,7 +286,9 @@ fn judge(check: &dyn Check, part: &Part, options: &Options, context: &Context) -
             (report, None)
         }
         Ok(Outcome::Measured(mut m)) => {
-            report.state = m.findings.iter().map(|f| f.state).max().unwrap_or(State::Pass).max(State::Pass);
+            acceptance.apply(meta, &mut m.findings);
+            let counting = m.findings.iter().filter(|f| f.counts());
+            report.state = counting.map(|f| f.state).max().unwrap_or(State::Pass);
             report.worst = m.worst.as_ref().map(|w| {
                 let b = w.bracket.rounded();
                 let at_mm = w.at.map(|p| part.to_file(p).map(report_digits));
@@ -320,57 +364,4 @@ fn doubt(part: &Part) -> Option<Notice> {
         );
         Notice::new("uncertain-inside", text).at(part.to_file(doubt.at_mm).map(report_digits))
     })
-}
-
-/// The worst state of all checks; one that broke down leaves the part undecided.
-fn verdict_of(checks: &[CheckReport]) -> Verdict {
-    checks
-        .iter()
-        .map(|c| match c.state {
-            State::Fail => Verdict::Fail,
-            State::Undecided | State::Error => Verdict::Undecided,
-            State::Warn => Verdict::Warn,
-            State::Pass | State::NotRun | State::NotApplicable => Verdict::Pass,
-        })
-        .max()
-        .unwrap_or(Verdict::Pass)
-}
-
-/// The verdict as a sentence: number, consequence, remedy.
-fn sentence(report: &Report) -> String {
-    let findings = report.findings();
-    let ran = report
-        .checks
-        .iter()
-        .filter(|c| !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
-        .count();
-    let Some(worst) = findings.first() else {
-        return format!("All {ran} checks that ran pass for {}.", report.process.name);
-    };
-    let needed = match (worst.state, worst.fail, worst.warn) {
-        (State::Fail | State::Undecided, Some(limit), _) => needed(worst.sense, limit, &worst.unit, "must"),
-        (_, _, Some(limit)) => needed(worst.sense, limit, &worst.unit, "should"),
-        _ => String::new(),
-    };
-    let more = match findings.len() - 1 {
-        0 => String::new(),
-        n => format!(" {n} more {} below.", if n == 1 { "finding is" } else { "findings are" }),
-    };
-    format!("{}{needed}: {}.{more}", capital(&worst.message), worst.fix)
-}
-
-fn needed(sense: Sense, limit: f64, unit: &str, word: &str) -> String {
-    let sign = if sense == Sense::Min { "at least" } else { "at most" };
-    match unit {
-        "1" | "mm2" if limit == 0.0 => String::new(),
-        "1" => format!(" ({word} be {sign} {})", short(limit)),
-        "deg" => format!(" ({word} be {sign} {}°)", short(limit)),
-        "mm2" => format!(" ({word} be {sign} {} mm²)", short(limit)),
-        unit => format!(" ({word} be {sign} {} {unit})", short(limit)),
-    }
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
 }

@@ -103,11 +103,13 @@ fn the_page_is_ready_and_every_control_works() {
     let least = maps[0]["min"].as_f64().unwrap();
     assert!((least - 0.45 * (1.0 + 0.25 * (4.0 / 22.0 - 0.2))).abs() < 1e-3, "{least}");
     for cut in said["cuts"].as_array().unwrap() {
-        assert!(cut.as_f64().unwrap() < 0.97 * covered, "a cut takes nothing away: {cut} of {covered}");
+        assert!(cut["covered"].as_f64().unwrap() < 0.97 * covered, "a cut takes nothing away: {cut} of {covered}");
+        assert!(cut["strips"].as_u64().unwrap() > 20, "the section is not painted: {cut}");
     }
     let slices = said["slices"].as_array().unwrap();
     assert!(slices.len() == 3 && slices.iter().all(|s| (0.01..0.99).contains(&s.as_f64().unwrap())), "{slices:?}");
     assert_eq!(said["layers"], serde_json::json!([true]), "a layer is shown and nothing changes");
+    assert_eq!((&said["keyCut"], &said["uncut"]), (&0.into(), &(-1).into()));
     assert_eq!(said["flight"]["to"], said["asked"], "the flight ends elsewhere");
     assert_eq!(said["hash"], "#trapped-volume-1");
     for yes in ["turned", "zoomed", "opened"] {

@@ -1,5 +1,4 @@
 //! The command as a user meets it: exit codes, messages, files, and nothing left behind.
-#![cfg(feature = "cli")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -240,6 +239,77 @@ fn a_run_that_fails_leaves_the_earlier_report() {
     s.refused(&["cut.stl", "--out", "a/b"], 4, "E011", &[]);
     s.refused(&["cut.stl", "--out", "c/d"], 4, "E011", &[]);
     assert_eq!((s.names("a/b"), s.read("a/b/report.json")), (names, report));
+}
+
+#[test]
+fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
+    let s = Scratch::new();
+    let entry = |more: &str| {
+        format!(
+            "[[accept]]\ncheck = \"thin-wall\"\nbox_mm = [[-20, -20, -20], [20, 20, 20]]\nreason = \"a living hinge\"\n{more}"
+        )
+    };
+    s.write("accept.toml", entry("until = 2027-06-30\n"));
+    s.write("mine.toml", format!("inherits = \"fdm\"\n{}", entry("")));
+    s.write("bad.toml", entry("untill = 2027-06-30\n"));
+    s.write("unknown.toml", entry("").replace("thin-wall", "thin-wal"));
+    s.write("idle.toml", entry("").replace("[[-20, -20, -20], [20, 20, 20]]", "[[90, 90, 90], [91, 91, 91]]"));
+    let part = fixture("wall_111_024");
+    let run = |more: &[&str]| s.run(&[&[part.as_str(), "--only", "thin-wall", "--out", "r"], more].concat());
+    let formats = "json,html,markdown,junit,sarif";
+    let held = run(&["--accept", "accept.toml", "--today", "2027-06-30", "--format", formats]);
+    assert_eq!(held.exit, 0, "{}{}", held.out, held.err);
+    assert!(
+        held.out.contains("1 accepted") && held.out.contains("accepted until 2027-06-30: a living hinge"),
+        "{}",
+        held.out
+    );
+    let text = |name: &str| String::from_utf8(s.read(&format!("r/{name}"))).expect("UTF-8");
+    let report: serde_json::Value = serde_json::from_str(&text("report.json")).expect("JSON");
+    let finding = &report["checks"][2]["findings"][0];
+    assert_eq!((&report["verdict"], &finding["state"]), (&"pass".into(), &"fail".into()));
+    assert_eq!(finding["accepted"], serde_json::json!({"reason": "a living hinge", "until": "2027-06-30"}));
+    assert!(text("report.junit.xml").contains("<skipped message=\"– thin-wall[1]"), "{}", text("report.junit.xml"));
+    assert!(text("report.sarif").contains("\"justification\": \"a living hinge\""));
+    for page in ["report.html", "report.md"] {
+        assert!(text(page).contains("a living hinge"), "{page}");
+    }
+    let ended = run(&["--accept", "accept.toml", "--today", "2027-07-01"]);
+    assert_eq!(ended.exit, 1, "{}", ended.out);
+    assert!(ended.out.contains("acceptance ended on 2027-06-30: a living hinge"), "{}", ended.out);
+    assert_eq!(run(&["--process", "mine.toml"]).exit, 0);
+    let idle = run(&["--accept", "idle.toml", "--json"]);
+    assert!(idle.exit == 1 && idle.out.contains("acceptance-unused"), "{}", idle.out);
+    s.refused(&[&part, "--accept", "bad.toml"], 2, "E003", &["bad.toml: line 5", "untill"]);
+    s.refused(&[&part, "--accept", "unknown.toml"], 2, "E002", &["`thin-wall`"]);
+    s.refused(&[&part, "--accept", "none.toml"], 2, "E003", &["none.toml"]);
+    s.refused(&[&part, "--today", "yesterday"], 2, "E001", &["2026-11-21"]);
+}
+
+#[test]
+fn a_watched_part_is_judged_again_when_it_changes() {
+    use std::io::{BufRead, BufReader};
+    let s = Scratch::new();
+    s.refused(&["-", "--watch"], 2, "E001", &["standard input"]);
+    s.write("part.stl", bytes("wall_111_200"));
+    let mut child = s
+        .command(&["part.stl", "--watch", "--only", "thin-wall", "--format", "json"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("amcheck starts");
+    let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok);
+    let first: Vec<String> = lines.by_ref().take_while(|l| !l.starts_with("watching")).collect();
+    assert!(first.iter().any(|l| l.contains("PRINTABLE") && !l.contains("NOT")), "{first:?}");
+    let old = s.text("reports/part/report.json");
+    // Written under another name first, as most programs save.
+    s.write("part.stl.new", bytes("wall_111_024"));
+    std::fs::rename(s.0.join("part.stl.new"), s.0.join("part.stl")).expect("a file");
+    let second: Vec<String> = lines.by_ref().take_while(|l| !l.starts_with("compared")).collect();
+    assert!(second.iter().any(|l| l.contains("NOT PRINTABLE")), "{second:?}");
+    assert!(second.iter().any(|l| l.starts_with("new") && l.contains("0.24 mm")), "{second:?}");
+    assert_ne!(old, s.text("reports/part/report.json"));
+    child.kill().expect("it still runs");
+    child.wait().expect("it ends");
 }
 
 #[test]

@@ -72,6 +72,35 @@ fn a_hundred_findings_and_hostile_names_still_fit_thirty_lines() {
     assert!(text.contains("more in the report") && !text.contains('\u{1b}'));
 }
 
+#[test]
+fn twenty_two_checks_fit_the_terminal_and_every_one_of_them_the_page() {
+    let (report, exhibit) = sample::crowded("bracket.stl");
+    let text = terminal::summary(&report, &outputs(), Palette::Plain);
+    println!("{text}");
+    assert!(text.lines().count() <= 30 && text.lines().all(|l| l.chars().count() <= 120), "{text}");
+    // Every failing check shows its worst before any shows its second, and what is accepted is said.
+    let shown: Vec<&str> = text.lines().filter(|l| l.starts_with('✖') && l.contains('[')).collect();
+    let second = shown.iter().position(|l| l.contains("[2]")).unwrap_or(shown.len());
+    let failing = report.checks.iter().filter(|c| c.state == State::Fail).count();
+    assert!(second >= failing.min(shown.len()), "{text}");
+    assert!(text.contains("accepted until 2027-06-30: A living hinge"), "{text}");
+    let pictures = render::pictures(&report, &exhibit);
+    let page = html::page(&report, &exhibit, &pictures);
+    std::fs::write(shelf().join("crowded.html"), &page).unwrap();
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    for c in &report.checks {
+        assert!(page.contains(&c.title), "{} is missing", c.title);
+    }
+    assert!(page.contains("All 22 checks") && page.contains("<kbd>0</kbd>") && page.contains("id=\"map-10\""));
+    assert!(page.contains(", estimated") && page.contains("Acceptance ended on 2025-06-30"));
+    assert!(page.contains("class=\"finding accepted\"") && page.contains("What, why and how"));
+    let schema: serde_json::Value = serde_json::from_str(json::SCHEMA_TEXT).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&json::write(&report)).unwrap();
+    let faults: Vec<String> =
+        jsonschema::validator_for(&schema).unwrap().iter_errors(&value).map(|e| e.to_string()).collect();
+    assert!(faults.is_empty(), "{faults:?}");
+}
+
 /// Where tests leave what a person may want to look at.
 fn shelf() -> std::path::PathBuf {
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("press");

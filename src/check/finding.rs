@@ -161,6 +161,15 @@ pub struct Witness {
     pub points_mm: Vec<[f64; 3]>,
 }
 
+/// Why somebody accepts a finding, and until when.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Accepted {
+    pub reason: String,
+    /// The last day on which that holds, `2027-06-30`.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub until: Option<String>,
+}
+
 /// One thing that is wrong, or may be, at one place or at several equal ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
@@ -206,6 +215,12 @@ pub struct Finding {
     pub fix: String,
     /// Survives small edits of the part: check, kind, rounded place and size class.
     pub fingerprint: String,
+    /// Somebody accepts it: it is shown, and does not count.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub accepted: Option<Accepted>,
+    /// Somebody accepted it until a day that is past: it counts again.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub acceptance_ended: Option<Accepted>,
 }
 
 impl Finding {
@@ -252,25 +267,35 @@ impl Finding {
             message: String::new(),
             fix: String::new(),
             fingerprint: String::new(),
+            accepted: None,
+            acceptance_ended: None,
         }
     }
 
-    /// Severity order: worst state first, then the largest relative distance beyond the limit, then place.
+    /// Whether it counts towards the state of its check: it is no pass, and nobody accepts it.
+    pub fn counts(&self) -> bool {
+        self.state > State::Pass && self.accepted.is_none()
+    }
+
+    /// Severity order: what is accepted last; worst state first, then the largest relative distance beyond the limit, then place.
     pub fn worst_first(a: &Finding, b: &Finding) -> std::cmp::Ordering {
         let depth = |f: &Finding| {
             let limit = f.fail.or(f.warn).unwrap_or(0.0).abs();
             if limit > 0.0 { f.margin / limit } else { f.margin }
         };
-        b.state.cmp(&a.state).then_with(|| depth(a).total_cmp(&depth(b))).then_with(|| a.code.cmp(&b.code)).then_with(
-            || {
+        let accepted = a.accepted.is_some().cmp(&b.accepted.is_some());
+        accepted
+            .then_with(|| b.state.cmp(&a.state))
+            .then_with(|| depth(a).total_cmp(&depth(b)))
+            .then_with(|| a.code.cmp(&b.code))
+            .then_with(|| {
                 a.at_mm
                     .iter()
                     .zip(&b.at_mm)
                     .map(|(x, y)| x.total_cmp(y))
                     .find(|o| o.is_ne())
                     .unwrap_or(std::cmp::Ordering::Equal)
-            },
-        )
+            })
     }
 }
 

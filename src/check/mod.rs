@@ -3,6 +3,7 @@
 //! A new check is one file here, one line in [`registry`], one part that must pass, one that must fail and one row in the
 //! table of expected results; a test fails if any is missing.
 
+mod acceptance;
 mod build_volume;
 mod contract;
 mod finding;
@@ -15,5 +16,6 @@ pub mod registry;
 mod sheet;
 mod thin_wall;
 
+pub use acceptance::Acceptance;
 pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst};
-pub use finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
+pub use finding::{Accepted, Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};

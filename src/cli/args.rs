@@ -30,6 +30,10 @@ pub struct Arguments {
     #[arg(long, short)]
     pub quiet: bool,
 
+    /// Judge again whenever the part, its process file or its acceptances change; Ctrl-C ends
+    #[arg(long)]
+    pub watch: bool,
+
     /// An earlier report.json to compare with
     #[arg(long, value_name = "OLD.json")]
     pub baseline: Option<PathBuf>,
@@ -56,6 +60,14 @@ pub struct Judging {
     /// Set a limit: thin-wall=0.4mm fails below, thin-wall=0.4mm,0.6mm warns below the second; repeatable
     #[arg(long = "limit", value_name = "CHECK=FAIL[,WARN]")]
     pub limits: Vec<String>,
+
+    /// Findings that are accepted, as [[accept]] entries; a process file may hold them too; repeatable
+    #[arg(long, value_name = "FILE.toml")]
+    pub accept: Vec<PathBuf>,
+
+    /// The day by which acceptances end [default: today, UTC; asked only where one ends]
+    #[arg(long, value_name = "YEAR-MONTH-DAY")]
+    pub today: Option<String>,
 
     /// Spacing of the sampling grid; chosen from the limits and the size if left out
     #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]

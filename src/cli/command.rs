@@ -2,7 +2,7 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{batch, judge, lists, operate};
+use super::{batch, judge, lists, operate, watch};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -30,6 +30,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             clap_complete::generate(*shell, &mut Arguments::command(), "amcheck", &mut text);
             Ok((String::from_utf8_lossy(&text).into_owned(), 0))
         }
+        None if arguments.watch => watch::watch(&arguments).map_err(|e| Complaint::about(part, e)),
         None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
     };
     match done {

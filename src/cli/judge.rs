@@ -2,26 +2,45 @@
 
 use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
+use super::progress::{Progress, Weights, Wished};
 use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxel};
-use crate::analyze::{Analysis, Options, prepare, run};
+use crate::analyze::{Analysis, Options, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
 use crate::io::{Salvage, read_path};
-use crate::process::{BUILTIN, Process};
+use crate::process::{BUILTIN, Date, Process, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
 use crate::report::{Report, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Formats a report can be written in.
 pub(super) const FORMATS: &[&str] = &["json", "html", "png", "glb", "markdown", "junit", "sarif", "badge"];
 
+/// A part that has been judged, its files written.
+pub struct Judged {
+    pub report: Report,
+    comparison: Option<Comparison>,
+    outputs: Outputs,
+    fail_on: FailOn,
+}
+
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Result<(String, u8)> {
+    let judged = judged(a)?;
+    let worse = judged.comparison.as_ref().is_some_and(Comparison::has_new_failure);
+    Ok((said(a, &judged), exit_code(judged.report.verdict, judged.fail_on, worse)))
+}
+
+/// Judges a part and writes its files.
+pub fn judged(a: &Arguments) -> Result<Judged> {
     let start = Instant::now();
     let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
+    if a.watch && part == Path::new("-") {
+        return Err(usage("standard input cannot be watched", "name a file"));
+    }
     let options = options(&a.how)?;
     let fail_on = fail_on(&a.how.fail_on)?;
     threads(&a.how)?;
@@ -30,38 +49,42 @@ pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     if fail_on == FailOn::New && baseline.is_none() {
         return Err(usage("--fail-on new has nothing to compare with", "add --baseline OLD.json"));
     }
-    let delivery = Delivery::open(&out_dir(a, &part))?;
-    let progress = Progress { on: !a.quiet && !a.json && std::io::stderr().is_terminal() };
-    progress.say("reading");
+    let folder = out_dir(a, &part);
+    let delivery = Delivery::open(&folder)?;
+    let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
+    let (weights, stages) = (Weights::of_last_run(&folder), Stage::all());
+    let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
+    told("prepare");
     let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
     let (content, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
     let prepared = prepare(&part.to_string_lossy(), &content, loaded, &options)?;
     drop(content);
-    let fitting = prepared.fitting();
-    progress.say(&format!("grid {} samples at {}, {} MiB", fitting.samples, fitting.spacing, fitting.bytes >> 20));
-    let mut analysis = run(prepared, &options)?;
-    progress.say("printing the report");
+    let mut analysis = run_told(prepared, &options, &told)?;
+    told("print");
     let comparison = baseline.map(|old| compare(&old, &analysis.report));
     let files = print_all(&mut analysis, &formats, comparison.as_ref());
     let written = delivery.deliver(files)?;
-    progress.say("");
-    let report = &analysis.report;
-    let outputs =
-        Outputs { part: part.to_string_lossy().into_owned(), written, seconds: Some(start.elapsed().as_secs_f64()) };
+    drop(progress);
+    let seconds = Some(start.elapsed().as_secs_f64());
+    let outputs = Outputs { part: part.to_string_lossy().into_owned(), written, seconds };
+    Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
+}
+
+/// What goes to stdout.
+pub fn said(a: &Arguments, judged: &Judged) -> String {
     let palette = super::command::palette(std::io::stdout().is_terminal());
-    let text = if a.json {
-        json::write(report)
-    } else if a.quiet {
-        terminal::verdict_line(report, palette)
-    } else {
-        terminal::summary(report, &outputs, palette)
-    };
-    let text = match &comparison {
-        Some(c) if !a.json && !a.quiet => format!("{text}\n{}", crate::report::baseline::text(c, palette)),
-        _ => text,
-    };
-    let worse = comparison.is_some_and(|c| c.has_new_failure());
-    Ok((text, exit_code(report.verdict, fail_on, worse)))
+    let report = &judged.report;
+    if a.json {
+        return json::write(report);
+    }
+    if a.quiet {
+        return terminal::verdict_line(report, palette);
+    }
+    let text = terminal::summary(report, &judged.outputs, palette);
+    match &judged.comparison {
+        Some(c) => format!("{text}\n{}", crate::report::baseline::text(c, palette)),
+        None => text,
+    }
 }
 
 /// A report that was written before.
@@ -139,7 +162,15 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     for limit in &a.limits {
         process.override_limit(limit)?;
     }
+    for file in &a.accept {
+        process.accept.extend(accepted(file)?);
+    }
+    for waiver in &process.accept {
+        registry::find(&waiver.check)?;
+    }
+    let today = today(a, &process)?;
     let mut o = Options::new(process);
+    o.today = today;
     o.up = up(&a.up)?;
     o.units = a.units.as_deref().map(units).transpose()?;
     o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
@@ -165,6 +196,28 @@ fn process(name: &str) -> Result<Process> {
         remedy: "name a readable TOML file, or a built-in process: see `amcheck processes`".into(),
     })?;
     Process::from_toml(name, &text)
+}
+
+/// The entries of a file of acceptances.
+fn accepted(file: &Path) -> Result<Vec<Waiver>> {
+    let shown = file.to_string_lossy();
+    let text = std::fs::read_to_string(file).map_err(|e| Error::Profile {
+        file: printable(&shown),
+        place: Default::default(),
+        problem: e.to_string(),
+        remedy: "name a readable TOML file of [[accept]] entries".into(),
+    })?;
+    waivers(&shown, &text)
+}
+
+/// The day, as given or by the clock; the clock is asked only where an acceptance ends.
+fn today(a: &Judging, process: &Process) -> Result<Option<Date>> {
+    if let Some(day) = &a.today {
+        return Date::parse(day).map(Some);
+    }
+    let asked = process.accept.iter().any(|w| w.until.is_some());
+    let clock = || std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).ok();
+    Ok(asked.then(clock).flatten().map(|since| Date::of_unix_seconds(since.as_secs())))
 }
 
 pub(super) fn threads(a: &Judging) -> Result<()> {
@@ -221,18 +274,4 @@ fn out_dir(a: &Arguments, part: &Path) -> PathBuf {
         let stem = if part == Path::new("-") { "stdin".into() } else { stem };
         Path::new("reports").join(stem)
     })
-}
-
-/// One line on stderr, rewritten; only on a terminal.
-struct Progress {
-    on: bool,
-}
-
-impl Progress {
-    fn say(&self, stage: &str) {
-        if self.on {
-            let _ = write!(std::io::stderr(), "\r\u{1b}[K{stage}");
-            let _ = std::io::stderr().flush();
-        }
-    }
 }

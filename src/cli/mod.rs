@@ -10,6 +10,8 @@ mod lists;
 mod made;
 mod operand;
 mod operate;
+mod progress;
+mod watch;
 mod words;
 
 pub use args::{Arguments, Batch, Command, How, Judging, Operation, Pair};

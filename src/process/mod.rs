@@ -3,11 +3,15 @@
 //! A limit that no source supports is a *convention*: it says so and warns at most. A user's own limit is *user*.
 
 mod builtin;
+mod date;
 mod limit;
 mod profile;
 mod rule;
+mod waiver;
 
 pub use builtin::{BUILTIN, builtin};
+pub use date::Date;
 pub use limit::{Limit, LimitBasis};
 pub use profile::{Element, Process};
 pub use rule::{Bound, Dimension, RULES, Rule, rule};
+pub use waiver::{Region, Waiver, waivers};

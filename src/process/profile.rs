@@ -3,6 +3,7 @@
 use super::builtin::builtin;
 use super::limit::{Limit, LimitBasis};
 use super::rule::{RULES, rule};
+use super::waiver::{self, Waiver};
 use crate::error::{Error, Place, Result, nearest, printable};
 use std::collections::BTreeMap;
 use toml::Value;
@@ -32,6 +33,8 @@ pub struct Process {
     pub element: Element,
     /// Keyed by rule.
     pub limits: BTreeMap<String, Limit>,
+    /// What is accepted all the same, with reason and end.
+    pub accept: Vec<Waiver>,
 }
 
 impl Process {
@@ -65,7 +68,7 @@ impl Process {
             Some(parent) => Process { name: stem(file), ..Process::named(reader.string("inherits", parent)?)? },
             None => Process::blank(&stem(file)),
         };
-        reader.only(&table, "", &["inherits", "title", "machine", "element", "limits"])?;
+        reader.only(&table, "", &["inherits", "title", "machine", "element", "limits", "accept"])?;
         if let Some(title) = table.get("title") {
             process.title = reader.string("title", title)?.to_string();
         }
@@ -78,6 +81,7 @@ impl Process {
         if let Some(limits) = table.get("limits") {
             reader.limits(&mut process, "", limits, !built_in)?;
         }
+        process.accept = waiver::in_profile(file, text)?;
         reader.complete(&process)?;
         Ok(process)
     }
@@ -92,6 +96,7 @@ impl Process {
             powder_supports: false,
             element: Element { kind: String::new(), width_mm: 0.0 },
             limits: BTreeMap::new(),
+            accept: Vec::new(),
         }
     }
 

@@ -68,10 +68,13 @@ impl Comparison {
         self.changes.iter().filter(|c| c.delta == delta).count()
     }
 
-    /// Whether `--fail-on new` fails: something that fails is new, or has become worse.
+    /// Whether `--fail-on new` fails: something that fails and that nobody accepts is new, has become worse, or was
+    /// accepted before.
     pub fn has_new_failure(&self) -> bool {
-        let bad = |c: &Change| matches!(c.delta, Delta::New | Delta::Worse);
-        self.changes.iter().any(|c| bad(c) && c.new.as_ref().is_some_and(|f| f.state == State::Fail))
+        let was_accepted = |c: &Change| c.old.as_ref().is_some_and(|f| f.accepted.is_some());
+        let bad = |c: &Change| matches!(c.delta, Delta::New | Delta::Worse) || was_accepted(c);
+        let counts = |f: &Finding| f.counts() && f.state == State::Fail;
+        self.changes.iter().any(|c| bad(c) && c.new.as_ref().is_some_and(counts))
     }
 
     /// The counts as words: `1 new, 2 same`; `no findings in either` for none.

@@ -3,6 +3,7 @@
 use crate::check::Sense;
 use crate::geometry::vector::Vec3;
 use crate::grid::Grid;
+use crate::medial::Side;
 
 /// The part for display: corners are not shared, three per facet, so that a map may differ across an edge.
 ///
@@ -56,6 +57,8 @@ pub struct SurfaceMap {
     pub warn: Option<f64>,
     /// Values beyond this end of the scale are only known to be beyond it.
     pub open_end: f64,
+    /// What lies between the two sides that a value is the distance of; a section fills it with the map's colour.
+    pub fills: Option<Side>,
     /// One value per corner; NaN where nothing is measured.
     pub values: Vec<f32>,
 }

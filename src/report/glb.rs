@@ -8,13 +8,14 @@ use super::exhibit::{Exhibit, SurfaceMap};
 use super::render::colour::Scale;
 use crate::check::Sense;
 use crate::geometry::vector::{Vec3, bounds, cross, sub};
+use crate::medial::Side;
 use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
 /// Code of a corner where nothing is measured; measured values are 0 to 65534.
 pub const UNMEASURED: u16 = u16::MAX;
 /// Most maps in one file.
-pub const MAPS: usize = 9;
+pub const MAPS: usize = 12;
 
 /// A vertex: three coordinates, then one code for each map.
 type Vertex = [u16; 3 + MAPS];
@@ -61,7 +62,7 @@ impl Frame {
 
 /// The exhibit as GLB bytes, as fine as the format allows; see [`write_at`].
 pub fn write(exhibit: &Exhibit) -> Vec<u8> {
-    write_at(exhibit, Detail::FULL)
+    write_at(exhibit, Detail::FULL, Detail::FULL)
 }
 
 /// The exhibit as GLB bytes, corners that agree in place and in every map joined.
@@ -72,12 +73,12 @@ pub fn write(exhibit: &Exhibit) -> Vec<u8> {
 /// # Cost
 /// O(corners), one hash look-up each.
 ///
-/// A coarser `detail` moves corners onto fewer steps and drops the facets that vanish (vertex clustering, Rossignac &
+/// A coarser `detail`, or one of the layers, moves corners onto fewer steps and drops the facets that vanish (vertex clustering, Rossignac &
 /// Borrel 1993).
 ///
 /// # Limits
-/// The first nine maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
-pub fn write_at(exhibit: &Exhibit, detail: Detail) -> Vec<u8> {
+/// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
+pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Detail) -> Vec<u8> {
     let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
     let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
     let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
@@ -89,7 +90,7 @@ pub fn write_at(exhibit: &Exhibit, detail: Detail) -> Vec<u8> {
         json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}}),
     ];
     for layer in exhibit.layers.iter().filter(|l| l.corners.len() >= 3) {
-        let shape = to.primitive(&layer.corners, &[], frame, 1);
+        let shape = to.primitive(&layer.corners, &[], Frame { detail: layers, ..frame }, 1);
         meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
     }
     let mut nodes: Vec<Value> =
@@ -234,6 +235,7 @@ fn described(map: &SurfaceMap, scale: &Scale, name: &str) -> Value {
     json!({
         "attribute": name, "check": map.check, "title": map.title, "unit": map.unit, "low": scale.low, "high": scale.high,
         "fail": scale.fail, "warn": scale.warn, "sense": if map.sense == Sense::Max { "max" } else { "min" },
+        "fills": map.fills.map(|side| if side == Side::Material { "material" } else { "void" }),
     })
 }
 
@@ -286,6 +288,7 @@ mod tests {
             fail,
             warn,
             open_end: 4.0,
+            fills: None,
             values,
         }];
         assert_eq!(count(&exhibit), 6);

@@ -7,13 +7,15 @@ use crate::check::State;
 
 /// The report as JUnit XML.
 ///
-/// A check that fails is a failure; undecided, not run and not applicable are skipped with the reason; one that broke
+/// A check that fails is a failure; undecided, not run and not applicable are skipped with the reason, and so is one
+/// whose findings are all accepted; one that broke
 /// down is an error; a warning passes and says what it found in `system-out`. No times: the same input gives the same
 /// bytes.
 pub fn write(report: &Report) -> String {
     let findings = phrase::numbered(report);
     let count = |states: &[State]| states.iter().map(|s| report.count(*s)).sum::<usize>();
-    let skipped = count(&[State::Undecided, State::NotRun, State::NotApplicable]);
+    let skipped = count(&[State::Undecided, State::NotRun, State::NotApplicable])
+        + report.checks.iter().filter(|c| only_accepted(c)).count();
     let cases = Markup::all(report.checks.iter().map(|c| case(report, c, &findings)));
     markup!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"amcheck\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n\
@@ -31,11 +33,19 @@ pub fn write(report: &Report) -> String {
     .into_string()
 }
 
+/// Whether a check would not pass but for what somebody accepts.
+fn only_accepted(c: &CheckReport) -> bool {
+    c.state == State::Pass && c.findings.iter().any(|f| f.accepted.is_some())
+}
+
 fn case(report: &Report, c: &CheckReport, findings: &[Numbered]) -> Markup {
     let own: Vec<String> = findings.iter().filter(|n| n.check.name == c.name).map(line).collect();
     let first = own.first().cloned().unwrap_or_default();
     let why = c.why.clone().unwrap_or_else(|| first.clone());
     let body = match c.state {
+        State::Pass if only_accepted(c) => {
+            markup!("<skipped message=\"{}\"/>", own.join("\n"))
+        }
         State::Pass => Markup::default(),
         State::Warn => markup!("<system-out>{}</system-out>", own.join("\n")),
         State::Fail => markup!("<failure message=\"{}\" type=\"{}\">{}</failure>", first, c.code, own.join("\n")),
@@ -51,9 +61,10 @@ fn case(report: &Report, c: &CheckReport, findings: &[Numbered]) -> Markup {
 fn line(n: &Numbered) -> String {
     let f = n.finding;
     let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let held = phrase::acceptance(f).map_or(String::new(), |a| format!(" ({a})"));
     format!(
-        "{} {}[{}] {}{bracket}, {}, at {} mm: {} {}",
-        f.state.glyph(),
+        "{} {}[{}] {}{bracket}, {}, at {} mm: {} {}{held}",
+        if f.accepted.is_some() { "–" } else { f.state.glyph() },
         n.check.name,
         n.within,
         n.measured(),

@@ -45,12 +45,16 @@ fn row(n: &Numbered) -> String {
     let count = if f.count > 1 { format!(" and {} more", f.count - 1) } else { String::new() };
     format!(
         "| {} | {} | {}{bracket} | {} | {}{count} | {} |\n",
-        f.state.glyph(),
+        if f.accepted.is_some() { "–" } else { f.state.glyph() },
         escaped(&n.check.name),
         n.measured(),
         phrase::deciding(f),
         phrase::point(f.at_mm),
-        escaped(&cut(&f.fix))
+        match phrase::acceptance(f) {
+            Some(said) if f.accepted.is_some() => format!("_{}_", escaped(&cut(&said))),
+            Some(said) => escaped(&cut(&format!("{said}; {}", f.fix))),
+            None => escaped(&cut(&f.fix)),
+        }
     )
 }
 

@@ -6,6 +6,7 @@
 pub mod badge;
 pub mod baseline;
 mod chart;
+pub mod conclusion;
 mod exhibit;
 pub mod glb;
 pub mod html;

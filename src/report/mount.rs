@@ -133,6 +133,7 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, pieces: &[Piece]) -> S
         fail: map.limits.fail,
         warn: map.limits.warn,
         open_end: map.open_end,
+        fills: side_of(map.kind),
         values: values.into_iter().flatten().collect(),
     }
 }

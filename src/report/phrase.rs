@@ -1,7 +1,7 @@
 //! Numbers, limits and verdicts as people read them; terminal, page and Markdown say the same words.
 
 use super::schema::{CheckReport, Report, Verdict};
-use crate::check::{Basis, Finding, Sense, State};
+use crate::check::{Accepted, Basis, Finding, Sense, State};
 use crate::units::short;
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
@@ -127,9 +127,35 @@ pub fn margin(value: f64, limit: f64, sense: Sense, unit: &str) -> String {
     }
 }
 
+/// That somebody accepts a finding, why and until when: `accepted until 2027-06-30: a membrane`; or that this has ended.
+pub fn acceptance(f: &Finding) -> Option<String> {
+    let said = |word: &str, until: &str, a: &Accepted| {
+        let end = a.until.as_ref().map_or(String::new(), |d| format!(" {until} {d}"));
+        format!("{word}{end}: {}", a.reason)
+    };
+    let ended = f.acceptance_ended.as_ref().map(|a| said("acceptance ended", "on", a));
+    f.accepted.as_ref().map(|a| said("accepted", "until", a)).or(ended)
+}
+
 /// A point in millimetres, at a hundredth: `21.6, 0, 11`.
 pub fn point(at_mm: [f64; 3]) -> String {
     at_mm.map(|x| short((x * 100.0).round() / 100.0)).join(", ")
+}
+
+/// Where a place lies in a box, in words: `top, front, left`; each axis is named in its outer thirds, x from left to right,
+/// y from front to back, z from bottom to top. `middle` where no axis is.
+pub fn whereabouts(p: [f64; 3], box_mm: [[f64; 3]; 2]) -> String {
+    let words = [["left", "right"], ["front", "back"], ["bottom", "top"]];
+    let side = |a: usize| {
+        let share = (p[a] - box_mm[0][a]) / (box_mm[1][a] - box_mm[0][a]).max(1e-9);
+        match share {
+            s if s < 1.0 / 3.0 => Some(words[a][0]),
+            s if s > 2.0 / 3.0 => Some(words[a][1]),
+            _ => None,
+        }
+    };
+    let named: Vec<&str> = [2, 1, 0].into_iter().filter_map(side).collect();
+    if named.is_empty() { "middle".into() } else { named.join(", ") }
 }
 
 /// A text with its first letter as a capital, where it starts a sentence of its own.
@@ -200,9 +226,10 @@ pub fn state_word(state: State) -> &'static str {
     }
 }
 
-/// How many checks are in each state, worst first: `2 fail`, `1 undecided`, …; states without checks are left out.
+/// How many checks are in each state, worst first: `2 fail`, `1 undecided`, …, then how many findings are accepted;
+/// what there is none of is left out.
 pub fn counts(report: &Report) -> Vec<(State, usize, String)> {
-    [
+    let checks = [
         (State::Fail, "fail"),
         (State::Error, "broke down"),
         (State::Undecided, "undecided"),
@@ -212,10 +239,10 @@ pub fn counts(report: &Report) -> Vec<(State, usize, String)> {
         (State::NotApplicable, "not applicable"),
     ]
     .into_iter()
-    .map(|(state, word)| (state, report.count(state), word))
-    .filter(|(_, n, _)| *n > 0)
-    .map(|(state, n, word)| (state, n, format!("{n} {word}")))
-    .collect()
+    .map(|(state, word)| (state, report.count(state), word));
+    let accepted = (State::NotApplicable, report.accepted(), "accepted");
+    let present = checks.chain([accepted]).filter(|(_, n, _)| *n > 0);
+    present.map(|(state, n, word)| (state, n, format!("{n} {word}"))).collect()
 }
 
 /// A finding with the check it belongs to, its number in the report and its number within the check.
@@ -233,6 +260,11 @@ impl Numbered<'_> {
     /// The anchor of the finding in the page: `thin-wall-1`.
     pub fn anchor(&self) -> String {
         format!("{}-{}", self.check.name, self.within)
+    }
+
+    /// The state in whose colour it is shown: what somebody accepts is grey.
+    pub fn shown(&self) -> State {
+        if self.finding.accepted.is_some() { State::NotApplicable } else { self.finding.state }
     }
 
     /// What is measured, in the unit of the finding.
@@ -298,6 +330,14 @@ mod tests {
         assert_eq!(margin(0.45, 0.8, Sense::Min, "mm"), "−0.35 mm (−44 %)");
         assert_eq!(margin(9.2, 0.0, Sense::Max, "mm3"), "−9.2 mm³");
         assert_eq!(margin(3.72, 0.5, Sense::Min, "mm"), "+3.22 mm (+644 %)");
+    }
+
+    #[test]
+    fn a_place_is_named_by_the_outer_thirds() {
+        let of = |p| whereabouts(p, [[0.0; 3], [3.0, 30.0, 300.0]]);
+        assert_eq!(of([0.5, 29.0, 299.0]), "top, back, left");
+        assert_eq!(of([1.5, 15.0, 10.0]), "bottom");
+        assert_eq!(of([1.5, 15.0, 150.0]), "middle");
     }
 
     #[test]

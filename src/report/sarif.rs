@@ -64,7 +64,7 @@ fn result(report: &Report, n: &Numbered) -> Value {
         f.fix
     );
     let rule = report.checks.iter().position(|c| c.name == n.check.name).unwrap_or(0);
-    json!({
+    let mut result = json!({
         "ruleId": n.check.code,
         "ruleIndex": rule,
         "level": level,
@@ -78,7 +78,15 @@ fn result(report: &Report, n: &Numbered) -> Value {
             "state": f.state.word(), "value": report_digits(f.value), "low": report_digits(f.low),
             "high": report_digits(f.high), "unit": f.unit, "at_mm": f.at_mm.map(report_digits)
         },
-    })
+    });
+    if let Some(a) = &f.accepted {
+        let until = a.until.as_ref().map(|d| json!({"until": d}));
+        result["suppressions"] = json!([{"kind": "external", "status": "accepted", "justification": a.reason}]);
+        if let Some(until) = until {
+            result["suppressions"][0]["properties"] = until;
+        }
+    }
+    result
 }
 
 /// A file name as a relative reference (RFC 3986): everything but unreserved signs is percent-encoded.

@@ -56,6 +56,12 @@ impl PartReport {
             row[0] * at_mm[0] + row[1] * at_mm[1] + row[2] * at_mm[2] + row[3]
         })
     }
+
+    /// The box in the frame of the build, millimetres; poses turn by right angles.
+    pub fn posed_box(&self) -> [Axis3; 2] {
+        let [a, b] = self.box_mm.map(|p| self.posed(p));
+        [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
+    }
 }
 
 /// One limit of the process as it was applied.
@@ -148,12 +154,17 @@ pub struct Report {
 }
 
 impl Report {
-    /// All findings that are not passes, worst first.
+    /// All findings that are not passes, worst first; those that somebody accepts last.
     pub fn findings(&self) -> Vec<&Finding> {
         let mut all: Vec<&Finding> =
             self.checks.iter().flat_map(|c| &c.findings).filter(|f| f.state > State::Pass).collect();
         all.sort_by(|a, b| Finding::worst_first(a, b));
         all
+    }
+
+    /// Number of findings that somebody accepts.
+    pub fn accepted(&self) -> usize {
+        self.checks.iter().flat_map(|c| &c.findings).filter(|f| f.accepted.is_some()).count()
     }
 
     /// Number of checks in a state.

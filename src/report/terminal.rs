@@ -1,7 +1,7 @@
 //! The summary on a terminal: at most 30 lines, worst first, with the next command to type.
 
 use super::phrase::{self, Numbered};
-use super::schema::Report;
+use super::schema::{CheckReport, Report};
 use crate::check::{Basis, State};
 use crate::error::{Error, printable};
 
@@ -65,21 +65,50 @@ pub fn summary(report: &Report, outputs: &Outputs, palette: Palette) -> String {
     let rest = rest(report, outputs, &findings, palette);
     // Two lines each, and one that counts those left out.
     let room = LINES.saturating_sub(lines.len() + rest.len() + 1) / 2;
-    for n in findings.iter().take(room) {
+    let shown = chosen(&findings, room);
+    for n in &shown {
         lines.extend(finding(n, palette));
     }
-    if findings.len() > room {
-        lines.push(palette.wrap("2", &format!("… {} more in the report", findings.len() - room)));
+    let counting = findings.iter().filter(|n| n.finding.counts()).count();
+    if counting > shown.len() {
+        lines.push(palette.wrap("2", &format!("… {} more in the report", counting - shown.len())));
     }
     lines.extend(rest);
     lines.join("\n") + "\n"
 }
 
+/// The findings for which there is room, worst first: in each state, the worst of every check before the second of any.
+fn chosen<'a, 'r>(findings: &'a [Numbered<'r>], room: usize) -> Vec<&'a Numbered<'r>> {
+    let mut shown: Vec<&Numbered> = findings.iter().filter(|n| n.finding.counts()).collect();
+    shown.sort_by_key(|n| (std::cmp::Reverse(n.finding.state), n.within, n.number));
+    shown.truncate(room);
+    shown.sort_by_key(|n| n.number);
+    shown
+}
+
+/// The findings that somebody accepts, one line each, at most three.
+fn accepted(findings: &[Numbered], palette: Palette) -> Vec<String> {
+    let held: Vec<&Numbered> = findings.iter().filter(|n| n.finding.accepted.is_some()).collect();
+    let line = |n: &&Numbered| {
+        let why = phrase::acceptance(n.finding).unwrap_or_default();
+        let name = format!("– {}[{}]", printable(&n.check.name), n.within);
+        palette.wrap("2", &clipped(&format!("{name:<20} {:<10} {}", n.measured(), printable_sentence(&why))))
+    };
+    let mut lines: Vec<String> = held.iter().take(3).map(line).collect();
+    if held.len() > 3 {
+        lines.push(palette.wrap("2", &format!("… {} more accepted findings in the report", held.len() - 3)));
+    }
+    lines
+}
+
 /// What follows the findings: other checks, a note, the files, the next command.
 fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Palette) -> Vec<String> {
-    let mut lines = other_checks(report, palette);
-    if let Some(first) = report.warnings.first() {
-        let more = report.warnings.len() - 1;
+    let mut lines = accepted(findings, palette);
+    lines.extend(other_checks(report, palette));
+    // The head has said already that the unit is assumed.
+    let mut notes = report.warnings.iter().filter(|w| w.code != "units-assumed");
+    if let Some(first) = notes.next() {
+        let more = notes.count();
         let more = if more > 0 { format!(" (and {more} more in the report)") } else { String::new() };
         lines.push(clipped(&format!("note: {}{more}", printable_sentence(&first.message))));
     }
@@ -168,6 +197,7 @@ fn finding(n: &Numbered, palette: Palette) -> [String; 2] {
     let f = n.finding;
     let name = format!("{} {}[{}]", f.state.glyph(), printable(&n.check.name), n.within);
     let held = match (phrase::bracket(f.low, f.high), f.basis) {
+        (Some(bracket), Basis::Estimated) => format!("(est. {bracket})"),
         (Some(bracket), _) => format!("({bracket})"),
         (None, Basis::Estimated) => "(estimated)".into(),
         (None, _) => "(exact)".into(),
@@ -185,28 +215,35 @@ fn finding(n: &Numbered, palette: Palette) -> [String; 2] {
         line.push_str(&size);
     }
     let word = if f.state == State::Undecided { "decide" } else { "fix" };
+    let ended = phrase::acceptance(f).map_or(String::new(), |said| format!("{}; ", printable_sentence(&said)));
     let line = clipped(&line);
     [
         line.replacen(&name, &palette.state(f.state, &name), 1),
-        clipped(&format!("    {word}: {}", printable_sentence(&f.fix))),
+        clipped(&format!("    {ended}{word}: {}", printable_sentence(&f.fix))),
     ]
 }
 
 /// The checks without findings: passes with their worst values, what did not run and why.
 fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
     let named = |state: State| report.checks.iter().filter(move |c| c.state == state);
-    let list = |state: State, words: &str, items: Vec<String>| {
+    let list = |state: State, words: &str, items: Vec<String>| -> Vec<String> {
+        if items.is_empty() {
+            return Vec::new();
+        }
         let line = format!("{} {} {words}: {}", state.glyph(), items.len(), items.join(", "));
-        (!items.is_empty()).then(|| palette.state(state, &clipped(&line)))
+        wrapped(&line).iter().map(|l| palette.state(state, l)).collect()
     };
     let passes = named(State::Pass).map(|c| match &c.worst {
         Some(w) => format!("{} {}", printable(&c.name), phrase::measured(w.value, w.low, w.high, &w.unit)),
         None => printable(&c.name),
     });
+    // Reasons fit for one or two; the page has all.
     let reasons = |state: State| {
-        named(state)
-            .map(|c| format!("{} ({})", printable(&c.name), printable(c.why.as_deref().unwrap_or("no reason given"))))
-            .collect()
+        let few = named(state).count() <= 2;
+        let why = |c: &CheckReport| printable(c.why.as_deref().unwrap_or("no reason given"));
+        let one =
+            |c: &CheckReport| if few { format!("{} ({})", printable(&c.name), why(c)) } else { printable(&c.name) };
+        named(state).map(one).collect()
     };
     [
         list(State::Pass, "pass", passes.collect()),
@@ -221,7 +258,7 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
 
 /// The command that helps most now: decide what is undecided, else explain the worst check.
 fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
-    let worst = findings.first()?;
+    let worst = findings.first().filter(|n| n.finding.counts())?;
     let command = match findings.iter().find(|n| n.finding.state == State::Undecided) {
         Some(open) if worst.finding.state == State::Undecided => {
             format!("amcheck {} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))

@@ -3,9 +3,10 @@
 //! The numbers are what the checks would say of it; nothing here is measured.
 #![allow(dead_code)]
 
-use amcheck::check::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
+use amcheck::check::{Accepted, Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use amcheck::geometry::vector::{Vec3, add, cross, norm, scale, sub, unit};
 use amcheck::grid::Grid;
+use amcheck::medial::Side;
 use amcheck::notice::Notice;
 use amcheck::report::{
     CheckReport, Exhibit, GridReport, Layer, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Slice, SurfaceMap,
@@ -110,6 +111,11 @@ pub fn exhibit(resolution: f64) -> Exhibit {
         fail: limits[0],
         warn: limits[1],
         open_end,
+        fills: match check {
+            "thin-wall" => Some(Side::Material),
+            "narrow-gap" => Some(Side::Void),
+            _ => None,
+        },
         values,
     };
     Exhibit {
@@ -373,4 +379,43 @@ pub fn report(file: &str) -> Report {
                 .at([1.0, 2.0, 3.0]),
         ],
     }
+}
+
+/// The bracket as all checks of a grown catalogue might judge it: 22 checks in every state and unit, ten maps, a finding
+/// that somebody accepts, and one whose acceptance has ended.
+pub fn crowded(file: &str) -> (Report, Exhibit) {
+    let (mut report, mut exhibit) = (report(file), exhibit(2.0));
+    let units = ["mm", "deg", "mm2", "mm3", "1"];
+    let bases = [Basis::Exact, Basis::Certified, Basis::Estimated];
+    for i in report.checks.len()..22 {
+        let unit = units[i % 5];
+        let sense = if i % 2 == 0 { Sense::Min } else { Sense::Max };
+        let l =
+            limit(Some(1.0), Some(if i % 2 == 0 { 2.0 } else { 0.5 }), sense, unit, "sourced", "a design guide, 2025");
+        let (code, name) = (format!("AM{}", 700 + i), format!("invented-check-{i}"));
+        let value = [0.4, 1.6, 12.345678, 3.0][i % 4];
+        let found = (0..i % 4).map(|k| {
+            let at = [3.0 * k as f64 - 8.0, 2.0 * (i as f64 - 15.0), 11.0 + k as f64];
+            let b = [value + k as f64 * 0.1, value - 0.05, value + k as f64 * 0.1 + 0.05];
+            let text =
+                format!("Something of {value} {unit} is not as it should be, said in a sentence of the usual length.");
+            finding(&code, "kind", b, bases[i % 3], &l, at, &text, "Change it by 0.6 and look again.")
+        });
+        let mut c = check(&code, &name, &format!("What invented check {i} measures"), Some(l.clone()), found.collect());
+        if i % 6 == 0 {
+            (c.state, c.why) = (State::NotApplicable, Some("the process has no such rule".into()));
+            c.findings.clear();
+        }
+        report.checks.push(c);
+    }
+    let said = |until: &str| Accepted { reason: "A living hinge, bent once".into(), until: Some(until.into()) };
+    report.checks[2].findings[1].accepted = Some(said("2027-06-30"));
+    report.checks[4].findings[0].acceptance_ended = Some(said("2025-06-30"));
+    let first = exhibit.maps[0].clone();
+    for i in 0..7 {
+        let check = format!("invented-check-{}", 10 + i);
+        let title = format!("Quantity number {i}");
+        exhibit.maps.push(SurfaceMap { check, title, unit: units[i % 5].into(), fills: None, ..first.clone() });
+    }
+    (report, exhibit)
 }

@@ -146,6 +146,7 @@ mod tests {
             fail: Some(1.0),
             warn: None,
             open_end: 4.8,
+            fills: None,
             values: vec![0.05, 0.05, 0.05, 9.0, 9.0, 9.0],
         };
         let shares = shares(&map, &corners, &Scale::of(&map));

@@ -1,11 +1,13 @@
 //! A card for each check: state, gauge, value and bracket, limits and their source, margin, place, fix.
 
 use super::page::{Context, state_tag};
-use crate::check::{Sense, State};
+use super::stage::class;
+use crate::check::{Basis, Sense, State, registry};
 use crate::report::chart::{self, Gauge};
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase::{self, Numbered};
 use crate::report::schema::{CheckReport, LimitReport};
+use crate::units::short;
 
 /// Most rows in the table of a card.
 const ROWS: usize = 100;
@@ -60,7 +62,10 @@ fn silent(c: &Context) -> Markup {
     if rows.is_empty() {
         return Markup::default();
     }
-    markup!("<h3>Said nothing about</h3><div class=\"wide\"><table class=\"plain\">{}</table></div>", rows)
+    markup!(
+        "<h3>Said nothing about</h3><div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table\"><table class=\"plain\">{}</table></div>",
+        rows
+    )
 }
 
 fn card(c: &Context, k: &CheckReport) -> Markup {
@@ -71,7 +76,7 @@ fn card(c: &Context, k: &CheckReport) -> Markup {
         None => Markup::default(),
     };
     markup!(
-        "<article class=\"card {}\" id=\"check-{}\"><h3>{} {}</h3><p class=\"dim\">{} <code>{}</code></p>{}{}<dl>{}</dl>{}</article>",
+        "<article class=\"card {}\" id=\"check-{}\"><h3>{} {}</h3><p class=\"dim\">{} <code>{}</code></p>{}{}<dl>{}</dl>{}{}{}</article>",
         k.state.word(),
         k.name,
         k.title,
@@ -81,7 +86,50 @@ fn card(c: &Context, k: &CheckReport) -> Markup {
         gauge(k, first),
         picture,
         facts(k, &findings),
-        table(&findings)
+        table(&findings),
+        explained(k),
+        first.map_or(Markup::default(), |n| acceptable(c, n))
+    )
+}
+
+/// What, why, how, what it may miss and the source: the words of `amcheck explain`.
+fn explained(k: &CheckReport) -> Markup {
+    let Some(meta) = registry::metas().find(|m| m.code == k.code) else { return Markup::default() };
+    let parts =
+        [("What", meta.what), ("Why", meta.why), ("How", meta.how), ("Limits", meta.limits), ("Source", meta.source)];
+    let rows =
+        Markup::all(parts.map(|(head, text)| markup!("<div><dt>{}</dt><dd>{}</dd></div>", head, one_line(text))));
+    markup!("<details><summary>What, why and how</summary><dl>{}</dl></details>", rows)
+}
+
+/// A text of the program without the line breaks of its source.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The entry by which somebody accepts the worst finding; nothing where that has been done.
+fn acceptable(c: &Context, n: &Numbered) -> Markup {
+    let f = n.finding;
+    if f.accepted.is_some() {
+        return Markup::default();
+    }
+    // As far as the place may move and still be the same place, and no worse than now.
+    let within = (2.0 * c.report.grid.spacing_mm).max(0.1);
+    let worst = if f.sense == Sense::Min { f.low } else { f.high };
+    let place = if f.count == 1 {
+        format!("at_mm = [{}]\nwithin_mm = {}", phrase::point(f.at_mm), short(within))
+    } else {
+        let corner = |p: [f64; 3], by: f64| p.map(|x| short(((x + by) * 100.0).round() / 100.0)).join(", ");
+        format!("box_mm = [[{}], [{}]]", corner(f.box_mm[0], -within), corner(f.box_mm[1], within))
+    };
+    let entry = format!(
+        "[[accept]]\ncheck = \"{}\"\n{place}\nno_worse_than = {worst}\nreason = \"…\" # and perhaps: until = 2027-12-31\n",
+        n.check.name
+    );
+    markup!(
+        "<details><summary>Accept finding {}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre></details>",
+        n.number,
+        entry
     )
 }
 
@@ -135,6 +183,9 @@ fn finding_rows(rows: &mut Vec<(&'static str, String)>, n: &Numbered) {
     rows.push(("Worst", n.measured()));
     let bracket = phrase::bracket(f.low, f.high).map_or_else(String::new, |b| format!("{b}, "));
     rows.push(("Bracket", format!("{bracket}{}", phrase::known(f.basis))));
+    if f.basis == Basis::Estimated {
+        rows.push(("Basis", "An estimate: no bound is known, so it warns at most.".into()));
+    }
     rows.push(("Limit", phrase::limits(f.fail, f.warn, f.sense, &f.unit)));
     let against = |word: &str, limit: Option<f64>| {
         limit.map(|l| format!("{} to {word}", phrase::margin(f.value, l, f.sense, &f.unit)))
@@ -180,7 +231,7 @@ fn table(findings: &[&Numbered]) -> Markup {
     let mut rows = Vec::new();
     for n in findings {
         let f = n.finding;
-        let tag = markup!("<a href=\"#{}\" class=\"pin {}\">{}</a>", n.anchor(), f.state.word(), n.number);
+        let tag = markup!("<a href=\"#{}\" class=\"pin {}\">{}</a>", n.anchor(), class(n), n.number);
         if f.places.len() > 1 {
             rows.extend(f.places.iter().map(|p| {
                 let value = phrase::measured(p.value, p.low, p.high, &f.unit);
@@ -195,7 +246,7 @@ fn table(findings: &[&Numbered]) -> Markup {
     let more =
         if left > 0 { markup!("<p class=\"note\">{} more stand in the JSON.</p>", left) } else { Markup::default() };
     markup!(
-        "<details><summary>All places</summary><div class=\"wide\"><table><thead><tr><th scope=\"col\">Pin</th><th scope=\"col\">Value</th>\
+        "<details><summary>All places</summary><div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table\"><table><thead><tr><th scope=\"col\">Pin</th><th scope=\"col\">Value</th>\
          <th scope=\"col\">Bracket</th><th scope=\"col\">Place, mm</th></tr></thead><tbody>{}</tbody></table></div>{}</details>",
         Markup::all(rows),
         more

@@ -165,7 +165,7 @@ pub fn limits(c: &Context) -> Markup {
         return Markup::default();
     }
     markup!(
-        "<section aria-label=\"Limits\"><details class=\"fold\"><summary>Limits of the process and their sources</summary><div class=\"wide\"><table><thead>\
+        "<section aria-label=\"Limits\"><details class=\"fold\"><summary>Limits of the process and their sources</summary><div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"Table\"><table><thead>\
          <tr><th scope=\"col\">Check</th><th scope=\"col\">Limits</th><th scope=\"col\">Basis</th><th scope=\"col\">Source</th></tr></thead><tbody>{}</tbody></table></div></details></section>\n",
         rows
     )

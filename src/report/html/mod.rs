@@ -5,6 +5,7 @@
 
 mod cards;
 mod method;
+mod overview;
 mod page;
 mod stage;
 mod verdict;

@@ -42,6 +42,7 @@
       URL.revokeObjectURL(address);
       host.hidden = false;
       root.classList.add("live");
+      for (const b of document.querySelectorAll(".step")) b.hidden = false;
       const asked = location.hash;
       const view = viewer.start(host, part, JSON.parse(text("report-json")));
       if (asked === "#selftest") {

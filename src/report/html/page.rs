@@ -1,6 +1,6 @@
 //! The page put together: head, sections in reading order, foot.
 
-use super::{cards, method, stage, verdict, viewer, volume};
+use super::{cards, method, overview, stage, verdict, viewer, volume};
 use crate::check::State;
 use crate::report::exhibit::Exhibit;
 use crate::report::markup::{Markup, markup};
@@ -9,6 +9,9 @@ use crate::report::render::Picture;
 use crate::report::schema::Report;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+
+/// Bytes that the whole page may take.
+const LENGTH: usize = 2_000_000;
 
 /// What all sections of the page read.
 pub(super) struct Context<'a> {
@@ -19,6 +22,11 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
+    /// The worst finding that counts.
+    pub(super) fn worst(&self) -> Option<&Numbered<'_>> {
+        self.findings.iter().find(|n| n.finding.counts())
+    }
+
     /// A picture by its name, as an image that carries its own bytes; nothing where there is none.
     pub(super) fn image(&self, name: &str) -> Markup {
         self.pictures.iter().find(|p| p.name == name).map_or(Markup::default(), |p| {
@@ -58,14 +66,16 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         report.tool.version,
         title
     );
-    let style = markup!("<style>\n{}</style>\n</head>\n", Markup::raw(include_str!("page.css")));
-    let body = [
+    let style =
+        markup!("<style>\n{}{}</style>\n</head>\n", Markup::raw(include_str!("page.css")), stage::style(&context));
+    let above = [
         Markup::raw("<body>\n<a class=\"skip\" href=\"#checks\">Skip to the checks</a>\n"),
         header(report),
         Markup::raw("<main>\n"),
         verdict::banner(&context),
         verdict::answers(&context),
         stage::stage(&context),
+        overview::table(&context),
         cards::section(&context),
         method::slices(&context),
         volume::panel(&context),
@@ -76,14 +86,19 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         method::json(&context),
         Markup::raw("</main>\n"),
         footer(report),
-        viewer::data(&context),
+    ];
+    let above = Markup::all([head, style].into_iter().chain(above));
+    // The part is shown as finely as what is left of the page's length allows.
+    let room = LENGTH.saturating_sub(above.len());
+    let below = [
+        viewer::data(&context, room),
         markup!(
             "<script>\n{}{}</script>\n</body>\n</html>\n",
             Markup::raw(include_str!("page.js")),
             Markup::raw(include_str!("slices.js"))
         ),
     ];
-    Markup::all([head, style].into_iter().chain(body)).into_string()
+    Markup::all([above].into_iter().chain(below)).into_string()
 }
 
 /// Part, process and the two buttons.

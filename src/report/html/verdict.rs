@@ -55,23 +55,32 @@ fn can_it(c: &Context) -> [String; 2] {
 }
 
 fn where_not(c: &Context) -> [String; 2] {
-    let Some(first) = c.findings.first() else {
-        return ["Nowhere that was looked at".into(), "no finding in the checks that ran".into()];
+    let Some(first) = c.worst() else {
+        return ["Nowhere that was looked at".into(), "no finding that counts in the checks that ran".into()];
     };
+    let part = &c.report.part;
+    let place = phrase::whereabouts(part.posed(first.finding.at_mm), part.posed_box());
     let at = format!("{} at {} mm", first.check.name, phrase::point(first.finding.at_mm));
-    let others = c.findings.len() - 1;
+    let others = c.findings.iter().filter(|n| n.finding.counts()).count() - 1;
     let rest = match others {
         0 => "the only finding".into(),
-        1 => "and 1 more place".into(),
-        n => format!("and {n} more places; pins show them"),
+        1 => "and 1 more finding".into(),
+        n => format!("and {n} more findings; pins show them"),
     };
-    [at, rest]
+    [phrase::sentence(&place), format!("{at}, {rest}")]
 }
 
 fn how_sure(c: &Context) -> [String; 2] {
-    let answer = c.findings.first().map_or_else(|| "Every pass is covered".into(), known);
+    let answer = c.worst().map_or_else(|| "Every pass is covered".into(), known);
     let decided = c.report.checks.iter().filter(|k| matches!(k.state, State::Pass | State::Warn | State::Fail)).count();
     let mut ground = format!("{decided} of {} verdicts are decided", c.report.checks.len());
+    let estimated = c.findings.iter().filter(|n| n.finding.counts() && n.finding.basis == Basis::Estimated).count();
+    if estimated > 0 {
+        ground.push_str(&format!(
+            ", {estimated} {} estimated",
+            if estimated == 1 { "finding is" } else { "findings are" }
+        ));
+    }
     for (state, words) in [(State::Undecided, "undecided"), (State::NotRun, "not run"), (State::Error, "broke down")] {
         match c.report.count(state) {
             0 => {}
@@ -99,12 +108,16 @@ fn known(n: &Numbered) -> String {
 }
 
 fn what_changes(c: &Context) -> [String; 2] {
-    let mut fixes = c.findings.iter().map(|n| n.finding.fix.clone()).filter(|f| !f.is_empty());
+    let mut fixes = c.findings.iter().filter(|n| n.finding.counts() && !n.finding.fix.is_empty());
     let Some(first) = fixes.next() else {
         return ["Nothing".into(), "no check asks for a change".into()];
     };
-    let then = fixes.next().map_or("nothing else".into(), |f| format!("then: {f}"));
-    [phrase::sentence(&first), then]
+    // Then what another check asks for: the same change at another place is no news.
+    let other = fixes.find(|n| n.check.name != first.check.name);
+    let then = other.map_or("no other check asks for a change".into(), |n| {
+        format!("then, for {}: {}", n.check.name, n.finding.fix)
+    });
+    [phrase::sentence(&first.finding.fix), then]
 }
 
 /// Names of the checks in a state.

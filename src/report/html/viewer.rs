@@ -13,34 +13,43 @@ use std::io::Write;
 /// `npm ci && npm run build` in `viewer/`.
 const PROGRAM: &[u8] = include_bytes!("viewer/viewer.min.js.gz");
 
-/// Most bytes that the compressed part may add to the page, so that the whole stays under 2 MB.
-const MOST: usize = 1_200_000;
+/// Bytes that the compressed part may take however long the rest of the page is.
+const LEAST: usize = 250_000;
+/// Bytes of scripts and elements that come with it.
+const AROUND: usize = 16_000;
 
 /// The place of the view on the stage.
 pub fn place() -> Markup {
     Markup::raw("<div id=\"viewer\" hidden></div><p class=\"note\" id=\"viewer-note\" hidden></p>")
 }
 
-/// How fine the part may be shown, finest first.
-const DETAILS: [Detail; 6] = [
-    Detail::FULL,
-    Detail { cells: 2048, codes: 255 },
-    Detail { cells: 512, codes: 128 },
-    Detail { cells: 256, codes: 64 },
-    Detail { cells: 128, codes: 64 },
-    Detail { cells: 64, codes: 32 },
+/// How fine the part and its layers may be shown, finest first; layers give way before the part does.
+const DETAILS: [[Detail; 2]; 8] = [
+    [Detail::FULL, Detail::FULL],
+    [Detail::FULL, Detail { cells: 512, codes: 64 }],
+    [Detail::FULL, Detail { cells: 128, codes: 64 }],
+    [Detail { cells: 2048, codes: 255 }, Detail { cells: 128, codes: 64 }],
+    [Detail { cells: 512, codes: 128 }, Detail { cells: 128, codes: 64 }],
+    [Detail { cells: 256, codes: 64 }, Detail { cells: 96, codes: 64 }],
+    [Detail { cells: 128, codes: 64 }, Detail { cells: 64, codes: 64 }],
+    [Detail { cells: 64, codes: 32 }, Detail { cells: 48, codes: 32 }],
 ];
 
-/// Program and part as text for `page.js`, as fine as the page has room for; a coarser copy is said.
-pub fn data(c: &Context) -> Markup {
+/// Program and part as text for `page.js`, as fine as fits into `room` bytes; a coarser copy is said.
+pub fn data(c: &Context, room: usize) -> Markup {
     if c.exhibit.corners.is_empty() {
         return Markup::default();
     }
-    let fits = |detail: &Detail| {
-        let part = STANDARD.encode(zipped(&glb::write_at(c.exhibit, *detail)));
-        (part.len() <= MOST).then_some((*detail, part))
+    let program = STANDARD.encode(PROGRAM);
+    let most = room.saturating_sub(program.len() + AROUND).max(LEAST);
+    let layered = !c.exhibit.layers.is_empty();
+    let fits = |[detail, layers]: &[Detail; 2]| {
+        let part = STANDARD.encode(zipped(&glb::write_at(c.exhibit, *detail, *layers)));
+        (part.len() <= most).then_some((*detail, part))
     };
-    let Some((detail, part)) = DETAILS.iter().find_map(fits) else {
+    // Without layers the steps that only coarsen them say nothing else.
+    let tried = DETAILS.iter().enumerate().filter(|(i, _)| layered || !(1..=2).contains(i)).map(|(_, d)| d);
+    let Some((detail, part)) = tried.into_iter().find_map(fits) else {
         return Markup::raw(
             "<p class=\"note\">The part is too large for a 3-D view in this page; the pictures show it.</p>\n",
         );
@@ -60,7 +69,7 @@ pub fn data(c: &Context) -> Markup {
         "{}<script type=\"text/plain\" id=\"viewer-part\">{}</script>\n<script type=\"text/plain\" id=\"viewer-program\">{}</script>\n",
         said,
         Markup::made(part),
-        Markup::made(STANDARD.encode(PROGRAM))
+        Markup::made(program)
     )
 }
 

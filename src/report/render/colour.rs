@@ -155,7 +155,17 @@ mod tests {
     fn map(sense: Sense, fail: f64, warn: f64) -> SurfaceMap {
         let text = String::new;
         let (fail, warn) = (Some(fail), Some(warn));
-        SurfaceMap { check: text(), title: text(), unit: text(), sense, fail, warn, open_end: 4.0, values: vec![] }
+        SurfaceMap {
+            check: text(),
+            title: text(),
+            unit: text(),
+            sense,
+            fail,
+            warn,
+            open_end: 4.0,
+            fills: None,
+            values: vec![],
+        }
     }
 
     #[test]

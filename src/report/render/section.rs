@@ -36,7 +36,7 @@ pub fn picture(report: &Report, slice: &Slice, findings: &[Numbered], letters: &
         .iter()
         .filter_map(|&(number, at)| {
             let n = findings.iter().find(|n| n.number == number)?;
-            Some(Pin { number, state: n.finding.state, at: place(at), hidden: false, own: true })
+            Some(Pin { number, state: n.shown(), at: place(at), hidden: false, own: true })
         })
         .collect();
     pin::set(&mut canvas, letters, &pins, [0.0, TITLE, w, h]);

@@ -140,7 +140,7 @@ impl<'a> Scene<'a> {
             let place = self.posed(f.finding.at_mm);
             let p = camera.project(place);
             let hidden = hidden(raster, camera, place, self.skin(f));
-            Pin { number: f.number, state: f.finding.state, at: [p[0] / n, p[1] / n], hidden, own: own(f) }
+            Pin { number: f.number, state: f.shown(), at: [p[0] / n, p[1] / n], hidden, own: own(f) }
         };
         chosen.iter().map(pin).collect()
     }
@@ -182,7 +182,7 @@ impl<'a> Scene<'a> {
         let camera = camera.centred(place, s * h / reach, [0.5 * s * w, 0.5 * s * h]);
         let raster = self.paint(&mut canvas, &camera, map);
         let mut pins = self.pins(&camera, &raster, |m| m.check.name == n.check.name);
-        pins.retain(|p| p.at[0] > 0.0 && p.at[0] < w && p.at[1] > 0.0 && p.at[1] < h);
+        pins.retain(|p| p.own && p.at[0] > 0.0 && p.at[0] < w && p.at[1] > 0.0 && p.at[1] < h);
         pin::set(&mut canvas, self.letters, &pins, [0.0, 0.0, w, h]);
         scale_bar(&mut canvas, self.letters, camera.scale / s, [w - 14.0, h - 16.0], 90.0);
         let alt = format!("Close-up of finding {}: {}", n.number, n.finding.message);

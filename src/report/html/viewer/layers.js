@@ -13,7 +13,9 @@ precision highp float;
 in vec3 place;
 out vec4 colour;
 uniform vec3 lamp, tint;
+uniform vec4 plane;
 void main() {
+  if (dot(plane.xyz, place) + plane.w > 1e-6) discard;
   vec3 n = normalize(cross(dFdx(place), dFdy(place)));
   colour = vec4(tint * (0.72 + 0.28 * max(dot(n, lamp), 0.0)), 0.82);
 }`;
@@ -29,7 +31,7 @@ export function addLayers(view, group) {
     g.setIndex(new BufferAttribute(layer.indices, 1));
     const material = new ShaderMaterial({
       glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide, transparent: true, depthTest: false,
-      uniforms: { lamp: view.material.uniforms.lamp, tint: { value: TINTS[i % TINTS.length] } },
+      uniforms: { lamp: view.material.uniforms.lamp, plane: view.material.uniforms.plane, tint: { value: TINTS[i % TINTS.length] } },
     });
     const mesh = new Mesh(g, material);
     mesh.visible = false;

@@ -19,16 +19,20 @@ export function makePanel(view) {
   const set = (axis) => {
     buttons.forEach((b, i) => { b.ariaPressed = String(i === axis); });
     slider.disabled = axis < 0;
+    open.hidden = axis < 0 || view.capped;
     view.setCut(axis, slider.value / 1000);
     view.settle();
   };
-  buttons.forEach((b, i) => b.addEventListener("click", () => set(view.cut.axis === i ? -1 : i)));
+  const toggle = (axis) => set(view.cut.axis === axis ? -1 : axis);
+  buttons.forEach((b, i) => b.addEventListener("click", () => toggle(i)));
   slider.addEventListener("input", () => view.setCut(view.cut.axis, slider.value / 1000));
   slider.addEventListener("change", () => view.settle());
   const home = element("button", { type: "button", textContent: "Home" });
   home.addEventListener("click", () => { view.home(); view.draw(); });
   const label = element("span", { textContent: "Cut" });
-  const group = element("div", { className: "cut", role: "group", ariaLabel: "Cut" }, label, ...buttons, slider, home);
+  const open = element("span", { className: "open", textContent: "open mesh: no cap" });
+  open.hidden = true;
+  const group = element("div", { className: "cut", role: "group", ariaLabel: "Cut" }, label, ...buttons, slider, open, home);
   const bar = element("div", { className: "scale" }, element("span"), element("i"));
   const value = element("p", { className: "value", role: "status" });
   value.textContent = "Click the part to read a value.";
@@ -38,6 +42,7 @@ export function makePanel(view) {
   view.host.append(group, layers, bar, value);
   return {
     set,
+    toggle,
     /** Sets the cut and its controls; a negative axis takes it away. */
     place(axis, at) {
       if (axis >= 0) slider.value = Math.round(1000 * at);
@@ -56,13 +61,16 @@ export function makePanel(view) {
       const at = view.unposed(hit.place).map((x) => short(Math.round(x * 100) / 100)).join(", ");
       const v = map ? hit.corners.reduce((s, c, i) => s + map.values[c] * hit.weights[i], 0) : NaN;
       if (!(v === v)) { value.textContent = `${map ? map.title : "Surface"}: not measured here · ${at} mm`; return; }
-      const beyond = v >= map.high - 1e-9 ? "≥ " : "";
       const step = (map.high - map.low) / 65534;
+      const beyond = v >= map.high - step ? "≥ " : "";
+      const around = hit.corners.map((c) => map.values[c]), low = Math.min(...around) - step / 2, high = Math.max(...around) + step / 2;
+      const digits = (x) => short(Math.round(x * 1e3) / 1e3);
+      const range = beyond && low >= map.high - 2 * step ? "" : digits(low) === digits(high) ? "" : ` (${digits(Math.max(low, map.low))}–${digits(high)} on this piece)`;
       const f = view.findings.find((f) => f.check === map.check &&
         view.unposed(hit.place).every((x, a) => x >= f.box_mm[0][a] - 0.05 && x <= f.box_mm[1][a] + 0.05));
       const found = f ? ` · in finding ${view.findings.indexOf(f) + 1}: ${short(f.value)} (${short(f.low)}–${short(f.high)})` : "";
-      value.textContent = `${map.title} ${beyond}${short(Math.round(v * 1e3) / 1e3)}${sign(map.unit)}${found} · at ${at} mm`;
-      value.title = `Read from the display copy, in steps of ${step.toPrecision(1)}${sign(map.unit)}`;
+      value.textContent = `${map.title} ${beyond}${digits(v)}${sign(map.unit)}${range}${found} · at ${at} mm`;
+      value.title = `Read between the corners of the display copy, whose steps are ${step.toPrecision(1)}${sign(map.unit)}; findings are measured on the part`;
     },
   };
 }

@@ -9,9 +9,9 @@ export function makePins(view) {
   return view.findings.slice(0, 40).map((f, i) => {
     const b = document.createElement("button");
     b.type = "button";
-    b.className = "pin " + f.state;
+    b.className = "pin " + (f.accepted ? "accepted" : f.state);
     b.textContent = String(i + 1);
-    b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.state}`);
+    b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.accepted ? "accepted" : f.state}`);
     b.addEventListener("click", () => view.fly(i));
     box.append(b);
     return { b, f, place: new Vector3(...view.posed(f.at_mm)) };

@@ -31,8 +31,12 @@ export function selfTest(view) {
   });
   key("1");
   out.keyMap = view.map;
-  out.cuts = [0, 1, 2].map((axis) => { view.panel.set(axis); return look(view).covered; });
+  out.cuts = [0, 1, 2].map((axis) => { view.panel.set(axis); return { strips: view.sectioned, ...look(view) }; });
   view.panel.set(-1);
+  key("x");
+  out.keyCut = view.cut.axis;
+  key("x");
+  out.uncut = view.cut.axis;
   out.layers = [...view.host.querySelectorAll(".layers input")].map((box) => {
     const colour = look(view).colour;
     box.click();

@@ -23,7 +23,7 @@ in float v;
 in float known;
 in vec3 place;
 out vec4 colour;
-uniform float low, high, fail, warn, sense, tie, dot_size;
+uniform float low, high, fail, warn, sense, tie, dot_size, capped;
 uniform int kind;
 uniform vec4 plane;
 uniform vec3 lamp;
@@ -40,7 +40,7 @@ float share(float x, float from, float to) { return abs(to - from) > 1e-9 ? (x -
 void main() {
   if (dot(plane.xyz, place) + plane.w > 1e-6) discard;
   vec2 px = gl_FragCoord.xy / dot_size;
-  if (back && dot(plane.xyz, plane.xyz) > 0.5) {
+  if (back && capped > 0.5 && dot(plane.xyz, plane.xyz) > 0.5) {
     float line = step(mod(px.x - px.y, 7.0), 2.2);
     colour = vec4(mix(rgb(150.0, 168.0, 183.0), rgb(186.0, 200.0, 211.0), line), 1.0);
     return;
@@ -63,10 +63,14 @@ void main() {
     }
     float w = fwidth(x) * 0.8 * dot_size;
     bool line = (hasFail && abs(x - fail) < w) || (hasWarn && abs(x - warn) < w);
-    if (line && w > 1e-7) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
+    if (line && w > tie) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
   }
+#ifdef FLAT
+  float light = 1.0;
+#else
   float light = 0.74 + 0.27 * max(dot(n, lamp), 0.0) + 0.03 * n.z;
-  if (back) light *= 0.8;
+  if (back) light *= 0.72;
+#endif
   colour = vec4(base * light * dark, 1.0);
 }`;
 

@@ -11,6 +11,7 @@ import { FRAGMENT, INK, LINES, VERTEX } from "./shader.js";
 import { firstHit } from "./ray.js";
 import { makeLegend, makePanel } from "./panel.js";
 import { makePins, mark } from "./pins.js";
+import { makeSection } from "./section.js";
 import { selfTest } from "./selftest.js";
 
 const SIDES = [[-58, 28], [-122, 28], [32, 28], [148, 28], [-58, -24], [-122, -24], [32, -24], [148, -24]];
@@ -33,10 +34,13 @@ class View {
     this.model = model;
     this.report = report;
     this.cut = { axis: -1, at: 0.5 };
+    // A back face marks material only where the surface is closed.
+    this.capped = report.part.watertight;
     this.current = -1;
     this.map = 0;
     this.findings = collect(report);
     this.makeScene();
+    this.section = makeSection(this);
     this.pins = makePins(this);
     this.panel = makePanel(this);
     this.legend = makeLegend(this);
@@ -57,7 +61,7 @@ class View {
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "application");
     this.canvas.setAttribute("aria-label",
-      "3-D view of the part. Arrows turn, plus and minus zoom, n and p go to findings, 1 to 9 choose a map, h goes home.");
+      "3-D view of the part. Arrows turn, plus and minus zoom, n and p go to the next and previous finding, 1 to 9 and 0 choose a map, x, y and z cut, h goes home.");
     this.host.append(this.canvas);
     const g = new BufferGeometry();
     g.setAttribute("position", new BufferAttribute(this.model.positions, 3));
@@ -71,7 +75,7 @@ class View {
       uniforms: {
         low: { value: 0 }, high: { value: 1 }, fail: { value: 0 }, warn: { value: 0 }, kind: { value: 0 },
         sense: { value: 1 }, tie: { value: 0 }, plane: { value: new Vector4(0, 0, 0, 0) }, lamp: { value: new Vector3(0, 0, 1) },
-        dot_size: { value: this.gl.getPixelRatio() },
+        dot_size: { value: this.gl.getPixelRatio() }, capped: { value: this.capped ? 1 : 0 },
       },
     });
     this.scene = new Scene();
@@ -119,6 +123,12 @@ class View {
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
     this.host.addEventListener("keydown", (e) => { if (!/range|checkbox/.test(e.target.type)) this.key(e); });
+    // Next and previous work wherever nothing else waits for letters.
+    document.addEventListener("keydown", (e) => {
+      const idle = !this.host.contains(e.target) && !/^(INPUT|TEXTAREA|SELECT)$/.test(e.target.tagName);
+      if (idle && (e.key === "n" || e.key === "p")) this.key(e);
+    });
+    document.querySelectorAll("[data-step]").forEach((b) => b.addEventListener("click", () => this.step(+b.dataset.step)));
     let down = null;
     this.canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; this.canvas.focus({ preventScroll: true }); });
     this.canvas.addEventListener("pointerup", (e) => {
@@ -146,14 +156,21 @@ class View {
     const does = {
       ArrowLeft: () => turn(-10, 0), ArrowRight: () => turn(10, 0), ArrowUp: () => turn(0, 10), ArrowDown: () => turn(0, -10),
       "+": () => this.zoom(1.2), "=": () => this.zoom(1.2), "-": () => this.zoom(1 / 1.2),
-      n: () => this.fly((this.current + 1) % this.findings.length),
-      p: () => this.fly((Math.max(this.current, 0) + this.findings.length - 1) % this.findings.length),
+      n: () => this.step(1), p: () => this.step(-1),
+      x: () => this.panel.toggle(0), y: () => this.panel.toggle(1), z: () => this.panel.toggle(2),
       h: () => { this.home(); this.draw(); },
     }[e.key];
-    if (/^[1-9]$/.test(e.key) && this.model.maps[e.key - 1]) this.choose(e.key - 1);
+    const digit = /^[0-9]$/.test(e.key) ? (+e.key + 9) % 10 : -1;
+    if (this.model.maps[digit]) this.choose(digit);
     else if (does && (this.findings.length || !/[np]/.test(e.key))) does();
     else return;
     e.preventDefault();
+  }
+
+  /** Goes on to the next finding or back to the one before. */
+  step(by) {
+    const n = this.findings.length;
+    if (n) this.fly(((this.current < 0 && by < 0 ? 0 : this.current) + by + n) % n);
   }
 
   turn(azimuth, elevation) {
@@ -185,22 +202,30 @@ class View {
   home() {
     this.current = -1;
     mark(this);
-    this.look(this.ball.center, direction(...SIDES[0]), 1);
-    this.camera.zoom = this.fitting();
-    this.camera.updateProjectionMatrix();
+    const best = this.findings[0] && new Vector3(...this.posed(this.findings[0].at_mm));
+    const shows = (side) => !best || !this.hidden(best, direction(...side), this.findings[0]);
+    this.fit(direction(...(SIDES.find(shows) ?? SIDES[0])));
     this.settle();
   }
 
-  /** The zoom at which the part's box fills the view, seen as now, with room for what stands over it. */
-  fitting() {
-    const { min, max } = this.box, c = this.camera, v = new Vector3();
-    let w = 1e-9, h = 1e-9;
-    for (let i = 0; i < 8; i++) {
-      v.set(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z).applyMatrix4(c.matrixWorldInverse);
-      w = Math.max(w, Math.abs(v.x));
-      h = Math.max(h, Math.abs(v.y));
+  /** Looks from a direction so that the part fills the view, with room for what stands over it. */
+  fit(from) {
+    this.look(this.ball.center, from, 1);
+    const c = this.camera, p = this.model.positions, m = c.matrixWorldInverse.elements;
+    let [l, r, b, t] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (let i = 0; i < p.length; i += 3) {
+      const x = m[0] * p[i] + m[4] * p[i + 1] + m[8] * p[i + 2] + m[12];
+      const y = m[1] * p[i] + m[5] * p[i + 1] + m[9] * p[i + 2] + m[13];
+      l = Math.min(l, x); r = Math.max(r, x); b = Math.min(b, y); t = Math.max(t, y);
     }
-    return Math.min((0.92 * c.right) / w, (0.76 * c.top) / h);
+    if (!(r > l && t > b)) return;
+    // What stands over the view takes 58 pixels above and, beside the legend, 40 below.
+    const h = Math.max(1, this.canvas.clientHeight), above = Math.min(0.3, 58 / h), below = Math.min(0.3, 40 / h);
+    const zoom = Math.min((1.86 * c.right) / (r - l), (2 * c.top * (1 - above - below)) / (t - b));
+    const right = new Vector3().setFromMatrixColumn(c.matrixWorld, 0), up = new Vector3().setFromMatrixColumn(c.matrixWorld, 1);
+    const shift = (c.top * (above - below)) / zoom;
+    const target = this.ball.center.clone().addScaledVector(right, (l + r) / 2).addScaledVector(up, (b + t) / 2 + shift);
+    this.look(target, from, zoom);
   }
 
   /** The map of a finding's check. */
@@ -229,6 +254,7 @@ class View {
     const input = document.querySelectorAll("input.choice")[at];
     if (input) input.checked = true;
     this.legend?.(map);
+    this.section?.update();
     this.draw();
   }
 
@@ -244,12 +270,14 @@ class View {
       n[axis] = d;
       plane.set(n[0], n[1], n[2], -d * (lo + (hi - lo) * at));
     }
+    this.section.update();
     this.draw();
   }
 
-  cutAway(x, y, z) {
+  /** Whether the cut takes a place away, by more than `by`. */
+  cutAway(x, y, z, by = 1e-6) {
     const p = this.material.uniforms.plane.value;
-    return p.x * x + p.y * y + p.z * z + p.w > 1e-6;
+    return p.x * x + p.y * y + p.z * z + p.w > by;
   }
 
   /** Flies to a finding, from a side that shows it. */
@@ -266,7 +294,7 @@ class View {
     this.opened = false;
     const seen = sides.findIndex((d) => !this.hidden(target, d, f));
     const from = sides[Math.max(0, seen)];
-    if (seen < 0) this.open(target, from, f.box_mm);
+    if (seen < 0) this.open(target, from, f);
     const span = Math.max(...[0, 1, 2].map((a) => f.box_mm[1][a] - f.box_mm[0][a]), 0.12 * this.ball.radius);
     const zoom = Math.min(12, Math.max(1.1, (1.1 * this.ball.radius) / span));
     mark(this);
@@ -275,10 +303,14 @@ class View {
     this.glide(target, from, zoom);
   }
 
-  /** Cuts through a place that no side shows, but not along the thin side of its box: that would show only a cap. */
-  open(target, from, box) {
-    const sides = [0, 1, 2].map((a) => box[1][a] - box[0][a]), thin = sides.indexOf(Math.min(...sides));
-    const lean = (a) => Math.abs(from.getComponent(a)) - (a === thin ? 1 : 0);
+  /** Cuts through a place that no side shows, but not across the thin direction: that would show a cap or a gap alone. */
+  open(target, from, f) {
+    const { box_mm: box, witness: w } = f, sides = [0, 1, 2].map((a) => box[1][a] - box[0][a]);
+    // The contacts of a medial ball tell the thin direction; a box tells it where its sides differ.
+    const ends = w && w.points_mm.length >= 2 ? w.points_mm.slice(-2).map((p) => this.posed(p)) : null;
+    const across = ends ? [0, 1, 2].map((a) => Math.abs(ends[1][a] - ends[0][a])) : sides.map((s) => (s === Math.min(...sides) ? 1 : 0));
+    const most = Math.max(...across) || 1;
+    const lean = (a) => Math.abs(from.getComponent(a)) - (1.5 * across[a]) / most;
     const axis = [0, 1, 2].reduce((a, b) => (lean(b) > lean(a) ? b : a));
     const lo = this.box.min.getComponent(axis), hi = this.box.max.getComponent(axis);
     this.panel.place(axis, (target.getComponent(axis) - lo) / (hi - lo));
@@ -371,9 +403,9 @@ class View {
     const w = this.canvas.clientWidth, h = this.canvas.clientHeight, v = new Vector3();
     for (const p of this.pins) {
       v.copy(p.place).project(c);
-      const out = Math.abs(v.x) > 1 || Math.abs(v.y) > 1;
+      const out = Math.abs(v.x) > 1 || Math.abs(v.y) > 1 || this.cutAway(p.place.x, p.place.y, p.place.z, 0.01 * this.ball.radius);
       p.b.style.display = out ? "none" : "";
-      p.b.style.transform = `translate(${((v.x + 1) / 2) * w}px,${((1 - v.y) / 2) * h}px) translate(-50%,-50%)`;
+      p.b.style.transform = `translate(${((v.x + 1) / 2) * w}px,${((1 - v.y) / 2) * h}px) translate(-50%,calc(-100% - 9px))`;
     }
     this.panel.scale((w * c.zoom) / (c.right - c.left));
     this.frames = (this.frames ?? 0) + 1;

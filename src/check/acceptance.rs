@@ -1,0 +1,171 @@
+//! Which findings somebody accepts, and which acceptances have ended.
+
+use super::contract::Meta;
+use super::finding::{Accepted, Finding, Sense};
+use super::registry;
+use crate::error::Result;
+use crate::notice::Notice;
+use crate::process::{Date, Region, Waiver};
+
+/// The entries of a process, and what became of each.
+pub struct Acceptance<'a> {
+    entries: Vec<(&'a Waiver, Fate)>,
+    today: Option<Date>,
+}
+
+/// What became of an entry.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Fate {
+    /// Its check did not run.
+    Unasked,
+    /// Its check ran and has no such finding.
+    Unused,
+    Used,
+    /// There is such a finding, and the entry no longer holds.
+    Ended,
+}
+
+impl<'a> Acceptance<'a> {
+    /// The entries on a day; without one, every entry that ends counts as ended.
+    ///
+    /// # Errors
+    /// [`crate::Error::UnknownName`] for a check that is not in the registry.
+    pub fn new(waivers: &'a [Waiver], today: Option<Date>) -> Result<Self> {
+        waivers.iter().try_for_each(|w| registry::find(&w.check).map(|_| ()))?;
+        Ok(Acceptance { entries: waivers.iter().map(|w| (w, Fate::Unasked)).collect(), today })
+    }
+
+    /// Marks the findings of a check that ran.
+    pub fn apply(&mut self, meta: &Meta, findings: &mut [Finding]) {
+        for (waiver, fate) in &mut self.entries {
+            let own = waiver.check.trim();
+            if own != meta.name && !own.eq_ignore_ascii_case(meta.code) {
+                continue;
+            }
+            *fate = Fate::Unused.max(*fate);
+            let ended = waiver.until.is_some_and(|end| self.today.is_none_or(|today| today > end));
+            for f in findings.iter_mut().filter(|f| covers(waiver, f)) {
+                let said = Accepted { reason: waiver.reason.clone(), until: waiver.until.map(|d| d.to_string()) };
+                if ended {
+                    *fate = Fate::Ended;
+                    f.acceptance_ended.get_or_insert(said);
+                } else {
+                    *fate = Fate::Used.max(*fate);
+                    f.accepted.get_or_insert(said);
+                }
+            }
+        }
+        // One entry that holds is enough.
+        findings.iter_mut().filter(|f| f.accepted.is_some()).for_each(|f| f.acceptance_ended = None);
+    }
+
+    /// What the report has to say of entries that ended or accept nothing.
+    pub fn notices(&self) -> Vec<Notice> {
+        let said = |(waiver, fate): &(&Waiver, Fate)| {
+            let entry = format!("the acceptance of {} ({})", waiver.check, waiver.origin);
+            let end = waiver.until.map_or(String::new(), |d| format!(" on {d}"));
+            let notice = match fate {
+                Fate::Ended => Notice::new("acceptance-ended", format!("{entry} ended{end}: the finding counts again")),
+                Fate::Unused => Notice::new(
+                    "acceptance-unused",
+                    format!("{entry} meets no finding: it was mended, has moved, or has become worse"),
+                ),
+                Fate::Unasked | Fate::Used => return None,
+            };
+            Some(match waiver.region {
+                Region::Ball { at_mm, .. } => notice.at(at_mm),
+                _ => notice,
+            })
+        };
+        self.entries.iter().filter_map(said).collect()
+    }
+}
+
+/// Whether an entry covers every place that a finding stands for, at its value.
+fn covers(waiver: &Waiver, f: &Finding) -> bool {
+    let bearable = waiver.no_worse_than.is_none_or(|limit| match f.sense {
+        Sense::Min => f.low >= limit,
+        Sense::Max => f.high <= limit,
+    });
+    bearable
+        && match &waiver.region {
+            Region::Fingerprint(name) => *name == f.fingerprint,
+            region => {
+                // Places that are not listed one by one lie somewhere in the box.
+                let listed = f.count <= f.places.len().max(1) as u64;
+                let corners = if listed { Vec::new() } else { corners(f.box_mm) };
+                region.holds(f.at_mm)
+                    && f.places.iter().all(|s| region.holds(s.at_mm))
+                    && corners.into_iter().all(|p| region.holds(p))
+            }
+        }
+}
+
+fn corners(box_mm: [[f64; 3]; 2]) -> Vec<[f64; 3]> {
+    (0..8).map(|i| [0, 1, 2].map(|a| box_mm[i >> a & 1][a])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::finding::{Basis, Bracket, Limits, Spot, State};
+    use super::*;
+    use crate::process::waivers;
+
+    fn finding(value: f64, at_mm: [f64; 3]) -> Finding {
+        let limits = Limits { fail: Some(0.8), warn: None, sense: Sense::Min };
+        let mut f = Finding::judged("AM101", "wall", Bracket::exact(value), Basis::Exact, limits, "mm", 0.0);
+        f.at_mm = at_mm;
+        f.fingerprint = format!("AM101/wall/{at_mm:?}");
+        f
+    }
+
+    fn day(text: &str) -> Option<Date> {
+        Some(Date::parse(text).unwrap())
+    }
+
+    fn applied(entry: &str, today: Option<Date>, findings: &mut [Finding]) -> Vec<String> {
+        let entries = waivers("a.toml", &format!("[[accept]]\ncheck = \"AM101\"\nreason = \"why\"\n{entry}")).unwrap();
+        let mut acceptance = Acceptance::new(&entries, today).unwrap();
+        acceptance.apply(registry::find("thin-wall").unwrap().meta(), findings);
+        acceptance.notices().into_iter().map(|n| n.code).collect()
+    }
+
+    #[test]
+    fn only_what_lies_wholly_in_the_region_is_accepted() {
+        let mut two = [finding(0.4, [0.0; 3]), finding(0.4, [5.0, 0.0, 0.0])];
+        assert!(applied("at_mm = [0.5, 0, 0]", None, &mut two).is_empty());
+        assert_eq!(two.map(|f| f.accepted.is_some()), [true, false]);
+        let mut group = [finding(0.4, [0.0; 3])];
+        group[0].places = [0.0, 5.0].map(|x| Spot { at_mm: [x, 0.0, 0.0], value: 0.4, low: 0.4, high: 0.4 }).into();
+        group[0].count = 2;
+        assert_eq!(applied("at_mm = [0.5, 0, 0]", None, &mut group), ["acceptance-unused"]);
+        assert!(applied("box_mm = [[-1, -1, -1], [6, 1, 1]]", None, &mut group).is_empty());
+        assert_eq!((group[0].accepted.is_some(), group[0].state), (true, State::Fail));
+    }
+
+    #[test]
+    fn an_entry_ends_after_its_day_and_says_so() {
+        let entry = "at_mm = [0, 0, 0]\nuntil = 2027-06-30";
+        for (today, holds) in [(day("2027-06-30"), true), (day("2027-07-01"), false), (None, false)] {
+            let mut one = [finding(0.4, [0.0; 3])];
+            let notices = applied(entry, today, &mut one);
+            assert_eq!((one[0].accepted.is_some(), one[0].acceptance_ended.is_some()), (holds, !holds));
+            assert_eq!(notices == ["acceptance-ended"], !holds);
+        }
+    }
+
+    #[test]
+    fn a_worse_value_and_another_fingerprint_are_not_accepted() {
+        let mut f = [finding(0.4, [0.0; 3])];
+        assert_eq!(applied("at_mm = [0, 0, 0]\nno_worse_than = 0.5", None, &mut f), ["acceptance-unused"]);
+        assert_eq!(applied("fingerprint = \"AM101/wall/else\"", None, &mut f), ["acceptance-unused"]);
+        let name = format!("fingerprint = \"{}\"\nno_worse_than = 0.4", f[0].fingerprint);
+        assert!(applied(&name, None, &mut f).is_empty() && f[0].accepted.is_some());
+    }
+
+    #[test]
+    fn an_unknown_check_is_refused() {
+        let entries = waivers("a", "[[accept]]\ncheck = \"thin-wal\"\nreason = \"r\"\nat_mm = [0, 0, 0]").unwrap();
+        assert!(Acceptance::new(&entries, None).is_err());
+    }
+}

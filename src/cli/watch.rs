@@ -1,0 +1,125 @@
+//! `amcheck PART --watch`: judges again whenever a file has changed, and says what became different.
+
+use super::args::Arguments;
+use super::command;
+use super::judge::{Judged, judged, said};
+use crate::error::Result;
+use crate::report::baseline::{self, Delta, compare};
+use crate::report::terminal;
+use sha2::{Digest, Sha256};
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Time between two looks at the files.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// Judges a part now and after every change of it, of its process file or of its acceptances; returns only when the first
+/// run fails. Ctrl-C ends it.
+///
+/// # Errors
+/// Those of the first run; later ones are printed, because a file may be looked at while it is being saved.
+pub fn watch(a: &Arguments) -> Result<(String, u8)> {
+    let files = files(a);
+    let mut seen = Seen::of(&files);
+    let mut last = judged(a)?;
+    print(&said(a, &last));
+    print(&format!("watching {}; Ctrl-C ends\n", count(files.len())));
+    loop {
+        std::thread::sleep(LOOK);
+        if !seen.has_changed(&files) {
+            continue;
+        }
+        match judged(a) {
+            Ok(now) => {
+                print(&difference(a, &last, &now));
+                last = now;
+            }
+            Err(e) => {
+                let palette = command::palette(std::io::stderr().is_terminal());
+                let _ = std::io::stderr().write_all(terminal::error(&e, None, palette).as_bytes());
+            }
+        }
+    }
+}
+
+/// The verdict and what changed since the last run.
+fn difference(a: &Arguments, last: &Judged, now: &Judged) -> String {
+    if a.json {
+        return said(a, now);
+    }
+    let palette = command::palette(std::io::stdout().is_terminal());
+    let changes = compare(&last.report, &now.report);
+    let mut text = format!("\n{}", terminal::verdict_line(&now.report, palette));
+    if !a.quiet {
+        let same = changes.count(Delta::Same) == changes.changes.len();
+        let what = if same { "no finding changed\n".into() } else { baseline::text(&changes, palette) };
+        text.push_str(&what);
+    }
+    text
+}
+
+/// Every file that the answer depends on.
+fn files(a: &Arguments) -> Vec<PathBuf> {
+    let process = Path::new(&a.how.process);
+    let named = a.part.iter().chain(&a.how.accept).cloned();
+    named.chain(process.is_file().then(|| process.to_path_buf())).collect()
+}
+
+fn count(files: usize) -> String {
+    if files == 1 { "1 file".into() } else { format!("{files} files") }
+}
+
+/// Time of change and length of each file; `None` for one that is not there.
+type Marks = Vec<Option<(SystemTime, u64)>>;
+
+/// What the files were when they were last judged.
+struct Seen {
+    marks: Marks,
+    digest: Vec<u8>,
+}
+
+impl Seen {
+    fn of(files: &[PathBuf]) -> Self {
+        Seen { marks: marks(files), digest: digest(files) }
+    }
+
+    /// Whether the files have other bytes than last time and have come to rest.
+    fn has_changed(&mut self, files: &[PathBuf]) -> bool {
+        let now = marks(files);
+        if now == self.marks {
+            return false;
+        }
+        std::thread::sleep(LOOK);
+        // Still being written, or between being removed and written anew: look again later.
+        if marks(files) != now || now.contains(&None) {
+            return false;
+        }
+        self.marks = now;
+        let digest = digest(files);
+        std::mem::replace(&mut self.digest, digest) != self.digest
+    }
+}
+
+fn marks(files: &[PathBuf]) -> Marks {
+    let mark = |file: &PathBuf| {
+        let about = std::fs::metadata(file).ok()?;
+        Some((about.modified().ok()?, about.len()))
+    };
+    files.iter().map(mark).collect()
+}
+
+fn digest(files: &[PathBuf]) -> Vec<u8> {
+    let mut all = Sha256::new();
+    for file in files {
+        // A file that cannot be read counts as empty here; judging it says why.
+        all.update(Sha256::digest(std::fs::read(file).unwrap_or_default()));
+    }
+    all.finalize().to_vec()
+}
+
+/// Writes to stdout at once, so that a reader of a pipe sees it.
+fn print(text: &str) {
+    let mut to = std::io::stdout().lock();
+    let _ = to.write_all(text.as_bytes()).and_then(|()| to.flush());
+}

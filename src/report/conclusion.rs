@@ -1,0 +1,62 @@
+//! What the checks come to: the verdict, and the sentence that says it.
+
+use super::phrase;
+use super::schema::{CheckReport, Report, Verdict};
+use crate::check::{Sense, State};
+use crate::units::short;
+
+/// The worst state of all checks; one that broke down leaves the part undecided.
+pub fn verdict_of(checks: &[CheckReport]) -> Verdict {
+    checks
+        .iter()
+        .map(|c| match c.state {
+            State::Fail => Verdict::Fail,
+            State::Undecided | State::Error => Verdict::Undecided,
+            State::Warn => Verdict::Warn,
+            State::Pass | State::NotRun | State::NotApplicable => Verdict::Pass,
+        })
+        .max()
+        .unwrap_or(Verdict::Pass)
+}
+
+/// The verdict as a sentence: number, consequence, remedy.
+pub fn sentence(report: &Report) -> String {
+    let mut findings = report.findings();
+    let all = findings.len();
+    findings.retain(|f| f.counts());
+    let accepted = match all - findings.len() {
+        0 => String::new(),
+        1 => " 1 finding is accepted.".into(),
+        n => format!(" {n} findings are accepted."),
+    };
+    let ran = report
+        .checks
+        .iter()
+        .filter(|c| !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
+        .count();
+    let Some(worst) = findings.first() else {
+        let but = if accepted.is_empty() { "pass" } else { "pass but for what is accepted" };
+        return format!("All {ran} checks that ran {but}, for {}.{accepted}", report.process.name);
+    };
+    let needed = match (worst.state, worst.fail, worst.warn) {
+        (State::Fail | State::Undecided, Some(limit), _) => needed(worst.sense, limit, &worst.unit, "must"),
+        (_, _, Some(limit)) => needed(worst.sense, limit, &worst.unit, "should"),
+        _ => String::new(),
+    };
+    let more = match findings.len() - 1 {
+        0 => String::new(),
+        n => format!(" {n} more {} below.", if n == 1 { "finding is" } else { "findings are" }),
+    };
+    format!("{}{needed}: {}.{more}{accepted}", phrase::sentence(&worst.message), worst.fix)
+}
+
+fn needed(sense: Sense, limit: f64, unit: &str, word: &str) -> String {
+    let sign = if sense == Sense::Min { "at least" } else { "at most" };
+    match unit {
+        "1" | "mm2" if limit == 0.0 => String::new(),
+        "1" => format!(" ({word} be {sign} {})", short(limit)),
+        "deg" => format!(" ({word} be {sign} {}°)", short(limit)),
+        "mm2" => format!(" ({word} be {sign} {} mm²)", short(limit)),
+        unit => format!(" ({word} be {sign} {} {unit})", short(limit)),
+    }
+}
