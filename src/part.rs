@@ -6,11 +6,13 @@ use crate::geometry::vector::{Vec3, along, dot, sub};
 use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::medial::{Features, Side};
+use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::notice::Notice;
+use crate::process::Process;
 use crate::units::Length;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Which way of the file points up in the build.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,10 +68,17 @@ pub struct Part {
     void: OnceLock<Features>,
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
+    printed: OnceLock<Printed>,
 }
 
 /// What one window may take, bytes.
 const WINDOW_BYTES: u128 = 1 << 30;
+/// What was deposited first, and by what.
+type Printed = ((Bead, f64), Result<Option<Arc<AsPrinted>>>);
+
+/// Cells that a part is deposited on at most: eight bytes for sixty-four of them, for each of some seven sets.
+const MOST_CELLS: u128 = 1 << 26;
+
 /// A winding number that is clearly inside, just beside a facet.
 const ENCLOSED: f64 = 0.75;
 /// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
@@ -115,6 +124,7 @@ impl Part {
             void: OnceLock::new(),
             pairs: OnceLock::new(),
             solid: OnceLock::new(),
+            printed: OnceLock::new(),
         };
         part.choose_bounding_facets()?;
         Ok(part)
@@ -284,6 +294,42 @@ impl Part {
             Some(Err(e)) => Err(e),
         }
     }
+
+    /// The part as the process' element deposits it where the overlap ratio is at least λ; shared by all who ask for the same.
+    ///
+    /// `None` if the element is too fine for a lattice of the whole part: nothing is then known of it.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] for an element without extent or λ outside `[0, 1]`, otherwise as [`crate::geometry::enclose`].
+    pub fn as_printed(&self, process: &Process, lambda: f64) -> Result<Option<Arc<AsPrinted>>> {
+        let bead = bead_of(process);
+        let make = || {
+            let bounds = self.mesh.bounds().unwrap_or_default();
+            let Some(cells) = Cells::covering(&bead, bounds, MOST_CELLS)? else { return Ok(None) };
+            self.deposited(bead, cells)?.printed(lambda).map(|made| Some(Arc::new(made)))
+        };
+        let (of, made) = self.printed.get_or_init(|| ((bead, lambda), make()));
+        if *of == (bead, lambda) { made.clone() } else { make() }
+    }
+
+    /// The part, or what a window of it holds, on a lattice of an element.
+    ///
+    /// # Errors
+    /// As [`crate::geometry::enclose`].
+    pub fn deposited(&self, bead: Bead, cells: Cells) -> Result<Designed> {
+        let by_crossings =
+            self.health.is_solid().then(|| Designed::cast(&self.mesh, InsideRule::Crossings, bead, cells));
+        match by_crossings {
+            Some(Err(Error::Operand { .. })) | None => Designed::cast(&self.mesh, InsideRule::Winding, bead, cells),
+            Some(cast) => cast,
+        }
+    }
+}
+
+/// The element of a process as a prism: a pixel is square, a bead and a spot are round.
+pub fn bead_of(process: &Process) -> Bead {
+    let footprint = if process.element.kind == "pixel" { Footprint::Square } else { Footprint::Disc };
+    Bead { footprint, width: Length::mm(process.element.width_mm), height: Length::mm(process.layer_height_mm) }
 }
 
 fn no_geometry(problem: &str) -> Error {

@@ -17,6 +17,6 @@ pub use distance::MeshDistance;
 pub use health::Health;
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;
-pub use solid::{Doubt, InsideRule, Solid};
-pub use voxelize::{occupancy, voxelize};
+pub use solid::{Doubt, Enclosure, InsideRule, Solid};
+pub use voxelize::{enclose, occupancy, voxelize};
 pub use winding::Winding;

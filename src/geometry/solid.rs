@@ -47,6 +47,17 @@ pub struct Solid {
     pub doubt: Option<Doubt>,
 }
 
+/// The three sets of a [`Solid`] without its density, for lattices too large for a number a sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Enclosure {
+    /// Cubes wholly inside.
+    pub inner: Indicator,
+    /// Samples inside.
+    pub centres: Indicator,
+    /// Cubes touched.
+    pub outer: Indicator,
+}
+
 impl Solid {
     /// Checks the invariants, cheap to dear: one grid; `inner ⊆ centres ⊆ outer`; densities in `[0, 1]`, 1 on
     /// `inner`, 0 off `outer`.

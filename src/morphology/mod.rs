@@ -3,13 +3,16 @@
 //! On sets of samples the operators are exact, whatever path they take. On shapes known from three sides ([`Sides`])
 //! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
 
+mod deposit;
 mod element;
 mod minkowski;
 mod offset;
 mod opening;
+mod overlap;
 mod sandwich;
 mod sweep;
 
+pub use deposit::{AsPrinted, Bead, Cells, Designed, Footprint};
 pub use element::{Shape, Sides, StructuringElement};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
 pub use offset::{Shaped, close_by_ball, offset, open_by_ball};

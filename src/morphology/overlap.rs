@@ -1,0 +1,257 @@
+//! Overlap counts of a small element on bit rows, and the sets of cells that follow from them.
+
+use crate::error::{Error, Result};
+use crate::field::Indicator;
+use rayon::prelude::*;
+
+/// Most cells an element may have along x: a window then spans at most two words.
+const WIDEST: usize = 16;
+/// Most cells an element may have: counts are bytes.
+const MOST_CELLS: u64 = 255;
+
+/// A prism of lattice cells: for each row along y a run along x, the same in every layer.
+///
+/// It stands on the cells `[0, wide) × [0, wide) × [0, high)`; a placement is the cell that its first corner is moved to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Prism {
+    /// First cell and end of the run of each row.
+    runs: Vec<(usize, usize)>,
+    high: usize,
+}
+
+impl Prism {
+    /// The prism over `wide × wide` cells and `high` layers whose cells satisfy `within(i, j)`; runs must be unbroken.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] if it has no cell, more than 255, or is wider than 16.
+    pub fn new(wide: usize, high: usize, within: impl Fn(usize, usize) -> bool) -> Result<Self> {
+        let run = |j: usize| {
+            let first = (0..wide).find(|&i| within(i, j)).unwrap_or(0);
+            let end = (first..wide).find(|&i| !within(i, j)).unwrap_or(wide);
+            (first, end)
+        };
+        let prism = Prism { runs: (0..wide).map(run).collect(), high };
+        if wide > WIDEST || !(1..=MOST_CELLS).contains(&prism.cells()) {
+            return Err(Error::Operand {
+                operation: "overlap count",
+                problem: format!("an element of {} cells, {wide} wide", prism.cells()),
+                remedy: "choose a coarser lattice: at most 255 cells, 16 wide".into(),
+            });
+        }
+        Ok(prism)
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> u64 {
+        self.runs.iter().map(|(a, b)| (b - a) as u64).sum::<u64>() * self.high as u64
+    }
+
+    /// The placements at which at least `least` cells of the element lie in the set: `{ p : |A ∩ (p + B)| ≥ least }`.
+    ///
+    /// Counts are exact. Placements before the set's grid are not looked at: the set must keep an element's width from it.
+    ///
+    /// # Cost
+    /// O(words·rows of the element), and cells·|B| where the set has a border.
+    pub fn placements(&self, set: &Indicator, least: u64) -> Indicator {
+        let mut out = Indicator::empty(*set.grid());
+        let [nx, ny, nz] = set.grid().dims();
+        let words = set.words_per_row();
+        let least = least.clamp(1, MOST_CELLS) as u8;
+        out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
+            let mut bits = [0u8; 64 + 2 * WIDEST];
+            for j in 0..ny {
+                let rows: Vec<(usize, &[u64])> = (k..(k + self.high).min(nz))
+                    .flat_map(|z| (0..self.runs.len().min(ny - j)).map(move |dy| (dy, set.row(j + dy, z))))
+                    .collect();
+                let truncated = rows.len() < self.runs.len() * self.high;
+                let ends = |w: usize| {
+                    rows.iter().fold((0u64, !0u64), |(any, all), (_, row)| {
+                        let next = row.get(w + 1).copied().unwrap_or(0);
+                        let spill = (1 << WIDEST) - 1;
+                        (any | row[w] | (next & spill), all & row[w] & (next | !spill))
+                    })
+                };
+                for w in 0..words {
+                    let (any, all) = ends(w);
+                    plane[j * words + w] = match (any, all) {
+                        (0, _) => 0,
+                        (_, u64::MAX) if !truncated => !0,
+                        _ => self.count(&rows, w, least, &mut bits),
+                    };
+                }
+                if !nx.is_multiple_of(64) {
+                    plane[(j + 1) * words - 1] &= !(!0u64 << (nx % 64));
+                }
+            }
+        });
+        out
+    }
+
+    /// Bit i: whether the placement at sample `64·w + i` holds at least `least` cells.
+    fn count(&self, rows: &[(usize, &[u64])], w: usize, least: u8, bits: &mut [u8; 64 + 2 * WIDEST]) -> u64 {
+        let mut counts = [0u8; 64];
+        for &(dy, row) in rows {
+            let next = row.get(w + 1).copied().unwrap_or(0);
+            if row[w] == 0 && next & ((1 << WIDEST) - 1) == 0 {
+                continue;
+            }
+            spread(row[w], &mut bits[..64]);
+            spread_few(next, &mut bits[64..]);
+            let (first, end) = self.runs[dy];
+            for dx in first..end {
+                counts.iter_mut().zip(&bits[dx..dx + 64]).for_each(|(c, b)| *c += b);
+            }
+        }
+        counts.iter().enumerate().fold(0, |word, (i, &c)| word | u64::from(c >= least) << i)
+    }
+
+    /// All cells that the element covers from a set of placements, `reach` cells further on every side: `P ⊕ B ⊕ [−reach, reach]³`.
+    ///
+    /// # Cost
+    /// O(words·rows of the element).
+    pub fn deposited(&self, placements: &Indicator, reach: usize) -> Indicator {
+        let mut out = Indicator::empty(*placements.grid());
+        let [nx, ny, nz] = placements.grid().dims();
+        let words = placements.words_per_row();
+        // Rows of the grown element: the run of row `dy` holds those of its neighbours.
+        let wide = self.runs.len();
+        let grown: Vec<(isize, (isize, isize))> = (-(reach as isize)..(wide + reach) as isize)
+            .map(|dy| {
+                let near = (dy - reach as isize).max(0) as usize..((dy + reach as isize + 1).max(0) as usize).min(wide);
+                let runs = self.runs[near].iter().filter(|(first, end)| first < end);
+                let ends = runs.map(|&(a, b)| (a as isize, b as isize)).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
+                (dy, ends.map_or((0, 0), |(a, b)| (a - reach as isize, b + reach as isize)))
+            })
+            .collect();
+        out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
+            let mut gathered = vec![0u64; words];
+            let layers = (k as isize - (self.high + reach) as isize + 1)..=(k as isize + reach as isize);
+            for (j, target) in plane.chunks_mut(words).enumerate() {
+                for &(dy, (first, end)) in &grown {
+                    let y = j as isize - dy;
+                    if !(0..ny as isize).contains(&y) {
+                        continue;
+                    }
+                    gathered.fill(0);
+                    for z in layers.clone().filter(|z| (0..nz as isize).contains(z)) {
+                        let row = placements.row(y as usize, z as usize);
+                        gathered.iter_mut().zip(row).for_each(|(g, r)| *g |= r);
+                    }
+                    smear(&gathered, first, end, target);
+                }
+                if !nx.is_multiple_of(64) {
+                    target[words - 1] &= !(!0u64 << (nx % 64));
+                }
+            }
+        });
+        out
+    }
+}
+
+/// Sets in `target` every bit at `first..end` from a bit of `row`.
+fn smear(row: &[u64], first: isize, end: isize, target: &mut [u64]) {
+    for w in 0..row.len() {
+        let before = if w > 0 { row[w - 1] } else { 0 };
+        let after = row.get(w + 1).copied().unwrap_or(0);
+        if before | row[w] | after == 0 {
+            continue;
+        }
+        let mut word = 0u64;
+        for d in first..end {
+            word |= match d {
+                0 => row[w],
+                d if d > 0 => row[w] << d | before >> (64 - d),
+                d => row[w] >> -d | after << (64 + d),
+            };
+        }
+        target[w] |= word;
+    }
+}
+
+/// Each bit of a word as a byte.
+fn spread(word: u64, out: &mut [u8]) {
+    for (byte, eight) in word.to_le_bytes().into_iter().zip(out.chunks_exact_mut(8)) {
+        // Eight copies of the byte, one bit kept in each, moved down to 1.
+        let kept = u64::from(byte).wrapping_mul(0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+        let ones = kept.wrapping_add(0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101;
+        eight.copy_from_slice(&ones.to_le_bytes());
+    }
+}
+
+/// The first bits of a word as bytes, as many as there is room for.
+fn spread_few(word: u64, out: &mut [u8]) {
+    out.iter_mut().enumerate().for_each(|(i, b)| *b = (word >> i & 1) as u8);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::units::Length;
+
+    fn noise(grid: Grid, seed: u64, share: u64) -> Indicator {
+        let [nx, ny, nz] = grid.dims();
+        Indicator::from_predicate(grid, |at| {
+            let [i, j, k] = grid.index(at);
+            let clear = i >= 6 && j >= 6 && k >= 4 && i + 6 < nx && j + 6 < ny && k + 4 < nz;
+            // Splitmix: blocks of noise between full and empty stretches.
+            let mut x = (at as u64 ^ seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            clear && ((i / 40 + j / 9) % 2 == 0 || (x >> 33) % 100 < share)
+        })
+    }
+
+    fn contains(set: &Indicator, at: [isize; 3]) -> bool {
+        at.iter().all(|&c| c >= 0) && set.contains(at.map(|c| c as usize))
+    }
+
+    #[test]
+    fn placements_and_deposits_are_those_of_the_definition() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [150, 23, 14]).unwrap();
+        // Without symmetry: an L and a full square, one and three layers high.
+        let lopsided = Prism::new(4, 3, |i, j| j < 2 || i < 1).unwrap();
+        let square = Prism::new(2, 1, |_, _| true).unwrap();
+        for (prism, share) in [(lopsided, 40), (square, 70)] {
+            let set = noise(grid, 7, share);
+            let cells: Vec<[isize; 3]> = (0..prism.high)
+                .flat_map(|z| {
+                    prism.runs.iter().enumerate().flat_map(move |(y, &(a, b))| (a..b).map(move |x| [x, y, z]))
+                })
+                .map(|c| c.map(|x| x as isize))
+                .collect();
+            for least in [1, prism.cells() / 2, prism.cells()] {
+                let found = prism.placements(&set, least);
+                let wanted = Indicator::from_predicate(grid, |at| {
+                    let p = grid.index(at).map(|c| c as isize);
+                    let held = |c: &&[isize; 3]| contains(&set, [p[0] + c[0], p[1] + c[1], p[2] + c[2]]);
+                    cells.iter().filter(held).count() as u64 >= least
+                });
+                assert!(!found.is_empty() && found == wanted, "{least} of {}", prism.cells());
+                found.validate().unwrap();
+                for reach in [0isize, 1] {
+                    let near = |c: &[isize; 3]| {
+                        (-reach..=reach)
+                            .flat_map(move |x| (-reach..=reach).map(move |y| (x, y)))
+                            .flat_map(move |(x, y)| (-reach..=reach).map(move |z| [x, y, z]))
+                            .map(|d| [0, 1, 2].map(|a| c[a] + d[a]))
+                            .collect::<Vec<_>>()
+                    };
+                    let moves: Vec<[isize; 3]> = cells.iter().flat_map(near).collect();
+                    let covered = Indicator::from_predicate(grid, |at| {
+                        let p = grid.index(at).map(|c| c as isize);
+                        moves.iter().any(|m| contains(&found, [0, 1, 2].map(|a| p[a] - m[a])))
+                    });
+                    assert!(prism.deposited(&found, reach as usize) == covered);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn elements_too_large_to_count_are_refused() {
+        assert!(Prism::new(17, 1, |_, _| true).is_err());
+        assert!(Prism::new(16, 1, |_, _| true).is_err());
+        assert!(Prism::new(3, 1, |_, _| false).is_err());
+        assert_eq!(Prism::new(4, 2, |i, j| (i + j) % 3 != 0 || i != j).unwrap().cells() % 2, 0);
+    }
+}
