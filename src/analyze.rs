@@ -321,8 +321,7 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
     let part = &prepared.part;
     let solid = part.solid()?;
     let (low, high) = (solid.inner.volume().as_mm3(), solid.outer.volume().as_mm3());
-    let sound = part.health().is_solid() && !part.body_pairs().iter().any(|p| p.distance <= part.step());
-    let value = if sound { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
+    let value = if part.is_plain() { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
     let extent = part.extent();
     let corners = [part.to_file([0.0; 3]), part.to_file(extent)];
     Ok(PartReport {

@@ -1,7 +1,7 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
 use crate::error::{Error, Result};
-use crate::geometry::health::NO_LABEL;
+use crate::geometry::health::{Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
 use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
@@ -59,6 +59,7 @@ pub struct Part {
     step: f64,
     notices: Vec<Notice>,
     bounding: Vec<bool>,
+    crossings: Fault,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
     grid: Option<Grid>,
@@ -110,6 +111,7 @@ impl Part {
         turn_shells(&mut mesh, &health);
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
+            crossings: Fault::default(),
             mesh,
             health,
             rotation,
@@ -132,11 +134,15 @@ impl Part {
 
     /// Decides which facets bound the solid, and which way round.
     fn choose_bounding_facets(&mut self) -> Result<()> {
-        let touching = self.body_pairs().iter().any(|p| p.distance <= self.step);
-        if self.health.is_solid() && !touching {
+        let bodies = &self.health.facet_body;
+        let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
+        let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
+        self.crossings = crossings(&labelled, of_one_body, 2.0 * self.step);
+        if self.is_plain() {
             for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
                 *bounds = body != NO_LABEL;
             }
+            self.distance = OnceLock::from(labelled);
             return Ok(());
         }
         let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
@@ -196,6 +202,19 @@ impl Part {
     /// Resolution of the file's coordinates, millimetres: what differs by less is equal.
     pub fn step(&self) -> f64 {
         self.step
+    }
+
+    /// Facets of one body that cross each other by more than the resolution of the file.
+    pub fn crossings(&self) -> Fault {
+        self.crossings
+    }
+
+    /// Whether the mesh bounds a solid just as it stands: closed, oriented, bodies apart, nothing passing through itself.
+    ///
+    /// Where it does not, inside is where the winding number says so, and facets inside the union bound nothing.
+    pub fn is_plain(&self) -> bool {
+        let touching = || self.body_pairs().iter().any(|p| p.distance <= self.step);
+        self.health.is_solid() && self.crossings.count == 0 && !touching()
     }
 
     /// Whether a facet bounds the solid; ghosts and facets inside the union do not.

@@ -42,7 +42,7 @@ impl Check for Island {
         };
         let rests = |i: &Start| {
             let just_below = along(i.lowest, [0.0, 0.0, -1.0], 20.0 * part.step());
-            !part.bounds_solid(i.facet as usize) || (!plain(part) && part.winding().at(just_below) >= 0.5)
+            !part.bounds_solid(i.facet as usize) || (!part.is_plain() && part.winding().at(just_below) >= 0.5)
         };
         let found: Vec<Start> =
             islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
@@ -86,9 +86,4 @@ impl Check for Island {
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-/// A single closed body, in which nothing can lie beneath a minimum unseen.
-fn plain(part: &Part) -> bool {
-    part.health().is_solid() && !part.body_pairs().iter().any(|p| p.distance <= part.step())
 }

@@ -14,16 +14,18 @@ pub struct Mesh;
 static META: Meta = Meta {
     code: "AM001",
     name: "mesh",
-    title: "Mesh: open, non-manifold, miswound, duplicate facets",
-    what: "Counts open edges, edges of more than two facets, edges whose facets disagree in winding and doubled facets, and \
-           gives the worst place of each. Bodies, closed inner voids, ghosts and facets without area are noted beside them.",
+    title: "Mesh: open, non-manifold, miswound, duplicate, crossing facets",
+    what: "Counts open edges, edges of more than two facets, edges whose facets disagree in winding, doubled facets and \
+           facets of one body that pass through each other, and gives the worst place of each. Bodies, closed inner voids, ghosts and facets without area are noted beside them.",
     why: "A slicer has to guess what is inside where the surface has holes or contradicts itself; different slicers guess \
           differently, and parts of the model can vanish.",
     how: "Corners are welded where their coordinates are equal (0.0 = -0.0); every edge is then counted with its direction. \
           Which shell lies in which is decided by rays in several directions and, where these disagree, by solid angles. \
-          Where the facets do not agree, inside is where the generalized winding number is at least one half.",
-    limits: "Facets that cross each other without sharing an edge are not looked for. Faults warn; what they do to the other \
-             checks is that inside comes from the winding number.",
+          Facets whose boxes overlap are tried on each other. Where the facets do not agree, inside is where the \
+          generalized winding number is at least one half; where they cross, the part is the union.",
+    limits: "Crossings shallower than twice the resolution of the file, and facets that overlap in one plane, count as touching. \
+             A facet that crosses others is taken to bound the part where its middle does. Faults warn; what they do to the \
+             other checks is that inside comes from the winding number.",
     source: "Winding number: A. Jacobson, L. Kavan, O. Sorkine-Hornung, Robust inside-outside segmentation using generalized \
              winding numbers, 2013.",
 };
@@ -50,6 +52,12 @@ impl Check for Mesh {
                 "make the normals consistent and export again",
             ),
             ("duplicate-facets", h.duplicate_facets, "facets that repeat another", "delete the doubled surface"),
+            (
+                "self-crossing",
+                part.crossings(),
+                "pairs of facets that pass through each other",
+                "unite the body with itself, so that no surface lies inside the material",
+            ),
         ];
         let limits = Limits { fail: None, warn: Some(0.0), sense: Sense::Max };
         let mut measured = Measured { cover: cover(part), ..Measured::default() };
@@ -79,7 +87,8 @@ impl Check for Mesh {
 fn cover(part: &Part) -> String {
     let h = part.health();
     format!(
-        "{} facets in {} shells, {} bodies; every edge was counted.",
+        "{} facets in {} shells, {} bodies; every edge was counted, and every facet was tried on those \
+         it may cross.",
         part.mesh().triangles.len(),
         h.shells.len(),
         h.bodies.len()

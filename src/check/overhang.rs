@@ -83,16 +83,12 @@ impl Check for Overhang {
     }
 }
 
-/// Whether another body touches a facet from below.
+/// Whether material touches a facet from below.
 fn covered(part: &Part, facet: u32) -> bool {
     if !part.bounds_solid(facet as usize) {
         return true;
     }
-    if part.health().bodies.len() < 2 {
-        return false;
-    }
-    let touching = part.body_pairs().iter().any(|p| p.distance <= part.step());
-    touching && {
+    !part.is_plain() && {
         let f = facet as usize;
         let below = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
         part.winding().at(below) >= 0.5

@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
-use crate::shapes::{cuboid, facing, finned_bracket, ramp, table};
+use crate::shapes::{bar_through_itself, cuboid, facing, finned_bracket, ramp, table};
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
 
@@ -33,6 +33,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
     vec![
         ("block", block),
         ("block_open", open),
+        ("bar_through_itself", bar_through_itself()),
         ("bar_300", cuboid([0.0; 3], [300.0, 10.0, 10.0])),
         ("wall_111_024", leaning(0.24)),
         ("wall_111_200", leaning(2.0)),

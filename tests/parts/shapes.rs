@@ -29,6 +29,33 @@ pub fn sweep(outline: &[[f64; 2]], caps: &[[usize; 3]], depth: f64) -> TriangleM
     if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
 }
 
+/// A bar of 4 × 4 mm bent along a path in the plate's plane that runs through its own first leg, all one closed surface.
+///
+/// The legs are 20, 10, 10 and 20 mm long along their middle, so the bar has 960 mm³ and 64 mm³ of it twice.
+pub fn bar_through_itself() -> TriangleMesh {
+    let middle = [[0.0, 0.0], [20.0, 0.0], [20.0, 10.0], [10.0, 10.0], [10.0, -10.0]];
+    let left = [[0.0, 2.0], [18.0, 2.0], [18.0, 8.0], [12.0, 8.0], [12.0, -10.0]];
+    let ring = |i: usize| {
+        let ([x, y], [lx, ly]) = (middle[i], left[i]);
+        let (rx, ry) = (2.0 * x - lx, 2.0 * y - ly);
+        [[lx, ly, 0.0], [rx, ry, 0.0], [rx, ry, 4.0], [lx, ly, 4.0]]
+    };
+    let mut facets = Vec::new();
+    for i in 0..middle.len() - 1 {
+        let (from, to) = (ring(i), ring(i + 1));
+        for c in 0..4 {
+            let d = (c + 1) % 4;
+            facets.push([from[c], to[c], to[d]]);
+            facets.push([from[c], to[d], from[d]]);
+        }
+    }
+    let (first, last) = (ring(0), ring(middle.len() - 1));
+    facets.extend([[first[0], first[1], first[2]], [first[0], first[2], first[3]]]);
+    facets.extend([[last[0], last[2], last[1]], [last[0], last[3], last[2]]]);
+    let mesh = TriangleMesh::weld(facets);
+    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+}
+
 /// A table of 10 × 3 × 10 mm with a top 2 mm thick; its second leg ends at `foot`.
 pub fn table(foot: f64) -> TriangleMesh {
     let outline =

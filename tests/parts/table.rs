@@ -23,6 +23,7 @@ const fn row(code: &'static str, part: &'static str, state: State, value: Option
 pub const TABLE: &[Row] = &[
     row("AM001", "block", Pass, None, 0),
     row("AM001", "block_open", Warn, Some(3.0), 1),
+    row("AM001", "bar_through_itself", Warn, Some(12.0), 1),
     row("AM002", "block", Pass, None, 0),
     row("AM002", "bar_300", Fail, Some(300.0 / 220.0), 1),
     row("AM101", "wall_111_200", Pass, None, 0),
@@ -81,4 +82,17 @@ fn every_check_has_a_part_that_breaks_it_and_one_that_passes() {
         assert!(states.contains(&Pass), "{} has no passing part", meta.code);
         assert!(states.iter().any(|s| matches!(s, Warn | Fail)), "{} has no failing part", meta.code);
     }
+}
+
+#[test]
+fn a_bar_that_runs_through_itself_has_the_volume_of_the_union() {
+    let options = Options::new(process("fdm", &[]));
+    let bytes = fixtures::bytes("bar_through_itself");
+    let report = judge_bytes("bar_through_itself", &bytes, &options).expect("a report");
+    let volume = report.part.volume_mm3;
+    assert!(volume.low <= 896.0 && 896.0 <= volume.high, "{volume:?}");
+    // 32 mm² of top and bottom are covered twice; a voxel cut by two sheets has the sum of their shares, at most half a
+    // voxel too much.
+    let most = 896.0 + 0.5 * 32.0 * report.grid.spacing_mm;
+    assert!((896.0 - 1e-3..most).contains(&volume.value), "{volume:?}");
 }

@@ -76,7 +76,7 @@ impl Health {
     /// O(facets) for edges and shells; O(facets · log facets) more if one shell may lie in another.
     ///
     /// # Limits
-    /// Facets that cross each other are not looked for.
+    /// Facets that cross each other are not looked for: see [`super::crossings()`].
     pub fn of(mesh: &TriangleMesh) -> Self {
         let table = EdgeTable::of(mesh);
         let box_mm = mesh.bounds().map(|(lo, hi)| [lo, hi]);

@@ -5,6 +5,7 @@
 
 mod bodies;
 mod boxes;
+mod crossing;
 mod edges;
 mod measure;
 mod nesting;
@@ -15,6 +16,7 @@ mod repair;
 mod shells;
 
 pub use bodies::{Body, NO_LABEL, Role};
+pub use crossing::crossings;
 pub use measure::{Fault, Health, Hole};
 pub use repair::{Repaired, repaired};
 pub use shells::Shell;
