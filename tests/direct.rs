@@ -145,3 +145,102 @@ fn the_number_of_threads_changes_nothing() {
 fn part() -> amcheck::geometry::TriangleMesh {
     amcheck::geometry::Primitive::parse("cone:r2r0.5h3mm").unwrap().mesh(Length::mm(0.05))
 }
+
+/// A dilation of A by B.
+type Dilates = fn(&Indicator, &Indicator) -> Indicator;
+
+/// The harness: whether a dilation equals the plain sum `{ a + b }` on random sets, on full ones that fill their grid up
+/// to the border, and on single samples in the last corner.
+fn agrees_with_the_plain_sum(dilates: Dilates) -> bool {
+    let mut random = Random(21);
+    let full = |dims| Indicator::from_predicate(Grid::new([0.3, 0.0, -0.4], Length::mm(H), dims).unwrap(), |_| true);
+    let last = |dims: [usize; 3]| {
+        let mut set = Indicator::empty(Grid::new([0.0; 3], Length::mm(H), dims).unwrap());
+        set.set(dims.map(|n| n - 1), true);
+        set
+    };
+    let mut pairs = vec![(full([7, 5, 4]), full([3, 2, 2])), (last([16, 9, 8]), last([5, 4, 3]))];
+    pairs.extend((0..12).map(|_| (random.set([14, 9, 8], 4), random.element().set().clone())));
+    pairs.iter().all(|(a, b)| {
+        let counts = convolve_directly(a, b).unwrap();
+        let want = Indicator::from_predicate(*counts.grid(), |at| counts.values()[at] > 0);
+        let made = dilates(a, b);
+        let apart = [0, 1, 2].map(|i| (made.grid().origin()[i] - want.grid().origin()[i]).abs());
+        apart.iter().all(|d| *d < 1e-9) && made.words() == want.words()
+    })
+}
+
+/// Where the transform counts at least `least` pairs.
+fn counted(a: &Indicator, b: &Indicator, least: u32) -> Indicator {
+    Convolver::new(a, b.grid().dims()).unwrap().convolve(b).unwrap().at_least(least)
+}
+
+fn on(grid: Grid, from: &Indicator) -> Indicator {
+    Indicator::from_words(grid, from.words().to_vec()).unwrap()
+}
+
+/// Counts by a cyclic transform of `short` samples too few along every axis: what is cut off at the end comes back at
+/// the beginning.
+fn wrapped(a: &Indicator, b: &Indicator, short: usize) -> Indicator {
+    let whole = counted(a, b, 1);
+    let dims = whole.grid().dims();
+    let cycle = dims.map(|n| n.saturating_sub(short).max(1));
+    let mut set = Indicator::empty(*whole.grid());
+    for at in whole.iter() {
+        let index = whole.grid().index(at);
+        set.set([0, 1, 2].map(|i| index[i] % cycle[i]), true);
+    }
+    set
+}
+
+/// Deliberate mistakes in the operator itself, each rejected by the same harness that the right one passes:
+/// `cargo test --release --test direct mutations -- --nocapture` shows the list.
+#[test]
+fn mutations_of_the_operator_are_rejected() {
+    let right: [(&str, Dilates); 3] = [
+        ("count of at least one", |a, b| counted(a, b, 1)),
+        ("bit rows", |a, b| dilate_by_runs(a, b).unwrap()),
+        ("padding that is long enough", |a, b| wrapped(a, b, 0)),
+    ];
+    for (name, dilates) in right {
+        assert!(agrees_with_the_plain_sum(dilates), "{name} is right and was rejected");
+    }
+    let wrong: [(&str, Dilates); 8] = [
+        ("count of at least two", |a, b| counted(a, b, 2)),
+        ("padding short by one sample", |a, b| wrapped(a, b, 1)),
+        ("padding short by the element", |a, b| wrapped(a, b, b.grid().dims()[0] - 1)),
+        ("element reflected", |a, b| {
+            let mirrored = b.reflected();
+            on(*counted(a, b, 1).grid(), &counted(a, &mirrored, 1))
+        }),
+        ("element with x and y swapped", |a, b| {
+            let g = b.grid();
+            let ([x, y, z], [nx, ny, nz]) = (g.origin(), g.dims());
+            let grid = Grid::new([y, x, z], g.spacing(), [ny, nx, nz]).unwrap();
+            let swapped = Indicator::from_predicate(grid, |at| {
+                let [i, j, k] = grid.index(at);
+                b.contains([j, i, k])
+            });
+            counted(a, &swapped, 1)
+        }),
+        ("result one sample to +x", |a, b| {
+            let sum = counted(a, b, 1);
+            sum.placed([-1, 0, 0], *sum.grid()).unwrap()
+        }),
+        ("result half a cell off", |a, b| {
+            let sum = counted(a, b, 1);
+            let g = sum.grid();
+            on(Grid::new(g.origin().map(|o| o + 0.5 * H), g.spacing(), g.dims()).unwrap(), &sum)
+        }),
+        ("last layer lost", |a, b| {
+            let sum = counted(a, b, 1);
+            let [nx, ny, nz] = sum.grid().dims();
+            let upper = Indicator::from_predicate(*sum.grid(), |at| at / (nx * ny) == nz - 1);
+            sum.difference(&upper).unwrap()
+        }),
+    ];
+    for (name, dilates) in wrong {
+        assert!(!agrees_with_the_plain_sum(dilates), "{name} went unnoticed");
+        println!("rejected: {name}");
+    }
+}

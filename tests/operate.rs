@@ -155,6 +155,62 @@ fn a_scene_for_viewers_units_and_spacing_are_heeded() {
     assert!(low <= truth && truth <= high && (volume / truth - 1.0).abs() < 0.01, "{volume} {truth}");
 }
 
+/// Two layers of a frame of 10 × 6 mm (outer edge of the beads), 0.4 mm wide, 0.2 mm high, and a travel between them.
+const FRAME: &str = "G21\nG90\nM82\nG0 X0.2 Y0.2 Z0.2\nG1 X9.8 E1\nG1 Y5.8 E2\nG1 X0.2 E3\nG1 Y0.2 E4\n\
+                     G0 X3 Y3 Z0.4\nG0 X0.2 Y0.2\nG1 X9.8 E5\nG1 Y5.8 E6\nG1 X0.2 E7\nG1 Y0.2 E8\n";
+
+#[test]
+fn gcode_is_swept_and_compared_with_its_design() {
+    let bench = Bench::new("gcode");
+    std::fs::write(bench.0.join("frame.gcode"), FRAME).unwrap();
+    let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    bench.put("design.stl", &mesh("box:10x6x0.4mm").transformed(still, [5.0, 3.0, 0.2]));
+    let said =
+        bench.amcheck("sweep --gcode frame.gcode --bead 0.4x0.2mm --design design.stl --voxel 0.05mm --picture f.png");
+    assert_eq!((said.code, said.err.as_str()), (0, ""));
+    // A frame with round outer corners: the design's inner 9.2 × 5.2 mm are missing, and four corners of r²·(1 − π/4).
+    let corners = 4.0 * 0.04 * (1.0 - PI / 4.0) * 0.4;
+    let (frame, hole) = ((60.0 - 9.2 * 5.2) * 0.4 - corners, 9.2 * 5.2 * 0.4 + corners);
+    for (word, truth) in [("volume", frame), ("missing", hole), ("over", 0.0)] {
+        let line = said.out.lines().find(|l| l.starts_with(word)).unwrap();
+        let numbers: Vec<f64> = line.split([' ', ',']).filter_map(|w| w.parse().ok()).collect();
+        let [estimate, low, high] = numbers[..] else { panic!("{line}") };
+        assert!(low - 1e-3 <= truth && truth <= high + 1e-3, "{truth}: {line}");
+        assert!((estimate - truth).abs() < 0.02 * frame, "{truth}: {line}");
+    }
+    assert!(said.out.contains("bead       0.4 × 0.4 × 0.2 mm along 60.8 mm in 2 strokes"), "{}", said.out);
+    let made = closed(&bench.0.join("frame_sweep.stl"));
+    assert!((made.signed_volume() / frame - 1.0).abs() < 0.02, "{} {frame}", made.signed_volume());
+    assert!(std::fs::read(bench.0.join("f.png")).unwrap().starts_with(b"\x89PNG"));
+    // Without options the bead is that of the fdm process; a built-in element stands about the path.
+    let said = bench.amcheck("sweep --gcode frame.gcode --out plain.stl");
+    assert!(said.code == 0 && said.out.contains(" mm along 60.8 mm"), "{} {}", said.out, said.err);
+    let said = bench.amcheck("sweep ball:0.3mm --gcode frame.gcode --out ball.stl");
+    assert!(said.code == 0 && said.out.contains("0.6 × 0.6 × 0.6"), "{} {}", said.out, said.err);
+}
+
+#[test]
+fn fields_and_a_picture_are_written_on_demand() {
+    let bench = Bench::new("fields");
+    for words in ["offset part.stl --by 1mm", "minkowski part.stl box:2x1x1mm", "open part.stl --radius 1mm"] {
+        let said = bench.amcheck(&format!("{words} --voxel 0.25mm --field a.npy --field deep/a.vti --picture a.png"));
+        assert_eq!((said.code, said.err.as_str()), (0, ""), "{words}");
+        assert_eq!(said.out.matches("written").count(), 4, "{}", said.out);
+        let npy = std::fs::read(bench.0.join("a.npy")).unwrap();
+        let vti = std::fs::read(bench.0.join("deep/a.vti")).unwrap();
+        let shape = String::from_utf8_lossy(&npy[..128]).into_owned();
+        let counts: Vec<usize> = shape.split(['(', ',', ')', ' ']).filter_map(|w| w.parse().ok()).collect();
+        let values: Vec<f32> = npy[128..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        assert_eq!(values.len(), counts.iter().product::<usize>(), "{words}: {shape}");
+        // Negative inside: as many samples as the volume has cubes, but for the surface.
+        let [volume, ..] = volumes(&said.out);
+        let inside = values.iter().filter(|v| **v <= 0.0).count() as f64 * 0.25f64.powi(3);
+        assert!((inside / volume - 1.0).abs() < 0.2, "{words}: {inside} {volume}");
+        assert!(String::from_utf8_lossy(&vti[..400]).contains("signed_distance_mm"));
+        assert!(std::fs::read(bench.0.join("a.png")).unwrap().starts_with(b"\x89PNG"));
+    }
+}
+
 #[test]
 fn the_answer_does_not_depend_on_the_number_of_threads() {
     let bench = Bench::new("threads");
@@ -179,6 +235,12 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
     std::fs::write(bench.0.join("still.csv"), "1, 2, 3\n1, 2, 3\n").unwrap();
     std::fs::write(bench.0.join("bad.csv"), "0 0 0\n1 nan 2\n").unwrap();
     std::fs::write(bench.0.join("strokes.csv"), "0 0 0\n1 0 0\n\n0 5 0\n1 5 0\n").unwrap();
+    std::fs::write(bench.0.join("one.gcode"), "G0 X1 Y1\nG1 X1 Y1 E1\n").unwrap();
+    std::fs::write(bench.0.join("none.gcode"), "; nothing\nG28\n").unwrap();
+    std::fs::write(bench.0.join("arc.gcode"), "G1 X1 E1\nG2 X2 Y2 E2\n").unwrap();
+    std::fs::write(bench.0.join("plane.gcode"), "G18\nG2 X2 Z2 I1 E2\n").unwrap();
+    std::fs::write(bench.0.join("spline.gcode"), "G1 X1 E1\nG5 X2 Y2 I1 J1 P1 Q1 E2\n").unwrap();
+    std::fs::write(bench.0.join("good.gcode"), FRAME).unwrap();
     let mut open = mesh("box:4x4x4mm");
     open.triangles.pop();
     bench.put("open.stl", &open);
@@ -209,6 +271,24 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("sweep part.stl --along bad.csv", 4, &["E011", "bad.csv: line 2"]),
         ("sweep part.stl --along strokes.csv", 4, &["E012", "2 strokes"]),
         ("sweep part.stl --along none.csv", 4, &["E010"]),
+        ("sweep --gcode one.gcode", 4, &["E013", "two points", "--> one.gcode"]),
+        ("sweep --gcode none.gcode", 4, &["E013", "--> none.gcode"]),
+        ("sweep --gcode arc.gcode", 4, &["E011", "arc.gcode: line 2"]),
+        ("sweep --gcode plane.gcode", 4, &["E012", "plane", "line 1"]),
+        ("sweep --gcode spline.gcode", 4, &["E012", "spline", "line 2"]),
+        ("sweep --gcode lost.gcode", 4, &["E010", "lost.gcode"]),
+        ("sweep --gcode good.gcode --bead 0.4mm", 2, &["E001", "0.4mm", "--bead"]),
+        ("sweep --gcode good.gcode --bead 0.4x0mm", 2, &["E041", "not positive"]),
+        ("sweep --gcode good.gcode --bead nanxnan", 2, &["E001"]),
+        ("sweep --gcode good.gcode --voxel 0.0001mm", 5, &["E020", "--voxel"]),
+        ("sweep --gcode good.gcode --design empty.stl", 4, &["E013", "--> empty.stl"]),
+        ("sweep part.stl --gcode good.gcode", 4, &["E012", "mesh as a bead"]),
+        ("sweep cone:r1r0h1mm --gcode good.gcode", 4, &["E012", "cone as a bead"]),
+        ("sweep part.stl --along still.csv --bead 1x1mm", 2, &["E001", "--bead"]),
+        ("offset part.stl --by 1mm --field x.raw", 2, &["E002", "`raw`", "npy, vti"]),
+        ("offset part.stl --by 1mm --picture x.jpg", 2, &["E002", "jpg"]),
+        ("offset part.stl --by 1mm --field part.stl/x.npy", 6, &["E030"]),
+        ("offset part.stl --by -2.5mm --field deep/x.npy --picture x.png", 4, &["E013", "nothing remains"]),
         ("offset part.stl --by 1mm --voxel 0mm", 2, &["E001", "--voxel"]),
         ("offset part.stl --by 1mm --memory lots", 2, &["E001", "lots"]),
         ("offset part.stl --by 1mm --out part.step", 2, &["E002", "`step`", "`stl`"]),

@@ -234,13 +234,23 @@ pub enum Operation {
         #[command(flatten)]
         how: How,
     },
-    /// What a part covers while it moves along a path
+    /// What a part covers while it moves along a path, or what a bead deposits along G-code
     Sweep {
-        /// The part: a mesh, or a built-in element, about the origin
-        part: PathBuf,
+        /// The part: a mesh, or a built-in element, about the origin; with --gcode the bead, about the path
+        #[arg(required_unless_present = "gcode")]
+        part: Option<PathBuf>,
         /// The path: x, y, z of one point on each line, millimetres
-        #[arg(long, value_name = "PATH.csv|xyz")]
-        along: PathBuf,
+        #[arg(long, value_name = "PATH.csv|xyz", required_unless_present = "gcode")]
+        along: Option<PathBuf>,
+        /// G-code: its extrusion moves are the path, or all feed moves where nothing is extruded
+        #[arg(long, value_name = "PATH.gcode", conflicts_with = "along")]
+        gcode: Option<PathBuf>,
+        /// Bead below the nozzle's path, as width and height [default: those of the fdm process]
+        #[arg(long, value_name = "0.45x0.2mm", requires = "gcode", conflicts_with = "part")]
+        bead: Option<String>,
+        /// The design that the G-code came from, in its frame: what is missing and what is over is measured
+        #[arg(long, value_name = "PART", requires = "gcode")]
+        design: Option<PathBuf>,
         #[command(flatten)]
         how: How,
     },
@@ -275,4 +285,12 @@ pub struct How {
     /// File for the result; its suffix names the format [default: PART_OPERATION.stl]
     #[arg(long, value_name = "FILE.stl|.glb|.obj|.ply|.3mf")]
     pub out: Option<PathBuf>,
+
+    /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable
+    #[arg(long = "field", value_name = "FILE.npy|.vti")]
+    pub fields: Vec<PathBuf>,
+
+    /// Also write a picture of before and after
+    #[arg(long, value_name = "FILE.png")]
+    pub picture: Option<PathBuf>,
 }

@@ -1,18 +1,106 @@
-//! The file that a made shape goes to.
+//! The files that a made shape goes to: a mesh, and fields and a picture where they are asked for.
 
+use super::args::How;
 use super::deliver::Delivery;
 use super::words::one_of;
 use crate::error::{Error, Result, printable};
 use crate::geometry::TriangleMesh;
 use crate::io::glb::{self, Scene};
-use crate::io::{obj, ply, stl, threemf, write_atomically};
+use crate::io::{Content, npy, obj, ply, stl, threemf, vti, write_together};
+use crate::operate::Operated;
+use crate::report::render::{Panel, side_by_side};
 use std::path::{Path, PathBuf};
 
 /// Suffixes that a mesh is written by.
-const SUFFIXES: &[&str] = &["stl", "glb", "obj", "ply", "3mf"];
+const MESHES: &[&str] = &["stl", "glb", "obj", "ply", "3mf"];
+const FIELDS: &[&str] = &["npy", "vti"];
+const PICTURES: &[&str] = &["png"];
 
-/// A place for a mesh, known to take it before the work starts.
-pub struct Destination {
+/// Width and height of each half of a picture.
+const PANEL: [usize; 2] = [560, 460];
+
+/// Places for the mesh and what else was asked for, known to take it before the work starts.
+pub struct Outputs {
+    mesh: Option<Destination>,
+    fields: Vec<Destination>,
+    picture: Option<Destination>,
+}
+
+/// What a picture shows before the operation, and its name.
+pub struct Before {
+    pub mesh: TriangleMesh,
+    pub title: String,
+}
+
+impl Outputs {
+    /// Looks at the suffixes and tries that a file can be made at each place.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for a suffix that is not known; [`Error::CannotWrite`] naming the place.
+    pub fn open(how: &How) -> Result<Self> {
+        let open = |option, known| move |path: &PathBuf| Destination::open(path.clone(), option, known);
+        Ok(Outputs {
+            mesh: how.out.as_ref().map(open("suffix for --out", MESHES)).transpose()?,
+            fields: how.fields.iter().map(open("suffix for --field", FIELDS)).collect::<Result<_>>()?,
+            picture: how.picture.as_ref().map(open("suffix for --picture", PICTURES)).transpose()?,
+        })
+    }
+
+    /// The place of the mesh where none was named.
+    ///
+    /// # Errors
+    /// As [`Outputs::open`].
+    pub fn or_at(mut self, path: String) -> Result<Self> {
+        if self.mesh.is_none() {
+            self.mesh = Some(Destination::open(path.into(), "suffix for --out", MESHES)?);
+        }
+        Ok(self)
+    }
+
+    /// Whether a picture was asked for.
+    pub fn has_picture(&self) -> bool {
+        self.picture.is_some()
+    }
+
+    /// Writes everything, all of it or none, and returns where.
+    ///
+    /// # Errors
+    /// As [`write_together`].
+    pub fn write(self, made: &Operated, before: Option<&Before>) -> Result<Vec<PathBuf>> {
+        let picture = self.picture.as_ref().map(|to| (to, picture(made, before)));
+        let mut files: Vec<(&Path, Content)> = Vec::new();
+        if let Some(to) = &self.mesh {
+            files.push((&to.path, Box::new(move |out| to.mesh(&made.mesh, out))));
+        }
+        for to in &self.fields {
+            files.push((&to.path, Box::new(move |out| to.field(made, out))));
+        }
+        if let Some((to, png)) = &picture {
+            files.push((&to.path, Box::new(move |out| out.write_all(png))));
+        }
+        let places = files.iter().map(|(path, _)| path.to_path_buf()).collect();
+        write_together(files)?;
+        Ok(places)
+    }
+}
+
+/// Before and after, or after alone.
+fn picture(made: &Operated, before: Option<&Before>) -> Vec<u8> {
+    let [low, high] = made.bracket;
+    let after = format!("{}, certified {low} to {high}", made.volume);
+    let caption = before.map(|b| format!("{}, {} facets", volume(&b.mesh), b.mesh.triangles.len())).unwrap_or_default();
+    let mut panels: Vec<Panel> =
+        before.iter().map(|b| Panel { mesh: &b.mesh, title: &b.title, caption: &caption }).collect();
+    panels.push(Panel { mesh: &made.mesh, title: "result", caption: &after });
+    side_by_side(&panels, PANEL)
+}
+
+fn volume(mesh: &TriangleMesh) -> crate::units::Volume {
+    crate::units::Volume::mm3(mesh.signed_volume())
+}
+
+/// A place for one file.
+struct Destination {
     path: PathBuf,
     suffix: &'static str,
     /// Takes a folder that was made for nothing away again.
@@ -20,14 +108,9 @@ pub struct Destination {
 }
 
 impl Destination {
-    /// Looks at the suffix and tries that a file can be made there.
-    ///
-    /// # Errors
-    /// [`Error::UnknownName`] for a suffix that is not one of five; [`Error::CannotWrite`] naming the place.
-    pub fn open(path: PathBuf) -> Result<Self> {
+    fn open(path: PathBuf, option: &'static str, known: &'static [&'static str]) -> Result<Self> {
         let suffix = path.extension().map_or_else(String::new, |s| s.to_string_lossy().to_lowercase());
-        let known = one_of("suffix for --out", &[suffix], SUFFIXES)?;
-        let suffix = known.first().copied().unwrap_or("stl");
+        let suffix = one_of(option, &[suffix], known)?.first().copied().unwrap_or("stl");
         if path.is_dir() {
             let shown = printable(&path.to_string_lossy());
             return Err(Error::CannotWrite { path: shown, reason: "it is a folder".into() });
@@ -36,18 +119,20 @@ impl Destination {
         Ok(Destination { _folder: Delivery::open(folder)?, suffix, path })
     }
 
-    /// Writes the mesh, whole or not at all, and returns where.
-    ///
-    /// # Errors
-    /// As [`write_atomically`].
-    pub fn write(self, mesh: &TriangleMesh) -> Result<PathBuf> {
-        write_atomically(&self.path, |out| match self.suffix {
+    fn mesh(&self, mesh: &TriangleMesh, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        match self.suffix {
             "glb" => glb::write(&Scene { mesh, colours: None, attributes: &[] }, out),
             "obj" => obj::write(mesh, out),
             "ply" => ply::write(mesh, out),
             "3mf" => threemf::write(mesh, out),
             _ => stl::write(mesh, out),
-        })?;
-        Ok(self.path.clone())
+        }
+    }
+
+    fn field(&self, made: &Operated, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+        match self.suffix {
+            "npy" => npy::write((&made.field).into(), out),
+            _ => vti::write((&made.field).into(), "signed_distance_mm", out),
+        }
     }
 }

@@ -11,6 +11,7 @@ mod made;
 mod operand;
 mod operate;
 mod progress;
+mod toolpath;
 mod watch;
 mod words;
 

@@ -2,21 +2,23 @@
 
 use super::args::{How, Operation, Pair};
 use super::complaint::{Answer, Complaint};
-use super::made::Destination;
+use super::made::{Before, Outputs};
 use super::operand::Operand;
+use super::toolpath as printed;
 use super::words::{MOST_FILE_BYTES, bytes, units, voxel};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::grid::Fitting;
 use crate::io::{bytes_of, toolpath};
+use crate::notice::Notice;
 use crate::operate::{self, Element, Operated};
 use crate::units::{Length, short};
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes for each sample of the result of an operation with a ball: sets, distances, the surface.
-const BYTES_BY_DISTANCES: u128 = 24;
+pub(super) const BYTES_BY_DISTANCES: u128 = 24;
 
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
@@ -60,7 +62,10 @@ pub fn operate(operation: &Operation) -> Answer<String> {
                 operate::obstacle(&part.mesh(h), &element.element, h)
             })
         }
-        Operation::Sweep { part, along, how } => {
+        Operation::Sweep { part, gcode: Some(code), bead, design, how, .. } => {
+            printed::print(code, part.as_deref(), bead.as_deref(), design.as_deref(), how)
+        }
+        Operation::Sweep { part: Some(part), along: Some(along), how, .. } => {
             let path = stroke(along).map_err(|e| Complaint::about(Some(along), e))?;
             let (lo, hi) = bounds(path.iter().copied()).unwrap_or_default();
             let room = [0, 1, 2].map(|a| hi[a] - lo[a]);
@@ -68,6 +73,11 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             job.spacing = job.spacing.or_else(|| Some(default_spacing(plus(job.part.extent(), room))));
             job.run(room, BYTES_BY_SETS, |part, h| operate::sweep(&part.element, &path, h))
         }
+        Operation::Sweep { .. } => Err(Error::Usage {
+            problem: "a sweep needs a part and a path".into(),
+            remedy: "write `amcheck sweep PART --along PATH` or `amcheck sweep --gcode PATH`".into(),
+        }
+        .into()),
     }
 }
 
@@ -77,7 +87,7 @@ struct Job {
     spacing: Option<Length>,
     memory: u128,
     unit_mm: Option<f64>,
-    to: Destination,
+    to: Outputs,
 }
 
 impl Job {
@@ -86,12 +96,9 @@ impl Job {
         let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
         let spacing = how.voxel.as_deref().map(voxel).transpose()?;
         let memory = bytes(&how.memory)?;
-        let named = how.out.clone().map(Destination::open).transpose()?;
+        let to = Outputs::open(how)?;
         let part = Operand::read(part, unit_mm)?;
-        let to = match named {
-            Some(to) => to,
-            None => Destination::open(format!("{}_{operation}.stl", part.stem).into())?,
-        };
+        let to = to.or_at(format!("{}_{operation}.stl", part.stem))?;
         Ok(Job { part, spacing, memory, unit_mm, to })
     }
 
@@ -107,8 +114,10 @@ impl Job {
         let spacing = self.spacing.unwrap_or_else(|| default_spacing(extent));
         Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory)?;
         let made = make(&self.part, spacing)?;
-        let path = self.to.write(&made.mesh)?;
-        Ok(summary(&made, spacing, &path, &self.part))
+        let before =
+            self.to.has_picture().then(|| Before { mesh: self.part.mesh(spacing), title: printable(&self.part.stem) });
+        let written = self.to.write(&made, before.as_ref())?;
+        Ok(summary(&made, spacing, &self.part.notices, "", &written))
     }
 }
 
@@ -156,8 +165,8 @@ fn plus(a: Vec3, b: Vec3) -> Vec3 {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
-/// What was made, in a few lines.
-fn summary(made: &Operated, spacing: Length, path: &Path, part: &Operand) -> String {
+/// What was made, in a few lines; `told` are more.
+pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told: &str, written: &[PathBuf]) -> String {
     let [low, high] = made.bracket.map(|v| short(v.as_mm3()));
     let (lo, hi) = made.mesh.bounds().unwrap_or_default();
     let point = |p: Vec3| p.map(short).join(", ");
@@ -166,9 +175,12 @@ fn summary(made: &Operated, spacing: Length, path: &Path, part: &Operand) -> Str
     let _ = writeln!(text, "box        {} … {} mm", point(lo), point(hi));
     let _ = writeln!(text, "path       {} at {spacing}", made.path);
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
-    for notice in &part.notices {
+    text += told;
+    for notice in notices {
         let _ = writeln!(text, "note       {}", printable(&notice.message));
     }
-    let _ = writeln!(text, "written    {}", printable(&path.to_string_lossy()));
+    for path in written {
+        let _ = writeln!(text, "written    {}", printable(&path.to_string_lossy()));
+    }
     text
 }

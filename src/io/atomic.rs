@@ -28,7 +28,39 @@ pub fn write_atomically(path: &Path, content: impl FnOnce(&mut dyn Write) -> std
         .map_err(|e| Error::CannotWrite { path: printable(&path.to_string_lossy()), reason: printable(&e.to_string()) })
 }
 
+/// What writes the content of a file.
+pub type Content<'a> = Box<dyn FnOnce(&mut dyn Write) -> std::io::Result<()> + 'a>;
+
+/// Writes several files as [`write_atomically`] does: none takes its name before all are complete.
+///
+/// # Errors
+/// As there, naming the file; if the renaming itself fails, files before it in the list have their names already.
+pub fn write_together(files: Vec<(&Path, Content)>) -> Result<()> {
+    let named = |path: &Path, e: std::io::Error| Error::CannotWrite {
+        path: printable(&path.to_string_lossy()),
+        reason: printable(&e.to_string()),
+    };
+    let mut staged = Vec::new();
+    for (path, content) in files {
+        staged.push((path, stage(path, content).map_err(|e| named(path, e))?));
+    }
+    staged.into_iter().try_for_each(|(path, stage)| stage.settle().map_err(|e| named(path, e)))
+}
+
 fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
+    stage(path, content)?.settle()
+}
+
+/// A complete file that waits for its name; a device or pipe has been written already.
+struct Staged(Option<(Temporary, PathBuf)>);
+
+impl Staged {
+    fn settle(self) -> std::io::Result<()> {
+        self.0.map_or(Ok(()), |(temporary, path)| temporary.rename_to(&path))
+    }
+}
+
+fn stage(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<Staged> {
     let path = match std::fs::symlink_metadata(path) {
         Ok(link) if link.is_symlink() => std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf()),
         _ => path.to_path_buf(),
@@ -36,14 +68,14 @@ fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()
     if std::fs::metadata(&path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         let mut out = BufWriter::new(OpenOptions::new().write(true).open(&path)?);
         content(&mut out)?;
-        return out.flush();
+        out.flush()?;
+        return Ok(Staged(None));
     }
     let (file, temporary) = beside(&path)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     content(&mut out)?;
     out.flush()?;
-    drop(out);
-    temporary.rename_to(&path)
+    Ok(Staged(Some((temporary, path))))
 }
 
 /// A file that did not exist before, beside another.
@@ -91,6 +123,22 @@ mod tests {
         assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 1, "a temporary file was left");
         assert_eq!(write_atomically(&dir, |_| Ok(())).unwrap_err().exit_code(), 6);
         assert_eq!(write_atomically(&dir.join("no/such/x"), |_| Ok(())).unwrap_err().exit_code(), 6);
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn of_several_files_all_are_written_or_none() {
+        let dir = std::env::temp_dir().join(format!("amcheck-together-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let (first, second) = (dir.join("a.npy"), dir.join("b.png"));
+        let good = |text: &'static str| -> Content { Box::new(move |w| w.write_all(text.as_bytes())) };
+        let bad: Content = Box::new(|_| Err(std::io::Error::other("disk full")));
+        let failed = write_together(vec![(&first, good("a")), (&second, bad)]).unwrap_err();
+        assert!(failed.to_string().contains("b.png") && failed.to_string().contains("disk full"));
+        assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 0, "something was left");
+        write_together(vec![(&first, good("a")), (&second, good("b"))]).unwrap();
+        assert_eq!(std::fs::read(&second).unwrap(), b"b");
+        assert_eq!(std::fs::read_dir(&dir).unwrap().count(), 2);
         std::fs::remove_dir_all(&dir).unwrap();
     }
 

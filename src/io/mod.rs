@@ -31,7 +31,7 @@ pub mod toolpath;
 pub mod vti;
 mod words;
 
-pub use atomic::write_atomically;
+pub use atomic::{Content, write_atomically, write_together};
 pub use loaded::Loaded;
 #[cfg(feature = "report")]
 pub(crate) use path::bytes_of;

@@ -3,6 +3,8 @@
 //! On sets of samples the operators are exact, whatever path they take. On shapes known from three sides ([`Sides`])
 //! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
 
+mod bead;
+mod buried;
 mod deposit;
 mod element;
 mod minkowski;
@@ -12,6 +14,7 @@ mod overlap;
 mod sandwich;
 mod sweep;
 
+pub use bead::deposit;
 pub use deposit::{AsPrinted, Bead, Cells, Designed, Footprint};
 pub use element::{Shape, Sides, StructuringElement};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};

@@ -1,11 +1,12 @@
 //! Offsets of meshes by a signed length, and the openings and closings made of them, from exact distances.
 
+use super::buried::refuse_buried_facets;
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::contour::{Edge, linear_crossing, surface};
+use crate::geometry::contour::{Edge, linear_crossing, sharp_surface};
 use crate::geometry::refine::split_curved_edges;
-use crate::geometry::vector::{Vec3, along, distance, sub};
+use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
 use crate::geometry::{InsideRule, MeshDistance, TriangleMesh, voxelize};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
@@ -14,6 +15,12 @@ use rayon::prelude::*;
 /// Half the diagonal of a unit cube, with a hair for rounding.
 const HALF_DIAGONAL: f64 = 0.866_025_403_785;
 
+/// Where the lattice stands about the box, in spacings: faces on round coordinates are neither on samples nor on cubes.
+const BETWEEN: [f64; 3] = [0.23, 0.31, 0.27];
+
+/// A cell whose distances are this even, in spacings, holds no crease of 30°: one through its middle leaves 0.06.
+const CREASED: f64 = 0.02;
+
 /// A shape made from a mesh: its surface, and the two numbers that its volume lies between.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaped {
@@ -21,6 +28,8 @@ pub struct Shaped {
     pub mesh: TriangleMesh,
     /// Certified bounds on the volume of the exact result.
     pub volume: [Volume; 2],
+    /// The function whose zero set the surface is: millimetres, negative inside, exact near the surface.
+    pub field: Field<f32>,
 }
 
 /// The offset of a solid by a signed length: `{ x : d(x) ≤ by }` with d the signed distance, negative inside.
@@ -31,12 +40,15 @@ pub struct Shaped {
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or more than a thousand spacings, [`Error::NoGeometry`] for a mesh
-/// without facets, otherwise as [`voxelize()`].
+/// without facets, [`Error::NotSolid`] inwards where a facet lies inside the material because bodies overlap or touch;
+/// otherwise as [`voxelize()`].
 ///
 /// # Cost
 /// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface.
 pub fn offset(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Shaped> {
-    Ok(offset_field(mesh, by, spacing)?.shaped(by)?.0)
+    let field = offset_field(mesh, by, spacing)?;
+    let (mesh, volume) = (field.surface(by)?, field.bracket());
+    Ok(Shaped { mesh, volume, field: field.values })
 }
 
 /// The opening of a solid by a ball: everything that a ball of the radius, moved about inside, covers.
@@ -63,12 +75,11 @@ pub fn close_by_ball(mesh: &TriangleMesh, radius: Length, spacing: Length) -> Re
 fn twice(mesh: &TriangleMesh, first: Length, spacing: Length) -> Result<Shaped> {
     let field = offset_field(mesh, first, spacing)?;
     let volume = field.bracket_of_return(first)?;
-    let (between, _) = field.shaped(first)?;
-    if between.mesh.triangles.is_empty() {
-        return Ok(Shaped { mesh: TriangleMesh::default(), volume });
+    let between = field.surface(first)?;
+    if between.triangles.is_empty() {
+        return Ok(Shaped { mesh: between, volume, field: field.values });
     }
-    let back = offset(&between.mesh, -first, spacing)?;
-    Ok(Shaped { mesh: back.mesh, volume })
+    Ok(Shaped { volume, ..offset(&between, -first, spacing)? })
 }
 
 /// `s(x) = d(x) − by` on a grid: exact within 1.9 spacings of zero, of the right sign everywhere.
@@ -93,11 +104,14 @@ fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Offs
         });
     }
     let reach = r.max(0.0);
-    let grid = Grid::covering(lo.map(|x| x - reach), hi.map(|x| x + reach), spacing, 2, [0.0; 3])?;
+    let grid = Grid::covering(lo.map(|x| x - reach), hi.map(|x| x + reach), spacing, 2, BETWEEN)?;
     let solid = voxelize(mesh, &grid, InsideRule::Crossings)?;
     let shell = solid.outer.difference(&solid.inner)?;
     let coarse = squared_distance(&shell)?;
     let exact = MeshDistance::new(mesh);
+    if r < 0.0 {
+        refuse_buried_facets(mesh, &exact, &solid, &coarse)?;
+    }
     let mut values = vec![0f32; grid.samples()];
     let [nx, ny, _] = grid.dims();
     values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
@@ -117,38 +131,74 @@ fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Offs
 }
 
 impl OffsetField {
-    /// The surface of `{ s ≤ 0 }` with the bracket of its volume, and the set of its samples.
-    fn shaped(&self, by: Length) -> Result<(Shaped, Indicator)> {
+    /// The surface of `{ s ≤ 0 }`.
+    fn surface(&self, by: Length) -> Result<TriangleMesh> {
         let (grid, r) = (*self.values.grid(), by.as_mm());
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
-        let mesh = surface(&inside, |edge| self.crossing(edge, r))?;
-        let mesh = split_curved_edges(&mesh, 0.01 * grid.h(), |p| self.on_level(p, r));
-        Ok((Shaped { mesh, volume: self.bracket() }, inside))
+        let normals = |cell, corners: &[Vec3]| self.normals(cell, corners, r);
+        let mesh = sharp_surface(&inside, |edge| self.crossing(edge, r), normals)?;
+        Ok(split_curved_edges(&mesh, 0.01 * grid.h(), |p| self.on_level(p, r)))
     }
 
-    /// Where `s` vanishes along an edge: linear, then one step of regula falsi with the exact distance there.
+    /// Where `s` vanishes along an edge: linear, then one step of Newton's with the exact distance there, which ends on
+    /// a plane; of regula falsi where that leaves the edge.
     fn crossing(&self, edge: Edge, r: f64) -> f64 {
         let grid = self.values.grid();
         let mut next = edge.from;
         next[edge.axis] += 1;
         let (a, b) = (f64::from(self.values.at(edge.from)), f64::from(self.values.at(next)));
         let t = linear_crossing(&self.values, edge, 0.0);
-        if r.abs() <= 1.5 * grid.h() || !(0.0..=1.0).contains(&t) {
-            return t; // too near to the surface for its side to be known between samples
+        if !(0.0..=1.0).contains(&t) {
+            return t;
         }
         let p = [0, 1, 2].map(|i| {
             let step = if i == edge.axis { t } else { 0.0 };
             grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
         });
-        let Some(nearest) = self.exact.nearest(p, r.abs() + 2.0 * grid.h()) else { return t };
-        let s = r.signum() * nearest.distance - r;
+        let Some((s, slope)) = self.exactly(p, r) else { return t };
+        let newton = t - s / (grid.h() * slope[edge.axis]);
         if s == 0.0 {
             t
+        } else if (0.0..=1.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0 {
+            newton
         } else if (s > 0.0) == (a > 0.0) {
             t + (1.0 - t) * s / (s - b)
         } else {
             t * a / (a - s)
         }
+    }
+
+    /// `s` at a point near its zero set, with its slope: the side is that of the level, or where the level is too near to
+    /// the part's surface, that of the facet the point stands over.
+    fn exactly(&self, p: Vec3, r: f64) -> Option<(f64, Vec3)> {
+        let h = self.values.grid().h();
+        let n = self.exact.nearest(p, r.abs() + 2.0 * h)?;
+        let (off, facing) = (sub(p, n.point), self.exact.normal(n.facet));
+        let over = dot(off, facing);
+        if r.abs() > 1.5 * h {
+            return Some((r.signum() * n.distance - r, scale(off, r.signum() / n.distance)));
+        }
+        (over.abs() >= 0.99 * n.distance).then_some((over - r, facing))
+    }
+
+    /// Outward normals of the level at points on it, where the samples of their cell tell that it may be creased.
+    fn normals(&self, cell: [isize; 3], corners: &[Vec3], r: f64) -> Option<Vec<Vec3>> {
+        let h = self.values.grid().h();
+        let corner = |at: usize| f64::from(self.values.at([0, 1, 2].map(|a| cell[a] + (at >> a & 1) as isize)));
+        let values: [f64; 8] = std::array::from_fn(corner);
+        if values.iter().all(|s| s.abs() < 1.9 * h) && unevenness(&values) < CREASED * h {
+            return None;
+        }
+        let normal = |&p: &Vec3| {
+            let n = self.exact.nearest(p, r.abs() + 2.0 * h)?;
+            let level = r.abs() > 0.05 * h && n.distance > 0.5 * r.abs();
+            Some(if level { scale(sub(p, n.point), r.signum() / n.distance) } else { self.exact.normal(n.facet) })
+        };
+        let normals: Vec<Vec3> = corners.iter().map(normal).collect::<Option<_>>()?;
+        // Outwards every convex edge is rounded and inwards every concave one: only the other kind is a crease.
+        let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+        let opening: f64 = pairs.map(|[i, j]| dot(sub(corners[i], corners[j]), sub(normals[i], normals[j]))).sum();
+        (opening * r <= 0.0).then_some(normals)
     }
 
     /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
@@ -221,6 +271,15 @@ fn ball_in_cube(radius: f64) -> f64 {
     ball - 6.0 * cap
 }
 
+/// The greatest difference between values at the corners of a cell and the linear function nearest to them.
+fn unevenness(values: &[f64; 8]) -> f64 {
+    let side = |at: usize, axis: usize| if at >> axis & 1 == 1 { 1.0 } else { -1.0 };
+    let mean = values.iter().sum::<f64>() / 8.0;
+    let slope = [0, 1, 2].map(|a| (0..8).map(|at| side(at, a) * values[at]).sum::<f64>() / 8.0);
+    let linear = |at: usize| mean + (0..3).map(|a| side(at, a) * slope[a]).sum::<f64>();
+    (0..8).map(|at| (values[at] - linear(at)).abs()).fold(0.0, f64::max)
+}
+
 fn check_radius(radius: Length) -> Result<Length> {
     if radius.as_mm() >= 0.0 && radius.as_mm().is_finite() {
         return Ok(radius);
@@ -269,8 +328,9 @@ mod tests {
     fn shrinking_a_cube_keeps_its_corners() {
         let shape = offset(&cube(), Length::mm(-3.0), Length::mm(0.5)).unwrap();
         inside_bracket(&shape, 14f64.powi(3));
-        // Edges are cut by the cells they pass: a strip of h²/2 at most along 12 edges of 14 mm.
-        assert!((shape.mesh.signed_volume() - 14f64.powi(3)).abs() < 12.0 * 14.0 * 0.125);
+        println!("20 mm cube - 3 mm: {:.6} of 2744", shape.mesh.signed_volume());
+        // Creases run along edges; a corner may be off by the margin that a feature keeps from its cell.
+        assert!((shape.mesh.signed_volume() / 14f64.powi(3) - 1.0).abs() < 1e-4, "{}", shape.mesh.signed_volume());
         assert!(offset(&cube(), Length::mm(-11.0), Length::mm(0.5)).unwrap().mesh.triangles.is_empty());
     }
 
@@ -280,6 +340,7 @@ mod tests {
             let shape = offset(&cube(), Length::mm(r), Length::mm(0.4)).unwrap();
             let want = if r > 0.0 { grown(20.0, r) } else { (20.0 + 2.0 * r).powi(3) };
             inside_bracket(&shape, want);
+            println!("20 mm cube {r:+} mm: {:.4} of {want:.4}", shape.mesh.signed_volume());
             // Sharp or nearly sharp edges: 12·20 mm of them, each cut by at most h²/2.
             assert!((shape.mesh.signed_volume() - want).abs() < 240.0 * 0.08, "{r}: {}", shape.mesh.signed_volume());
         }
@@ -291,10 +352,68 @@ mod tests {
         let open = open_by_ball(&cube(), Length::mm(r), Length::mm(0.4)).unwrap();
         let rounded = grown(20.0 - 2.0 * r, r);
         inside_bracket(&open, rounded);
-        assert!((open.mesh.signed_volume() / rounded - 1.0).abs() < 5e-3, "{}", open.mesh.signed_volume());
+        println!("cube opened by 2 mm: {} of {rounded}", open.mesh.signed_volume());
+        assert!((open.mesh.signed_volume() / rounded - 1.0).abs() < 1e-3, "{}", open.mesh.signed_volume());
         let closed = close_by_ball(&cube(), Length::mm(r), Length::mm(0.4)).unwrap();
         inside_bracket(&closed, 8000.0);
-        assert!((closed.mesh.signed_volume() / 8000.0 - 1.0).abs() < 5e-3, "{}", closed.mesh.signed_volume());
+        println!("cube closed by 2 mm: {} of 8000", closed.mesh.signed_volume());
+        assert!((closed.mesh.signed_volume() / 8000.0 - 1.0).abs() < 1e-3, "{}", closed.mesh.signed_volume());
+    }
+
+    #[test]
+    fn overlapping_bodies_grow_as_one_and_shrink_only_when_united() {
+        let block = Primitive::parse("box:10x10x10mm").unwrap().mesh(Length::mm(1.0));
+        let at = |x: f64| block.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [x, 0.0, 0.0]);
+        let h = Length::mm(0.4);
+        for apart in [5.0, 10.0] {
+            let both = at(0.0).joined(&at(apart));
+            let (a, r) = (10.0 + apart, 1.0);
+            // Steiner for the box that both are.
+            let steiner = a * 100.0 + (200.0 + 40.0 * a) * r + PI * (a + 20.0) * r * r + 4.0 / 3.0 * PI * r.powi(3);
+            let more = offset(&both, Length::mm(r), h).unwrap();
+            inside_bracket(&more, steiner);
+            assert!((more.mesh.signed_volume() / steiner - 1.0).abs() < 1e-3, "{}", more.mesh.signed_volume());
+            for made in [offset(&both, Length::mm(-r), h), open_by_ball(&both, Length::mm(r), h)] {
+                match made {
+                    Err(Error::NotSolid { at_mm: Some(p), .. }) => {
+                        assert!([5.0, apart - 5.0].iter().any(|x| (p[0] - x).abs() < 1e-6), "{p:?}");
+                    }
+                    other => panic!("not refused: {:?}", other.map(|s| s.volume)),
+                }
+            }
+            let united = offset(&both, Length::mm(0.0), h).unwrap();
+            let less = offset(&united.mesh, Length::mm(-r), h).unwrap();
+            let truth = (a - 2.0) * 64.0;
+            inside_bracket(&less, truth);
+            println!("united, shrunk: {} of {truth}", less.mesh.signed_volume());
+            assert!((less.mesh.signed_volume() / truth - 1.0).abs() < 5e-3, "{}", less.mesh.signed_volume());
+        }
+    }
+
+    #[test]
+    fn narrow_grooves_are_no_buried_facets() {
+        // A block with a slit far thinner than the spacing, and a groove of two degrees.
+        let ring = |profile: &[[f64; 2]]| {
+            let (n, mut facets) = (profile.len(), Vec::new());
+            let p = |i: usize, z: f64| [profile[i % n][0], profile[i % n][1], z];
+            for i in 0..n {
+                facets.extend([[p(i, 0.0), p(i + 1, 0.0), p(i + 1, 8.0)], [p(i, 0.0), p(i + 1, 8.0), p(i, 8.0)]]);
+            }
+            // The profile is a fan about its first corner, which sees all others.
+            for i in 1..n - 1 {
+                facets.extend([[p(0, 0.0), p(i + 1, 0.0), p(i, 0.0)], [p(0, 8.0), p(i, 8.0), p(i + 1, 8.0)]]);
+            }
+            TriangleMesh::weld(facets)
+        };
+        let h = Length::mm(0.5);
+        for mouth in [0.02, 0.3] {
+            let half = [[10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0 + 0.5 * mouth, 12.0], [10.0, 4.0]];
+            let other = half.map(|[x, y]| [20.0 - x, y]);
+            let profile: Vec<[f64; 2]> = half.iter().copied().chain(other[1..4].iter().rev().copied()).collect();
+            let block = ring(&profile);
+            assert!(block.signed_volume() > 0.0);
+            offset(&block, Length::mm(-1.0), h).unwrap();
+        }
     }
 
     #[test]

@@ -158,11 +158,26 @@ fn union_of_copies(mesh: &TriangleMesh, copies: &[Placement], grid: &Grid) -> Re
         .map(|some| {
             some.iter().try_fold(nothing(), |(centres, inner), copy| {
                 let moved = mesh.transformed(copy.rotation, copy.translation);
-                let solid = voxelize(&moved, grid, InsideRule::Crossings)?;
-                Ok((centres.union(&solid.centres)?, inner.union(&solid.inner)?))
+                let Some((first, own)) = window_of(&moved, grid)? else { return Ok((centres, inner)) };
+                let solid = voxelize(&moved, &own, InsideRule::Crossings)?;
+                let on_grid = |set: &Indicator| set.placed(first.map(|i| -(i as isize)), *grid);
+                Ok((centres.union(&on_grid(&solid.centres)?)?, inner.union(&on_grid(&solid.inner)?)?))
             })
         })
         .try_reduce(nothing, |(a, b), (c, d)| Ok((a.union(&c)?, b.union(&d)?)))
+}
+
+/// The samples of a grid that a mesh can reach, as first index and grid; `None` where there are none.
+fn window_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Option<([usize; 3], Grid)>> {
+    let Some((lo, hi)) = mesh.bounds() else { return Ok(None) };
+    let (lo, hi) = (grid.continuous_index(lo), grid.continuous_index(hi));
+    let first = lo.map(|x| (x - 1.0).floor().max(0.0) as usize);
+    let end = [0, 1, 2].map(|a| ((hi[a] + 2.0).ceil().max(0.0) as usize).min(grid.dims()[a]));
+    if (0..3).any(|a| first[a] >= end[a]) {
+        return Ok(None);
+    }
+    let counts = [0, 1, 2].map(|a| end[a] - first[a]);
+    Ok(Some((first, Grid::new(grid.position(first), grid.spacing(), counts)?)))
 }
 
 fn check_path(path: &[Vec3]) -> Result<()> {

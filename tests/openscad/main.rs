@@ -2,9 +2,11 @@
 //!
 //! `cargo test --release --test openscad` checks the committed outputs; where OpenSCAD is installed it renders them
 //! again (`AMCHECK_REQUIRE_OPENSCAD=1` makes its absence a failure). To make the committed outputs anew:
-//! `cargo test --release --test openscad regenerate -- --ignored`.
+//! `cargo test --release --test openscad regenerate -- --ignored`. To write the page `reports/openscad` and the README's
+//! table: `cargo test --release --test openscad page -- --ignored --nocapture`.
 
 mod fixture;
+mod page;
 mod render;
 
 use amcheck::field::Indicator;
@@ -53,6 +55,25 @@ impl Case {
         let [p, q] = phases(n);
         let cast = |mesh: &TriangleMesh, phase| Sides::of_mesh(mesh, Length::mm(h), phase).unwrap();
         [cast(&self.a, p), cast(&self.b, q)]
+    }
+
+    /// What amcheck says at a spacing and a phase, with the surface midway, as its command would make it.
+    fn made(&self, h: f64) -> amcheck::Result<amcheck::operate::Operated> {
+        use amcheck::operate;
+        let (element, h) = (Element::Mesh(self.b.clone()), Length::mm(h));
+        match self.fixture.operation {
+            Operation::Sum => operate::minkowski(&self.a, &element, h),
+            Operation::Obstacle => operate::obstacle(&self.a, &element, h),
+            Operation::Difference => operate::difference(&self.a, &element, h),
+            Operation::Opening => operate::open(&self.a, &element, h),
+            Operation::Closing => operate::close(&self.a, &element, h),
+            Operation::Sweep => operate::sweep(&element, &SWEEP_PATH, h),
+            Operation::Reachable => {
+                let sides = |mesh: &TriangleMesh| Sides::of_mesh(mesh, h, [0.25; 3]);
+                let (a, b) = (sides(&self.a)?, sides(&self.b)?);
+                operate::reachable(&a, &b, &window_on_lattice(a.points.grid()))
+            }
+        }
     }
 
     /// What amcheck says at a spacing and a phase.

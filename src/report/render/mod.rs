@@ -9,6 +9,7 @@ mod canvas;
 pub mod colour;
 pub(super) mod lettering;
 mod paint;
+mod pair;
 mod picture;
 mod pin;
 mod png;
@@ -17,4 +18,5 @@ mod section;
 mod sides;
 mod view;
 
+pub use pair::{Panel, side_by_side};
 pub use picture::{Picture, pictures, thumbnail};

@@ -1,14 +1,11 @@
-//! Shapes made from shapes: offset, open, close, Minkowski sum and difference, sweep, obstacle — mesh in, mesh out,
-//! with a certified volume bracket and the path that was taken.
-//!
-//! No shape is ever returned whose operation failed: every result is checked against its own bracket, and an error
-//! is an error.
+//! The operations on a part and an element.
 
 use crate::distance::signed_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::{linear_crossing, surface};
 use crate::geometry::{Primitive, TriangleMesh};
+use crate::grid::Grid;
 use crate::morphology::{
     Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
 };
@@ -35,6 +32,9 @@ pub struct Operated {
     pub bracket: [Volume; 2],
     /// How it was done, in words.
     pub path: String,
+    /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
+    /// offset; else the mean of the distances to what is certainly and what possibly inside.
+    pub field: Field<f32>,
     /// For operations on sets of samples: what is certainly in the result, and what possibly is.
     pub sides: Option<[Indicator; 2]>,
 }
@@ -134,6 +134,14 @@ pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result
     checked("sweep", from_sandwich(sweep_mesh(&mesh, path_mm, spacing, [0.0; 3])?)?)
 }
 
+/// What a tool sweeps within a window wherever it may go without meeting a part: see [`Sandwich::reachable`].
+///
+/// # Errors
+/// As there.
+pub fn reachable(part: &Sides, tool: &Sides, window: &Grid) -> Result<Operated> {
+    checked("reach", from_sandwich(Sandwich::reachable(part, tool, window)?)?)
+}
+
 fn both_sides(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<[Sides; 2]> {
     // Between samples, so that faces on round coordinates are not on samples.
     let a = Sides::of_mesh(part, spacing, [0.25; 3])?;
@@ -172,27 +180,26 @@ fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element)
 
 fn from_distances(shape: Shaped) -> Operated {
     let volume = Volume::mm3(shape.mesh.signed_volume());
-    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path: "exact distances".into(), sides: None }
+    let path = "exact distances".into();
+    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path, field: shape.field, sides: None }
 }
 
 /// The surface midway between the two sets: the mean of their signed distances vanishes there.
-fn from_sandwich(found: Sandwich) -> Result<Operated> {
+pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let path = found.paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     let grid = *found.upper.grid();
-    let mesh = if found.upper.is_empty() {
-        TriangleMesh::default()
-    } else {
-        // Room for the distance to fall off on all sides, so that the border does not cut it.
-        let room = |set: &Indicator| set.window([-2; 3], grid.dims().map(|n| n + 4));
-        let mut mean = signed_distance(&room(&found.upper)?)?.field().clone();
-        if !found.lower.is_empty() {
-            let below = signed_distance(&room(&found.lower)?)?;
-            mean.values_mut().par_iter_mut().zip(below.field().values()).for_each(|(m, &b)| *m = 0.5 * (*m + b));
-        }
-        midway(&mean)?
+    // Room for the distance to fall off on all sides, so that the border does not cut it.
+    let distances = |set: &Indicator| -> Result<Field<f32>> {
+        Ok(signed_distance(&set.window([-2; 3], grid.dims().map(|n| n + 4))?)?.field().clone())
     };
+    let mut field = distances(&found.upper)?;
+    if !found.lower.is_empty() && found.lower != found.upper {
+        let below = distances(&found.lower)?;
+        field.values_mut().par_iter_mut().zip(below.values()).for_each(|(m, &b)| *m = 0.5 * (*m + b));
+    }
+    let mesh = if found.upper.is_empty() { TriangleMesh::default() } else { midway(&field)? };
     let volume = Volume::mm3(mesh.signed_volume());
-    Ok(Operated { mesh, volume, bracket: found.volume, path, sides: Some([found.lower, found.upper]) })
+    Ok(Operated { mesh, volume, bracket: found.volume, path, field, sides: Some([found.lower, found.upper]) })
 }
 
 fn midway(mean: &Field<f32>) -> Result<TriangleMesh> {
@@ -201,7 +208,7 @@ fn midway(mean: &Field<f32>) -> Result<TriangleMesh> {
 }
 
 /// Lets a result pass only if it agrees with its own bracket.
-fn checked(operation: &'static str, result: Operated) -> Result<Operated> {
+pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Operated> {
     let [low, high] = result.bracket.map(|v| v.as_mm3());
     if low.is_nan() || high.is_nan() || low > high {
         return Err(Error::Internal { problem: format!("{operation}: the bracket {low} … {high} mm³ is empty") });

@@ -1,0 +1,124 @@
+//! `amcheck sweep --gcode`: the shape that a toolpath deposits.
+
+use super::args::How;
+use super::complaint::{Answer, Complaint};
+use super::made::{Before, Outputs};
+use super::operand::Operand;
+use super::operate::{BYTES_BY_DISTANCES, summary};
+use super::words::{MOST_FILE_BYTES, bytes, units, voxel};
+use crate::error::{Error, Place, Result, printable};
+use crate::geometry::Primitive;
+use crate::geometry::vector::{Vec3, bounds};
+use crate::grid::{BYTES_PER_SAMPLE, Fitting};
+use crate::io::toolpath::Toolpath;
+use crate::io::{bytes_of, gcode};
+use crate::operate::{Departure, Element, deposit};
+use crate::process::Process;
+use crate::units::{Length, Volume};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Samples across the thinnest direction of a bead, where no spacing is given.
+const ACROSS: f64 = 4.0;
+
+/// Memory that the default spacing keeps to, whatever the machine has.
+const BUDGET: u128 = 1 << 30;
+
+/// What a bead is, and by how much the path is lowered to run through its middle.
+struct Hung {
+    shape: Primitive,
+    below: f64,
+}
+
+/// Deposits the bead along the extrusion moves, writes the shape, and returns what goes to stdout.
+pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Option<&Path>, how: &How) -> Answer<String> {
+    let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
+    let spacing = how.voxel.as_deref().map(voxel).transpose()?;
+    let memory = bytes(&how.memory)?;
+    let to = Outputs::open(how)?;
+    let bead = match part {
+        Some(part) => Hung { shape: own_bead(&Operand::read(part, unit_mm)?)?, below: 0.0 },
+        None => nozzle_bead(bead)?,
+    };
+    let path = strokes(code, bead.below).map_err(|e| Complaint::about(Some(code), e))?;
+    let design = design.map(|file| Operand::read(file, unit_mm)).transpose()?;
+    let stem = code.file_stem().map_or_else(|| "path".into(), |s| s.to_string_lossy().into_owned());
+    let to = to.or_at(format!("{stem}_sweep.stl"))?;
+    let half = bead.shape.half_extent();
+    let (lo, hi) = bounds(path.strokes.iter().flatten().copied()).unwrap_or_default();
+    let extent = [0, 1, 2].map(|a| hi[a] - lo[a] + 2.0 * half[a]);
+    let spacing = spacing.unwrap_or_else(|| default_spacing(half, extent));
+    Fitting::within(extent, spacing, BYTES_BY_DISTANCES, memory)?;
+    let made = deposit(&path.strokes, &bead.shape, spacing)?;
+    let design = design.map(|d| d.mesh(spacing));
+    let departure = design.as_ref().map(|mesh| made.departure(mesh)).transpose()?;
+    let before = design.map(|mesh| Before { mesh, title: "design".into() });
+    let written = to.write(&made.shape, before.as_ref())?;
+    let told = told(&path, &bead, departure.as_ref());
+    Ok(summary(&made.shape, spacing, &path.notices, &told, &written))
+}
+
+/// The strokes of a file, lowered.
+fn strokes(code: &Path, below: f64) -> Result<Toolpath> {
+    let mut path = gcode::read(&bytes_of(code, MOST_FILE_BYTES)?)?;
+    path.strokes.iter_mut().flatten().for_each(|p| p[2] -= below);
+    Ok(path)
+}
+
+/// The built-in element that was named as the bead; it stands about the path.
+fn own_bead(part: &Operand) -> Result<Primitive> {
+    match part.element {
+        Element::BuiltIn(shape) => Ok(shape),
+        Element::Mesh(_) => Err(Error::Unsupported {
+            what: "a mesh as a bead".into(),
+            place: Place::Whole,
+            remedy: "take a ball, a box or a cylinder".into(),
+        }),
+    }
+}
+
+/// The bead of a nozzle: a disk as wide and high as said, hanging below the path.
+fn nozzle_bead(words: Option<&str>) -> Result<Hung> {
+    let (width, height) = match words {
+        Some(words) => width_and_height(words)?,
+        None => {
+            let process = Process::named("fdm")?;
+            (Length::mm(process.element.width_mm), Length::mm(process.layer_height_mm))
+        }
+    };
+    let shape = Primitive::Cylinder { radius: width * 0.5, height };
+    shape.validate()?;
+    Ok(Hung { shape, below: 0.5 * height.as_mm() })
+}
+
+fn width_and_height(words: &str) -> Result<(Length, Length)> {
+    let bad = || Error::Usage {
+        problem: format!("`{}` is no bead", printable(words)),
+        remedy: "write width and height, such as --bead 0.45x0.2mm".into(),
+    };
+    let (width, height) = words.split_once('x').ok_or_else(bad)?;
+    let unit = height.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let length = |text: &str| Length::parse(text).map_err(|_| bad());
+    Ok((length(&format!("{width}{unit}"))?, length(height)?))
+}
+
+/// A quarter of the bead's thinnest side, coarser where the whole path would take too much.
+fn default_spacing(half: Vec3, extent: Vec3) -> Length {
+    let thinnest = 2.0 * half.into_iter().fold(f64::INFINITY, f64::min);
+    let budget = BUDGET / BYTES_BY_DISTANCES * BYTES_PER_SAMPLE;
+    Fitting::coarsened(extent, Length::mm(thinnest / ACROSS), budget).spacing
+}
+
+/// What was deposited and how it departs from the design.
+fn told(path: &Toolpath, bead: &Hung, departure: Option<&Departure>) -> String {
+    let mut text = String::new();
+    let size = bead.shape.half_extent().map(|x| crate::units::short(2.0 * x)).join(" × ");
+    let (strokes, length) = (path.strokes.len(), Length::mm(path.length_mm()));
+    let _ = writeln!(text, "bead       {size} mm along {length} in {strokes} strokes");
+    let line = |[estimate, low, high]: [Volume; 3]| format!("{estimate}, certified {low} … {high}");
+    if let Some(departure) = departure {
+        let _ = writeln!(text, "missing    {}", line(departure.missing));
+        let _ = writeln!(text, "over       {}", line(departure.over));
+    }
+    text
+}

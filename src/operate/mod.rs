@@ -1,0 +1,11 @@
+//! Shapes made from shapes: offset, open, close, Minkowski sum and difference, sweep, obstacle, deposit — mesh or path
+//! in, mesh out, with a certified volume bracket and the path that was taken.
+//!
+//! No shape is ever returned whose operation failed: every result is checked against its own bracket, and an error
+//! is an error.
+
+mod deposit;
+mod shape;
+
+pub use deposit::{Departure, Deposit, deposit};
+pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};

@@ -1,0 +1,164 @@
+//! The page `reports/openscad`: each fixture with both results, their difference, and the numbers.
+
+use super::render::processor_seconds;
+use super::{Case, cases};
+use amcheck::field::Indicator;
+use amcheck::geometry::contour::surface;
+use amcheck::geometry::{TriangleMesh, occupancy};
+use amcheck::operate::Operated;
+use amcheck::report::render::{Panel, side_by_side};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Spacing of the pictures and of the difference.
+const SHOWN_MM: f64 = 0.125;
+/// Spacing of the table.
+const FINE_MM: f64 = 0.05;
+const PANEL: [usize; 2] = [300, 240];
+
+/// One row of the table.
+struct Row {
+    name: String,
+    operation: String,
+    /// User seconds: OpenSCAD, amcheck.
+    seconds: [f64; 2],
+    /// OpenSCAD's volume; amcheck's estimate and bracket.
+    volume: f64,
+    found: [f64; 3],
+    facets: [usize; 2],
+    differing: f64,
+    path: String,
+}
+
+/// Writes the page and prints the table of README.
+#[test]
+#[ignore = "writes reports/openscad"]
+fn page() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/openscad");
+    std::fs::create_dir_all(&folder).unwrap();
+    let rows: Vec<Row> = cases().iter().map(|case| row(case, &folder)).collect();
+    std::fs::write(folder.join("index.html"), html(&rows)).unwrap();
+    std::fs::write(folder.join("table.md"), table(&rows)).unwrap();
+    print!("{}", table(&rows));
+}
+
+fn row(case: &Case, folder: &Path) -> Row {
+    let name = case.entry.name.clone();
+    let nothing = TriangleMesh::default();
+    let truth = case.r.as_ref().unwrap_or(&nothing);
+    let volume = truth.signed_volume();
+    let shown = case.made(SHOWN_MM);
+    let mesh = shown.as_ref().map_or(&nothing, |made| &made.mesh);
+    let (differing, difference) = difference(truth, shown.as_ref().ok());
+    let before = processor_seconds()[0];
+    let fine = case.made(FINE_MM);
+    let spent = processor_seconds()[0] - before;
+    let (found, path) = match &fine {
+        Ok(made) => ([made.volume, made.bracket[0], made.bracket[1]].map(|v| v.as_mm3()), made.path.clone()),
+        // The one refusal that is a result: nothing remains, and OpenSCAD says the same.
+        Err(e) => {
+            assert!(case.r.is_none() && e.code() == "E013", "{name}: {e}");
+            ([0.0, 0.0, most_left(case)], "nothing remains".into())
+        }
+    };
+    let captions = [format!("{volume:.3} mm³"), format!("{:.3} mm³ at {SHOWN_MM} mm", mesh.signed_volume())];
+    let third = format!("{differing:.3} mm³ of samples differ");
+    let panels = [
+        Panel { mesh: truth, title: "OpenSCAD", caption: &captions[0] },
+        Panel { mesh, title: "amcheck", caption: &captions[1] },
+        Panel { mesh: &difference, title: "difference", caption: &third },
+    ];
+    std::fs::write(folder.join(format!("{name}.png")), side_by_side(&panels, PANEL)).unwrap();
+    let facets = [truth.triangles.len(), mesh.triangles.len()];
+    let operation = format!("{:?}", case.fixture.operation).to_lowercase();
+    eprintln!("{name}: {spent:.2} s");
+    Row { name, operation, seconds: [case.entry.seconds, spent], volume, found, facets, differing, path }
+}
+
+/// Samples that are inside one result and not the other: their volume, and the surface around them.
+fn difference(truth: &TriangleMesh, made: Option<&Operated>) -> (f64, TriangleMesh) {
+    let Some(made) = made else { return (truth.signed_volume(), truth.clone()) };
+    let grid = *made.field.grid();
+    let inside = |mesh: &TriangleMesh| {
+        if mesh.triangles.is_empty() { Indicator::empty(grid) } else { occupancy(mesh, &grid).unwrap() }
+    };
+    let (a, b) = (inside(truth), inside(&made.mesh));
+    let differing = a.difference(&b).unwrap().union(&b.difference(&a).unwrap()).unwrap();
+    (differing.volume().as_mm3(), surface(&differing, |_| 0.5).unwrap())
+}
+
+/// The upper bound of an empty result.
+fn most_left(case: &Case) -> f64 {
+    case.enclosed(FINE_MM, 0).volume[1].as_mm3()
+}
+
+/// The rows as Markdown.
+fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| fixture | operation | OpenSCAD, user s | amcheck, user s | amcheck, mm³ | certified, mm³ | OpenSCAD, mm³ | inside |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    for r in rows {
+        let [estimate, low, high] = r.found;
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {:.2} | {:.2} | {estimate:.2} | {low:.2} … {high:.2} | {:.2} | {} |",
+            r.name,
+            r.operation,
+            r.seconds[0],
+            r.seconds[1],
+            r.volume,
+            inside(r)
+        );
+    }
+    text
+}
+
+fn inside(r: &Row) -> &'static str {
+    let slack = 1e-4 * r.volume.abs().max(1.0);
+    // The window's samples of f15 do not fill the window of the source.
+    match () {
+        () if r.operation == "reachable" => "window differs",
+        () if r.found[1] - slack <= r.volume && r.volume <= r.found[2] + slack => "yes",
+        () => "NO",
+    }
+}
+
+fn html(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n\
+         <title>amcheck against OpenSCAD</title>\n<style>body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;\
+         max-width:60rem;padding:0 1rem;color:#18212b;background:#fff}figure{margin:0 0 2.5rem}img{width:100%;height:auto;\
+         border:1px solid #cdd4da}h2{margin:0 0 .25rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:0 1rem;\
+         margin:.5rem 0}dt{color:#586370}dd{margin:0}a{color:#0b5394}</style>\n<h1>amcheck against OpenSCAD</h1>\n",
+    );
+    let _ = write!(
+        text,
+        "<p>Each fixture is rendered by OpenSCAD's <code>minkowski()</code> from <code>fixtures/openscad/*.scad</code> and \
+         made by amcheck from the rendered operands A and B. Left OpenSCAD's result, in the middle amcheck's surface, right \
+         the samples that lie in one and not in the other; all at {SHOWN_MM} mm. Numbers below are those at {FINE_MM} mm, \
+         user seconds of two threads. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>\n"
+    );
+    for r in rows {
+        let [estimate, low, high] = r.found;
+        let _ = write!(
+            text,
+            "<figure id=\"{name}\"><h2>{name}</h2>\n<img src=\"{name}.png\" width=\"900\" height=\"296\" \
+             alt=\"OpenSCAD's result, amcheck's result and their difference\">\n<dl><dt>operation</dt><dd>{}</dd>\
+             <dt>OpenSCAD</dt><dd>{:.4} mm³, {} facets, {:.2} s</dd><dt>amcheck</dt><dd>{estimate:.4} mm³, certified {low:.4} \
+             … {high:.4} mm³, {:.2} s by {}</dd><dt>inside the bracket</dt><dd>{}</dd><dt>difference</dt><dd>{:.4} mm³ of \
+             samples at {SHOWN_MM} mm; {} facets there</dd></dl></figure>\n",
+            r.operation,
+            r.volume,
+            r.facets[0],
+            r.seconds[0],
+            r.seconds[1],
+            r.path,
+            inside(r),
+            r.differing,
+            r.facets[1],
+            name = r.name,
+        );
+    }
+    text + "</html>\n"
+}
