@@ -4,7 +4,7 @@ use super::Temporary;
 use crate::error::{Error, Result, printable};
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Writes a file through a temporary one beside it, which takes its name at the end.
@@ -42,9 +42,9 @@ pub fn write_together(files: Vec<(&Path, Content)>) -> Result<()> {
     };
     let mut staged = Vec::new();
     for (path, content) in files {
-        staged.push((path, stage(path, content).map_err(|e| named(path, e))?));
+        staged.extend(stage(path, content).map_err(|e| named(path, e))?.0);
     }
-    staged.into_iter().try_for_each(|(path, stage)| stage.settle().map_err(|e| named(path, e)))
+    Temporary::rename_all(&staged).map_err(|(path, e)| named(&path, e))
 }
 
 fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {
