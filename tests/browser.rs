@@ -1,35 +1,13 @@
 //! The page in a real browser: ready, without a console error, every control doing what it says.
 //!
-//! Uses a Chromium of the system (`AMCHECK_BROWSER` names another); without one the tests say that they were skipped,
-//! and fail under `AMCHECK_REQUIRE_BROWSER=1`.
+//! `tests/pages.rs` opens the page of every fixture; here one invented part is looked at closely.
 
+mod chromium;
 mod sample;
 
 use amcheck::report::{html, render};
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-/// The browser, if there is one.
-fn browser() -> Option<PathBuf> {
-    let named = std::env::var_os("AMCHECK_BROWSER").map(PathBuf::from);
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let names = ["chromium", "chromium-browser", "google-chrome", "chrome"];
-    let found =
-        named.or_else(|| std::env::split_paths(&folders).flat_map(|f| names.map(|n| f.join(n))).find(|p| p.is_file()));
-    if found.is_none() {
-        assert!(std::env::var_os("AMCHECK_REQUIRE_BROWSER").is_none(), "a browser is required and none is installed");
-        println!("skipped: no Chromium on PATH (AMCHECK_BROWSER names one)");
-    }
-    found
-}
-
-/// What a browser makes of a page.
-struct Seen {
-    /// The document after the page is ready.
-    dom: String,
-    /// Lines that the page or the browser's policy wrote to the console as errors.
-    console: Vec<String>,
-}
+use chromium::{Folder, Seen, browser, element};
+use std::path::Path;
 
 /// Whether the page's scripts may run.
 #[derive(PartialEq)]
@@ -41,45 +19,14 @@ enum Scripts {
 
 /// Opens the sample's page in the browser, at an anchor and with more flags.
 fn open(browser: &Path, file: &str, anchor: &str, scripts: Scripts, flags: &[&str]) -> Seen {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("browser-{}-{}", std::process::id(), fresh()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new();
     let (report, exhibit) = (sample::report(file), sample::exhibit(3.0));
     let mut page = html::page(&report, &exhibit, &render::pictures(&report, &exhibit));
     if scripts == Scripts::Off {
         page = page.replace("script-src 'unsafe-inline' blob:", "script-src 'none'");
     }
-    let path = folder.join("report.html");
-    std::fs::write(&path, page).unwrap();
-    let out = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--enable-unsafe-swiftshader", "--enable-logging=stderr"])
-        .args(["--virtual-time-budget=20000", "--window-size=1320,1000", "--dump-dom"])
-        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
-        .args(flags)
-        .arg(format!("file://{}{anchor}", path.display()))
-        .output()
-        .unwrap();
-    let console = String::from_utf8_lossy(&out.stderr);
-    let wrong =
-        |l: &&str| l.contains("CONSOLE") && (l.contains(":ERROR:") || l.contains("Refused") || l.contains("Uncaught"));
-    let seen = Seen {
-        dom: String::from_utf8_lossy(&out.stdout).into_owned(),
-        console: console.lines().filter(wrong).map(String::from).collect(),
-    };
-    let _ = std::fs::remove_dir_all(&folder);
-    seen
-}
-
-/// A number that no other call in this process gets.
-fn fresh() -> usize {
-    static NEXT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
-    NEXT.fetch_add(1, std::sync::atomic::Ordering::Relaxed)
-}
-
-/// The text of the element with an id.
-fn element<'a>(dom: &'a str, id: &str) -> Option<&'a str> {
-    let at = dom.find(&format!("id=\"{id}\""))?;
-    let from = at + dom[at..].find('>')? + 1;
-    Some(&dom[from..from + dom[from..].find("</")?])
+    let path = folder.write("report.html", &page);
+    chromium::open(browser, &folder, &path, anchor, 20_000, flags)
 }
 
 #[test]
@@ -88,7 +35,7 @@ fn the_page_is_ready_and_every_control_works() {
     let seen = open(&browser, "bracket.stl", "#selftest", Scripts::On, &[]);
     assert_eq!(seen.console, Vec::<String>::new());
     assert!(seen.dom.contains("data-ready=\"1\""), "not ready: {:?}", element(&seen.dom, "viewer-note"));
-    let said = element(&seen.dom, "selftest").expect("the page says nothing of itself").replace("&gt;", ">");
+    let said = element(&seen.dom, "selftest").expect("the page says nothing of itself");
     let said: serde_json::Value = serde_json::from_str(&said).unwrap();
     println!("{said}");
     assert_eq!(said["errors"], serde_json::json!([]));

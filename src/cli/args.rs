@@ -61,7 +61,7 @@ pub struct Judging {
     #[arg(long = "limit", value_name = "CHECK=FAIL[,WARN]")]
     pub limits: Vec<String>,
 
-    /// Findings that are accepted, as [[accept]] entries; a process file may hold them too; repeatable
+    /// Findings that are accepted, as `[[accept]]` entries; a process file may hold them too; repeatable
     #[arg(long, value_name = "FILE.toml")]
     pub accept: Vec<PathBuf>,
 

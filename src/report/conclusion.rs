@@ -35,8 +35,10 @@ pub fn sentence(report: &Report) -> String {
         .filter(|c| !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
         .count();
     let Some(worst) = findings.first() else {
-        let but = if accepted.is_empty() { "pass" } else { "pass but for what is accepted" };
-        return format!("All {ran} checks that ran {but}, for {}.{accepted}", report.process.name);
+        let but = if accepted.is_empty() { "" } else { " but for what is accepted" };
+        let passing =
+            if ran == 1 { "The 1 check that ran passes".into() } else { format!("All {ran} checks that ran pass") };
+        return format!("{passing}{but}, for {}.{accepted}", report.process.name);
     };
     let needed = match (worst.state, worst.fail, worst.warn) {
         (State::Fail | State::Undecided, Some(limit), _) => needed(worst.sense, limit, &worst.unit, "must"),

@@ -30,7 +30,13 @@ fn rank(state: State) -> usize {
 fn row(c: &Context, k: &CheckReport) -> Markup {
     let own: Vec<&Numbered> = c.findings.iter().filter(|n| n.check.name == k.name).collect();
     let worst = own.iter().find(|n| n.finding.counts());
+    // A check with a card leads to it; one that gave no answer has none.
+    let name = match k.state {
+        State::NotRun | State::NotApplicable => markup!("{}", k.title),
+        _ => markup!("<a href=\"#check-{}\">{}</a>", k.name, k.title),
+    };
     let (value, limit, margin) = match (worst, &k.worst, &k.limit) {
+        _ if k.why.is_some() && worst.is_none() => return unanswered(k, name),
         (Some(n), _, _) => {
             let f = n.finding;
             let margin =
@@ -43,7 +49,7 @@ fn row(c: &Context, k: &CheckReport) -> Markup {
             (value, phrase::limits(l.fail, l.warn, l.sense, &l.unit), margin)
         }
         (None, Some(w), None) => (phrase::measured(w.value, w.low, w.high, &w.unit), String::new(), String::new()),
-        (None, None, _) => (k.why.clone().unwrap_or_else(|| "–".into()), String::new(), String::new()),
+        (None, None, _) => ("–".into(), String::new(), String::new()),
     };
     let pins =
         Markup::all(own.iter().take(6).map(|n| {
@@ -52,11 +58,6 @@ fn row(c: &Context, k: &CheckReport) -> Markup {
     let more = match own.len().saturating_sub(6) {
         0 => Markup::default(),
         n => markup!("<span class=\"dim\">+ {}</span>", n),
-    };
-    // A check with a card leads to it; one that gave no answer has none.
-    let name = match k.state {
-        State::NotRun | State::NotApplicable => markup!("{}", k.title),
-        _ => markup!("<a href=\"#check-{}\">{}</a>", k.name, k.title),
     };
     markup!(
         "<tr class=\"{}\"><td>{}</td><th scope=\"row\">{} <span class=\"dim\">{}</span></th><td>{}</td><td>{}</td><td>{}</td><td class=\"pinrow\">{}{}</td></tr>",
@@ -69,6 +70,18 @@ fn row(c: &Context, k: &CheckReport) -> Markup {
         margin,
         pins,
         more
+    )
+}
+
+/// A check without an answer: why.
+fn unanswered(k: &CheckReport, name: Markup) -> Markup {
+    markup!(
+        "<tr class=\"{}\"><td>{}</td><th scope=\"row\">{} <span class=\"dim\">{}</span></th><td colspan=\"4\" class=\"why\">{}</td></tr>",
+        k.state.word(),
+        state_tag(k.state),
+        name,
+        k.name,
+        k.why.clone().unwrap_or_default()
     )
 }
 

@@ -34,9 +34,11 @@ pub fn stage(c: &Context) -> Markup {
         )
     }));
     let labels = Markup::all(views.iter().enumerate().map(|(i, v)| label(i, v)));
-    let figures = Markup::all(
-        views.iter().enumerate().map(|(i, v)| markup!("<figure class=\"view view-{}\">{}</figure>", i + 1, v.picture)),
-    );
+    let figures = Markup::all(views.iter().enumerate().map(|(i, v)| {
+        let quiet = i != first && v.state <= State::Pass;
+        let class = format!("view view-{}{}", i + 1, if quiet { " quiet" } else { "" });
+        markup!("<figure class=\"{}\">{}</figure>", class, v.picture)
+    }));
     markup!(
         "<section class=\"stage\" aria-label=\"Part and findings\"><div class=\"part\">{}<div class=\"tabs\" role=\"group\" \
          aria-label=\"Map\">{}</div>{}<div class=\"views\">{}</div>{}</div>{}</section>\n",

@@ -16,6 +16,7 @@ mod png;
 mod raster;
 mod section;
 mod sides;
+mod summary;
 mod view;
 
 pub use pair::{Panel, side_by_side};

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// File name without ending: the name of a check, `thin-wall`; `close-thin-wall`; `slice-x`.
+    /// File name without ending: the name of a check, `thin-wall`; `summary`; `close-thin-wall`; `slice-x`.
     pub name: String,
     /// A PNG file of at most 256 colours.
     pub png: Vec<u8>,
@@ -17,7 +17,7 @@ pub struct Picture {
     pub alt: String,
 }
 
-/// All pictures of a report: one view for each map, a close-up for each check with findings, one for each slice.
+/// All pictures of a report: one view for each map, the summary, a close-up for each check with findings, one for each slice.
 ///
 /// Views are orthographic, so that their scale bar holds everywhere; each is seen from the side that shows the
 /// worst finding of its check.
@@ -32,11 +32,13 @@ pub fn pictures(report: &Report, exhibit: &Exhibit) -> Vec<Picture> {
         0 => vec![Job::Overview(None)],
         _ => exhibit.maps.iter().map(|m| Job::Overview(Some(m))).collect(),
     };
+    jobs.push(Job::Summary);
     jobs.extend(findings.iter().filter(|n| n.within == 1).map(Job::CloseUp));
     jobs.extend(exhibit.slices.iter().map(Job::Section));
     // Each picture is made by itself, so that the number of threads changes nothing.
     let draw = |job: &Job| match job {
         Job::Overview(map) => scene.overview(*map),
+        Job::Summary => scene.summary(),
         Job::CloseUp(finding) => scene.close_up(finding),
         Job::Section(slice) => section::picture(report, slice, &findings, &letters),
     };
@@ -56,6 +58,7 @@ pub fn thumbnail(report: &Report, exhibit: &Exhibit) -> Picture {
 /// One picture to be made.
 enum Job<'a> {
     Overview(Option<&'a SurfaceMap>),
+    Summary,
     CloseUp(&'a Numbered<'a>),
     Section(&'a Slice),
 }

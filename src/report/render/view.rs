@@ -23,16 +23,16 @@ const CLOSE: [usize; 2] = [460, 288];
 /// Width and height of a thumbnail.
 const THUMBNAIL: [usize; 2] = [320, 200];
 /// Height of the title over a view.
-const TITLE: f64 = 66.0;
+pub(super) const TITLE: f64 = 66.0;
 /// Most pins on a view.
 const PINS: usize = 16;
 
 /// What all views share.
 pub struct Scene<'a> {
-    report: &'a Report,
-    exhibit: &'a Exhibit,
-    findings: &'a [Numbered<'a>],
-    letters: &'a Lettering,
+    pub(super) report: &'a Report,
+    pub(super) exhibit: &'a Exhibit,
+    pub(super) findings: &'a [Numbered<'a>],
+    pub(super) letters: &'a Lettering,
     faces: Faces,
     sides: Sides,
 }
@@ -44,12 +44,12 @@ impl<'a> Scene<'a> {
     }
 
     /// A place of the input frame in the frame of the build.
-    fn posed(&self, p: Vec3) -> Vec3 {
+    pub(super) fn posed(&self, p: Vec3) -> Vec3 {
         self.report.part.posed(p)
     }
 
     /// The side from which a check is best seen.
-    fn side(&self, map: Option<&SurfaceMap>, finding: Option<&Numbered>) -> Camera {
+    pub(super) fn side(&self, map: Option<&SurfaceMap>, finding: Option<&Numbered>) -> Camera {
         let marked: Vec<bool> = map.map_or(Vec::new(), |m| {
             let scale = Scale::of(m);
             m.values.chunks_exact(3).map(|v| v.iter().any(|&v| scale.zone(v) >= Zone::Warn)).collect()
@@ -66,7 +66,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Paints the part over the whole canvas; returns what was seen.
-    fn paint(&self, canvas: &mut Canvas, camera: &Camera, map: Option<&SurfaceMap>) -> Raster {
+    pub(super) fn paint(&self, canvas: &mut Canvas, camera: &Camera, map: Option<&SurfaceMap>) -> Raster {
         let corners = &self.exhibit.corners;
         let raster = Raster::new(corners, camera, SAMPLES * canvas.width(), SAMPLES * canvas.height(), self.faces);
         let none = Scale { low: 0.0, high: 1.0, fail: None, warn: None, sense: crate::check::Sense::Min };
@@ -131,7 +131,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Pins of the findings, those the view is about before the others.
-    fn pins(&self, camera: &Camera, raster: &Raster, own: impl Fn(&Numbered) -> bool) -> Vec<Pin> {
+    pub(super) fn pins(&self, camera: &Camera, raster: &Raster, own: impl Fn(&Numbered) -> bool) -> Vec<Pin> {
         let mut chosen: Vec<&Numbered> = self.findings.iter().collect();
         chosen.sort_by_key(|n| (!own(n), n.number));
         chosen.truncate(PINS);
@@ -146,7 +146,7 @@ impl<'a> Scene<'a> {
     }
 
     /// Verdict, sentence, part and map over the view.
-    fn title(&self, canvas: &mut Canvas, map: Option<&SurfaceMap>) {
+    pub(super) fn title(&self, canvas: &mut Canvas, map: Option<&SurfaceMap>) {
         let w = canvas.width() as f64;
         let state = phrase::verdict_state(self.report.verdict);
         canvas.panel([0.0, 0.0, w, TITLE], 0.0, PAPER, 1.0);
@@ -196,7 +196,7 @@ fn span(box_mm: [Vec3; 2]) -> f64 {
 }
 
 /// The legend: name and unit, colours with the hard steps, a tick at each limit, and both ends.
-fn legend(canvas: &mut Canvas, letters: &Lettering, map: &SurfaceMap, [x, y]: [f64; 2]) {
+pub(super) fn legend(canvas: &mut Canvas, letters: &Lettering, map: &SurfaceMap, [x, y]: [f64; 2]) {
     let (w, h) = (372.0, 82.0);
     canvas.panel([x - 1.0, y - 1.0, x + w + 1.0, y + h + 1.0], 8.0, [205, 212, 218], 1.0);
     canvas.panel([x, y, x + w, y + h], 7.0, PAPER, 1.0);
@@ -229,7 +229,9 @@ fn legend(canvas: &mut Canvas, letters: &Lettering, map: &SurfaceMap, [x, y]: [f
     }
     let small = Style::regular(12.0, FAINT);
     letters.draw(canvas, [x0, y0 + 31.0], &short(scale.low), &small);
-    letters.draw_right(canvas, [x1, y0 + 31.0], &format!("≥ {}", short(scale.high)), &small);
+    // Nothing lies beyond 90°.
+    let beyond = if map.unit == "deg" && scale.high >= 90.0 { "" } else { "≥ " };
+    letters.draw_right(canvas, [x1, y0 + 31.0], &format!("{beyond}{}", short(scale.high)), &small);
 }
 
 /// A colour of the legend with the hatching of its zone.
@@ -258,7 +260,7 @@ pub fn scale_bar(canvas: &mut Canvas, letters: &Lettering, pixels_per_mm: f64, [
 }
 
 /// The three axes as they are seen.
-fn triad(canvas: &mut Canvas, letters: &Lettering, camera: &Camera, [x, y]: [f64; 2]) {
+pub(super) fn triad(canvas: &mut Canvas, letters: &Lettering, camera: &Camera, [x, y]: [f64; 2]) {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let mut v = [0.0; 3];
         v[axis] = 1.0;

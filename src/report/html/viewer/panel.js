@@ -3,6 +3,8 @@
 import { addLayers } from "./layers.js";
 
 const sign = (unit) => ({ deg: "°", mm2: " mm²", mm3: " mm³", 1: "" })[unit] ?? " " + unit;
+/** Whether nothing lies beyond the scale's end: an angle of a downward surface has no more than 90°. */
+const closed = (map) => map.unit === "deg" && map.high >= 90;
 const short = (x) => String(Math.round(x * 1e4) / 1e4);
 
 function element(tag, parts = {}, ...children) {
@@ -62,7 +64,7 @@ export function makePanel(view) {
       const v = map ? hit.corners.reduce((s, c, i) => s + map.values[c] * hit.weights[i], 0) : NaN;
       if (!(v === v)) { value.textContent = `${map ? map.title : "Surface"}: not measured here · ${at} mm`; return; }
       const step = (map.high - map.low) / 65534;
-      const beyond = v >= map.high - step ? "≥ " : "";
+      const beyond = !closed(map) && v >= map.high - step ? "≥ " : "";
       const around = hit.corners.map((c) => map.values[c]), low = Math.min(...around) - step / 2, high = Math.max(...around) + step / 2;
       const digits = (x) => short(Math.round(x * 1e3) / 1e3);
       const range = beyond && low >= map.high - 2 * step ? "" : digits(low) === digits(high) ? "" : ` (${digits(Math.max(low, map.low))}–${digits(high)} on this piece)`;
@@ -103,7 +105,7 @@ export function makeLegend(view) {
     const words = limits.map(([word, l]) => `${word} ${relation} ${short(l)}`).join("   ");
     box.append(element("b", { textContent: map.title + (sign(map.unit) ? ` (${sign(map.unit).trim()})` : "") }),
       element("span", { className: "words", textContent: words }), bar,
-      element("span", { className: "ends" }, element("span", { textContent: short(map.low) }), element("span", { textContent: "≥ " + short(map.high) })));
+      element("span", { className: "ends" }, element("span", { textContent: short(map.low) }), element("span", { textContent: (closed(map) ? "" : "≥ ") + short(map.high) })));
   };
 }
 

@@ -7,9 +7,9 @@ const STEEP = 0.35;
 
 /**
  * Outline of a cut and the strips beside it: a strip is as deep as half the map's value, so that the strips of a wall's
- * two sides meet in its middle and fill it. Maps that fill nothing get strips of `thin`.
+ * two sides meet in its middle and fill it; an open mesh has no inside to be filled. Maps that fill nothing get strips of `thin`.
  */
-export function strips({ positions: p, indices: t }, map, axis, at, thin) {
+export function strips({ positions: p, indices: t }, map, axis, at, thin, capped) {
   const [u, v] = [[1, 2], [0, 2], [0, 1]][axis], outline = [], quads = [];
   const sign = map?.fills === "void" ? 1 : -1;
   const cross = (a, b) => {
@@ -26,7 +26,7 @@ export function strips({ positions: p, indices: t }, map, axis, at, thin) {
     for (const [i, j, m, n] of [[a, b, 0, 1], [b, c, 1, 2], [c, a, 2, 0]]) if (sides[m] !== sides[n]) ends.push(cross(i, j));
     const [from, to] = ends;
     outline.push(...from, ...to);
-    if (!map || !(from.value === from.value && to.value === to.value)) continue;
+    if (!map || (!capped && map.fills !== "void") || !(from.value === from.value && to.value === to.value)) continue;
     const e = [0, 1, 2].map((x) => p[3 * b + x] - p[3 * a + x]), f = [0, 1, 2].map((x) => p[3 * c + x] - p[3 * a + x]);
     const n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     const length = Math.hypot(...n), within = Math.hypot(n[u], n[v]) / length;
@@ -71,7 +71,7 @@ export function makeSection(view) {
       if (!on) return;
       const lo = view.box.min.getComponent(axis), hi = view.box.max.getComponent(axis);
       const map = view.model.maps[view.map];
-      const { outline, quads } = strips(view.model, map, axis, lo + (hi - lo) * at, 0.012 * view.ball.radius);
+      const { outline, quads } = strips(view.model, map, axis, lo + (hi - lo) * at, 0.012 * view.ball.radius, view.capped);
       const places = new Float32Array(12 * quads.length), values = new Float32Array(4 * quads.length);
       const order = new Uint32Array(6 * quads.length);
       quads.forEach(({ corners: [a, b, c, d] }, i) => {

@@ -1,0 +1,126 @@
+//! The workflows and the action under `.github`: they cannot run here, so what a linter of text can know is checked.
+//!
+//! actionlint knows more; it found nothing but the names of newer runners, which its list does not hold.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn files() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(".github");
+    // A package holds no .github.
+    let mut open = vec![root];
+    let mut found = Vec::new();
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "yml") {
+                let text = std::fs::read_to_string(&path).expect("UTF-8");
+                found.push((path, text));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn named(file: &str) -> Option<String> {
+    files().into_iter().find(|(p, _)| p.ends_with(file)).map(|(_, text)| text)
+}
+
+/// What stands between `${{` and `}}`.
+fn expressions(text: &str) -> Vec<&str> {
+    text.split("${{").skip(1).filter_map(|rest| rest.split("}}").next()).map(str::trim).collect()
+}
+
+/// The scripts of `run:` keys, by indentation.
+fn scripts(text: &str) -> Vec<String> {
+    let lines: Vec<&str> = text.lines().collect();
+    let indent = |l: &str| l.len() - l.trim_start().len();
+    let mut found = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let Some(rest) = line.trim_start().trim_start_matches("- ").strip_prefix("run:") else { continue };
+        let own = indent(line);
+        let body = lines[i + 1..].iter().take_while(|l| l.trim().is_empty() || indent(l) > own);
+        found.push(if rest.trim() == "|" { body.map(|l| format!("{l}\n")).collect() } else { rest.to_string() });
+    }
+    found
+}
+
+#[test]
+fn every_file_is_well_formed_and_gives_no_more_rights_than_it_needs() {
+    for (path, text) in files() {
+        let place = path.display();
+        assert!(!text.contains('\t') && text.ends_with('\n'), "{place}: tabs, or no line feed at the end");
+        for (i, line) in text.lines().enumerate() {
+            let indent = line.len() - line.trim_start().len();
+            assert!(indent % 2 == 0, "{place}:{}: an odd indent", i + 1);
+        }
+        assert_eq!(text.matches("${{").count(), text.matches("}}").count(), "{place}: an expression is open");
+        if path.parent().is_some_and(|p| p.ends_with("workflows")) {
+            assert!(text.contains("\npermissions:\n  contents: read\n"), "{place}: permissions are not named");
+            assert!(text.contains("timeout-minutes:"), "{place}: a job may run for ever");
+            assert_eq!(text.matches("actions/checkout@").count(), text.matches("persist-credentials: false").count());
+        }
+        for used in text.lines().filter_map(|l| l.trim_start().trim_start_matches("- ").strip_prefix("uses:")) {
+            let version = used.trim().rsplit_once('@').map(|(_, v)| v).unwrap_or_default();
+            assert!(version.starts_with('v') && version.len() > 1, "{place}: {used} names no version");
+        }
+    }
+}
+
+#[test]
+fn no_script_is_put_together_from_what_a_stranger_may_write() {
+    for (path, text) in files() {
+        for script in scripts(&text) {
+            assert!(!script.contains("${{"), "{}: pass it by the environment:\n{script}", path.display());
+        }
+    }
+}
+
+#[test]
+fn the_action_uses_the_inputs_it_declares_and_arguments_that_exist() {
+    let Some(text) = named("actions/check/action.yml") else { return };
+    let declared: BTreeSet<&str> = text
+        .split("\ninputs:\n")
+        .nth(1)
+        .and_then(|rest| rest.split("\noutputs:\n").next())
+        .expect("inputs before outputs")
+        .lines()
+        .filter(|l| l.starts_with("  ") && !l.starts_with("   "))
+        .map(|l| l.trim().trim_end_matches(':'))
+        .collect();
+    let used: BTreeSet<&str> = expressions(&text)
+        .into_iter()
+        .filter_map(|e| e.strip_prefix("inputs."))
+        .map(|e| e.split(' ').next().unwrap())
+        .collect();
+    assert_eq!(declared, used);
+    let Some(binary) = option_env!("CARGO_BIN_EXE_amcheck") else { return };
+    let help = std::process::Command::new(binary).arg("--help").output().expect("amcheck starts");
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    let script = scripts(&text).concat();
+    for word in script.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).filter(|w| w.starts_with("--")) {
+        let foreign = ["--check", "--repo", "--pattern", "--clobber"];
+        assert!(foreign.contains(&word) || help.contains(word), "amcheck has no {word}");
+    }
+}
+
+#[test]
+fn the_action_fetches_what_the_release_packs() {
+    let (Some(action), Some(release)) = (named("actions/check/action.yml"), named("workflows/release.yml")) else {
+        return;
+    };
+    let targets = |text: &str, from: &str| -> BTreeSet<String> {
+        let ends = |c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-');
+        text.split(from).skip(1).map(|rest| rest.trim_start().split(ends).next().unwrap().to_string()).collect()
+    };
+    let (fetched, packed) = (targets(&action, ") target="), targets(&release, ", target:"));
+    assert_eq!(fetched, packed);
+    for system in ["linux", "apple", "windows"] {
+        assert!(packed.iter().any(|t| t.contains(system)), "no release for {system}");
+    }
+    assert!(release.contains(&format!("wc -l)\" = {} ]", packed.len())), "the number of archives is another");
+    assert!(release.contains("sha256sum amcheck-* > SHA256SUMS") && action.contains("--check sum"));
+}
