@@ -6,6 +6,7 @@
 mod acceptance;
 mod build_volume;
 mod contract;
+mod drain;
 mod finding;
 mod island;
 mod mesh;
@@ -15,6 +16,9 @@ mod place;
 pub mod registry;
 mod sheet;
 mod thin_wall;
+mod trapped_volume;
+mod vent;
+mod void;
 
 pub use acceptance::Acceptance;
 pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst};

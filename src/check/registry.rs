@@ -11,6 +11,8 @@ pub const CHECKS: &[&dyn Check] = &[
     &super::narrow_gap::NarrowGap,
     &super::overhang::Overhang,
     &super::island::Island,
+    &super::trapped_volume::TrappedVolume,
+    &super::drain::Drain,
 ];
 
 /// The text of every check, in order.

@@ -1,6 +1,7 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
 pub mod bvh;
+pub mod cavity;
 pub mod contour;
 pub mod distance;
 pub mod health;
@@ -13,6 +14,7 @@ pub mod vector;
 pub mod voxelize;
 pub mod winding;
 
+pub use cavity::{Cavity, cavities};
 pub use distance::MeshDistance;
 pub use health::Health;
 pub use mesh::TriangleMesh;

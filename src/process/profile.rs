@@ -2,7 +2,7 @@
 
 use super::builtin::builtin;
 use super::limit::{Limit, LimitBasis};
-use super::rule::{RULES, rule};
+use super::rule::{RULES, Rule, rule};
 use super::waiver::{self, Waiver};
 use crate::error::{Error, Place, Result, nearest, printable};
 use std::collections::BTreeMap;
@@ -108,7 +108,7 @@ impl Process {
     /// Puts a limit from the command line in place: `thin-wall=0.4mm` or `thin-wall=0.4mm,0.6mm` (fail, warn).
     ///
     /// A warn limit that is not given stays if it is not weaker than the new fail limit. A key without kind, such as
-    /// `narrow-gap`, sets all its kinds.
+    /// `narrow-gap`, sets all its kinds that are limited in the same unit.
     ///
     /// # Errors
     /// [`Error::Usage`] or [`Error::UnknownName`] for what cannot be read or contradicts itself.
@@ -122,7 +122,8 @@ impl Process {
         let mut parts = values.splitn(2, ',');
         let fail = named.dimension.parse(parts.next().unwrap_or(""))?;
         let warn = parts.next().map(|w| named.dimension.parse(w)).transpose()?;
-        for r in RULES.iter().filter(|r| r.key == key || r.key.strip_prefix(key).is_some_and(|k| k.starts_with('.'))) {
+        let is_kind = |r: &&Rule| r.key.strip_prefix(key).is_some_and(|k| k.starts_with('.'));
+        for r in RULES.iter().filter(|r| r.key == key || (is_kind(r) && r.dimension == named.dimension)) {
             let stricter = |w: f64| if r.bound == super::rule::Bound::Least { w > fail } else { w < fail };
             if let Some(w) = warn
                 && !stricter(w)
@@ -307,7 +308,10 @@ impl Reader<'_> {
                     }
                 }
             }
-            process.limits.insert(key, limit);
+            // A table that only holds those of its kinds limits nothing itself.
+            if limit.fail.is_some() || limit.warn.is_some() || !limit.source.is_empty() {
+                process.limits.insert(key, limit);
+            }
         }
         Ok(())
     }

@@ -98,6 +98,12 @@ pub const RULES: &[Rule] = &[
     Rule { key: "narrow-gap.between-bodies", dimension: Dimension::Length, bound: Bound::Least },
     Rule { key: "overhang", dimension: Dimension::Angle, bound: Bound::Least },
     Rule { key: "island", dimension: Dimension::Area, bound: Bound::Most },
+    Rule { key: "trapped-volume", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "trapped-volume.mouths", dimension: Dimension::Number, bound: Bound::Least },
+    Rule { key: "trapped-volume.on-plate", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "trapped-volume.sealed", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "drain", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "drain.suction", dimension: Dimension::Area, bound: Bound::Most },
 ];
 
 /// The rule of a key.

@@ -38,11 +38,11 @@ impl Adjacency {
 
 /// A maximal stretch of samples along x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Run {
-    from: u32,
-    to: u32,
+pub(super) struct Run {
+    pub from: u32,
+    pub to: u32,
     /// Component, counted from 0.
-    label: u32,
+    pub label: u32,
 }
 
 /// The connected components of a set, numbered from 0 by their first sample in storage order.
@@ -148,6 +148,11 @@ impl Forest {
         Forest { parent: (0..n as u32).collect() }
     }
 
+    /// Adds a set of one, the next number.
+    pub fn grow(&mut self) {
+        self.parent.push(self.parent.len() as u32);
+    }
+
     /// The least member of the set of `a`; halves the path on the way.
     pub fn root(&mut self, mut a: u32) -> u32 {
         while self.parent[a as usize] != a {
@@ -243,7 +248,8 @@ impl Components {
         field
     }
 
-    fn for_each_run(&self, mut visit: impl FnMut(usize, usize, &Run)) {
+    /// Calls `visit(j, k, run)` for all runs in storage order.
+    pub(super) fn for_each_run(&self, mut visit: impl FnMut(usize, usize, &Run)) {
         let ny = self.grid.dims()[1];
         for (row, span) in self.rows.windows(2).enumerate() {
             self.runs[span[0] as usize..span[1] as usize].iter().for_each(|run| visit(row % ny, row / ny, run));

@@ -267,13 +267,23 @@ fn catch(grid: &Grid, values: &[f32], order: &[u32], pocket_of: &[u32], pockets:
 /// # Ok::<(), amcheck::Error>(())
 /// ```
 pub fn border(grid: &Grid, sides: &[Side]) -> Indicator {
-    Indicator::from_predicate(*grid, |at| {
-        let index = grid.index(at);
-        sides.iter().any(|side| match *side {
-            Side::Low(axis) => index.get(axis) == Some(&0),
-            Side::High(axis) => index.get(axis).is_some_and(|&c| c + 1 == grid.dims()[axis]),
-        })
-    })
+    let [nx, ny, nz] = grid.dims();
+    let ends = |side: &Side, axis: usize, c: usize| match *side {
+        Side::Low(a) => a == axis && c == 0,
+        Side::High(a) => a == axis && c + 1 == grid.dims()[axis],
+    };
+    let mut set = Indicator::empty(*grid);
+    for (j, k) in (0..nz).flat_map(|k| (0..ny).map(move |j| (j, k))) {
+        if sides.iter().any(|s| ends(s, 1, j) || ends(s, 2, k)) {
+            (0..nx).for_each(|i| set.set([i, j, k], true));
+        } else {
+            [0, nx - 1]
+                .into_iter()
+                .filter(|&i| sides.iter().any(|s| ends(s, 0, i)))
+                .for_each(|i| set.set([i, j, k], true));
+        }
+    }
+    set
 }
 
 /// An end of the grid along an axis (0, 1, 2 for x, y, z).

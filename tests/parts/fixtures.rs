@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
-use crate::shapes::{bar_through_itself, cuboid, facing, finned_bracket, ramp, table};
+use crate::shapes::{bar_through_itself, cuboid, facing, finned_bracket, flask, ramp, table};
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
 
@@ -46,6 +46,9 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("ramp_30", ramp(30.0)),
         ("ramp_45", ramp(45.0)),
         ("finned_bracket", finned_bracket()),
+        ("hollow_sealed", cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0; 3]).flipped())),
+        ("flask_020", flask(20.0, 16.0, 2.0)),
+        ("basin", flask(20.0, 16.0, 15.0)),
     ]
 }
 

@@ -6,6 +6,7 @@ mod metamorphic;
 mod models;
 mod shapes;
 mod table;
+mod voids;
 
 use amcheck::analyze::{Options, prepare, run};
 use amcheck::check::Finding;

@@ -7,7 +7,7 @@ use amcheck::report::Report;
 use std::path::PathBuf;
 
 /// The corpus: `AMCHECK_MODELS`, or `../shared/models` beside the repository.
-fn corpus() -> Option<PathBuf> {
+pub fn corpus() -> Option<PathBuf> {
     let folder = std::env::var_os("AMCHECK_MODELS")
         .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/models"), PathBuf::from);
     if folder.is_dir() {

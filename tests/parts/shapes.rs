@@ -153,3 +153,24 @@ pub fn finned_bracket() -> TriangleMesh {
     let caps = ears(&outline);
     sweep(&outline, &caps, 24.0)
 }
+
+/// A cube with a cubic room in its middle and a square neck of width `neck` through its top.
+pub fn flask(edge: f64, room: f64, neck: f64) -> TriangleMesh {
+    let (a, b, c) = (0.5 * edge, 0.5 * room, 0.5 * neck);
+    let square = |r: f64, z: f64| [[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]];
+    // Upwards outside, then in along the top and down the neck.
+    let rings = [square(a, -a), square(a, a), square(c, a), square(c, b), square(b, b), square(b, -b)];
+    let mut facets = Vec::new();
+    for pair in rings.windows(2) {
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            facets.push([pair[0][i], pair[0][j], pair[1][j]]);
+            facets.push([pair[0][i], pair[1][j], pair[1][i]]);
+        }
+    }
+    let [p, q, r, s] = rings[0];
+    facets.extend([[p, r, q], [p, s, r]]);
+    let [p, q, r, s] = rings[5];
+    facets.extend([[p, q, r], [p, r, s]]);
+    TriangleMesh::weld(facets).transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [a; 3])
+}

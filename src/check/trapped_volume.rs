@@ -1,0 +1,275 @@
+//! AM301: voids that keep what is in them.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
+use super::place::{locate, reported};
+use super::vent::vents;
+use super::void::{HALF_DIAGONAL, Trapped, Voids};
+use crate::error::Result;
+use crate::geometry::TriangleMesh;
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+
+/// AM301 `trapped-volume`.
+pub struct TrappedVolume;
+
+static META: Meta = Meta {
+    code: "AM301",
+    name: "trapped-volume",
+    title: "Voids that keep powder, resin or air",
+    what: "Finds voids without a way out, with their volume, and voids whose widest way out is narrower than the process needs to \
+           empty them, with the diameter of the largest ball that can leave.",
+    why: "Powder and resin that cannot leave stay in the part: they weigh, leak, crack it in the furnace or never cure. Where only \
+          air is kept, a sealed void is often meant, but it should be known.",
+    how: "Closed shells of the mesh around void are sealed for certain, and their volumes are exact. Other voids are sealed for \
+          certain if they are parted from the outside even when every sample that is not wholly material is taken as free. For the \
+          rest a ball is let out: where the distance to the part is at least the ball's radius, connected regions are labelled; \
+          from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
+          flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
+          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again.",
+    limits: "A chamber counts if it is at least a quarter wider than its way out and as wide as the limit; narrower voids are slots \
+             and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. A \
+             shell that crosses itself is not noticed. Volumes of chambers with a way out end at the throat and are estimates.",
+    source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
+             Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",
+};
+
+/// Without a limit for the way out a vent of this diameter is tried, millimetres: the least hole of the process families.
+const PLAIN_VENT: f64 = 2.0;
+
+impl Check for TrappedVolume {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let (sealed, way_out) = (limits_of(process, "trapped-volume.sealed"), limits_of(process, "trapped-volume"));
+        if sealed.is_none() && way_out.is_none() {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        }
+        let voids = Voids::of(part)?;
+        let found = voids.sealed()?;
+        let mut judge = Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new() };
+        let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
+        if let Some(limits) = sealed {
+            judge.sealed("sealed", &found.certain, limits, widest)?;
+            judge.sealed("may-be-sealed", &found.undecided, limits, widest)?;
+        }
+        if let Some(limits) = way_out {
+            let clearance = voids.clearance()?;
+            let mut met = voids.nothing();
+            let chambers = voids.narrow(&clearance, widest, &mut met)?;
+            judge.narrow(&chambers, limits, widest)?;
+            // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
+            let tied = process.prints_supports;
+            let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
+            if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| tied) {
+                judge.on_plate(&voids.narrow(&standing, widest, &mut met)?, &chambers, limits);
+            }
+            if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
+                let ball = limits.fail.unwrap_or(widest);
+                let rooms = voids.mouths(&standing, 2.0 * widest, ball, &met)?;
+                judge.mouths(&rooms, &chambers, mouths, ball);
+            }
+        }
+        judge.finish(&found.nooks, way_out.map(|_| widest));
+        Ok(Outcome::Measured(Box::new(judge.measured)))
+    }
+}
+
+/// What findings are made with.
+struct Judge<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    voids: &'a Voids<'a>,
+    measured: Measured,
+    shapes: Vec<(f64, TriangleMesh)>,
+}
+
+impl Judge<'_> {
+    /// One finding for all sealed voids, the largest first, each with a place of its own.
+    fn sealed(&mut self, kind: &str, places: &[Trapped], limits: Limits, ball: f64) -> Result<()> {
+        let mut order: Vec<&Trapped> = places.iter().collect();
+        order.sort_by(|a, b| b.volume_mm3.value.total_cmp(&a.volume_mm3.value));
+        let Some(&largest) = order.first() else { return Ok(()) };
+        let mut f = Finding::judged(META.code, kind, largest.volume_mm3, largest.basis, limits, "mm3", 0.0);
+        locate(&mut f, self.part, self.context, largest.at, largest.extent);
+        f.count = order.len() as u64;
+        let sum = order.iter().map(|t| t.volume_mm3.value).sum::<f64>();
+        f.volume_mm3 = Some(report_digits(sum));
+        f.places = order.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
+        for t in &order[1..] {
+            let corners = [t.extent.0, t.extent.1].map(|p| reported(self.part, p));
+            for (a, c) in (0..3).flat_map(|a| corners.map(|c| (a, c[a]))) {
+                f.box_mm[0][a] = f.box_mm[0][a].min(c);
+                f.box_mm[1][a] = f.box_mm[1][a].max(c);
+            }
+        }
+        let certain = kind == "sealed";
+        f.message = match (order.len(), certain) {
+            (1, true) => format!("a sealed void of {} mm³", short(largest.volume_mm3.value)),
+            (1, false) => format!("a void of about {} mm³ that may be sealed", short(largest.volume_mm3.value)),
+            (n, true) => format!("{n} sealed voids, {} mm³ in all", short(sum)),
+            (n, false) => format!("{n} voids that may be sealed, about {} mm³ in all", short(sum)),
+        };
+        f.fix = if certain {
+            self.vent_words(&order, if ball > 0.0 { ball } else { PLAIN_VENT })?
+        } else {
+            let half = short(0.5 * self.context.spacing_mm);
+            format!("look again with --voxel {half}mm, or close the mesh so that its shells tell")
+        };
+        self.note(f, largest, "mm3", "trapped-volume.sealed");
+        self.shapes.extend(order.iter().map(|t| (t.volume_mm3.value, t.shape.clone())));
+        Ok(())
+    }
+
+    /// A finding for each chamber that breaks or may break the limit.
+    fn narrow(&mut self, places: &[Trapped], limits: Limits, widest: f64) -> Result<()> {
+        let mut order: Vec<&Trapped> = places.iter().collect();
+        order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
+        let all = vents(self.voids.solid, &order, widest, None)?;
+        for (t, vent) in order.iter().zip(all) {
+            let mut f =
+                Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.step());
+            if f.state == State::Pass {
+                continue;
+            }
+            locate(&mut f, self.part, self.context, t.at, t.extent);
+            f.volume_mm3 = Some(report_digits(t.volume_mm3.value));
+            f.places = vec![self.spot(t, t.way_out_mm)];
+            let volume = short(t.volume_mm3.value.round());
+            f.message = match t.throat {
+                Some(throat) => {
+                    f.witness = Some(Witness {
+                        kind: "throat".into(),
+                        points_mm: vec![reported(self.part, t.at), reported(self.part, throat)],
+                    });
+                    let [low, high] = [t.way_out_mm.low, t.way_out_mm.high].map(|x| short((x * 100.0).round() / 100.0));
+                    format!("a chamber of about {volume} mm³ whose widest way out is {low} to {high} mm")
+                }
+                None => format!("a chamber of about {volume} mm³ without a way out at this spacing"),
+            };
+            f.fix = match vent {
+                Some(v) if f.state == State::Undecided => {
+                    let half = short(0.5 * self.context.spacing_mm);
+                    format!("look again with --voxel {half}mm, or drill {}", v.words())
+                }
+                Some(v) => format!("drill {}; measured again, it is then wide enough", v.words()),
+                None => format!("widen the way out to {} mm", short(widest)),
+            };
+            self.note(f, t, "mm", "trapped-volume");
+            self.shapes.push((t.volume_mm3.value, t.shape.clone()));
+        }
+        Ok(())
+    }
+
+    /// One finding for all that the plate closes and that is open otherwise.
+    fn on_plate(&mut self, standing: &[Trapped], known: &[Trapped], limits: Limits) {
+        let news: Vec<&Trapped> = standing.iter().filter(|t| !known.iter().any(|k| overlap(k, t))).collect();
+        let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
+            return;
+        };
+        let sum = news.iter().map(|t| t.volume_mm3.value).sum::<f64>();
+        let mut f = Finding::judged(META.code, "on-plate", Bracket::exact(sum), Basis::Estimated, limits, "mm3", 0.0);
+        if f.state == State::Pass {
+            return;
+        }
+        locate(&mut f, self.part, self.context, largest.at, largest.extent);
+        f.count = news.len() as u64;
+        f.volume_mm3 = Some(report_digits(sum));
+        f.places = news.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
+        f.message = format!("{} mm³ of void are closed by the plate until the part is cut off", short(sum.round()));
+        f.fix = "let it out above the plate, or turn the part by 180°".into();
+        self.note(f, largest, "mm3", "trapped-volume.on-plate");
+    }
+
+    /// Chambers with fewer mouths than the process asks for.
+    fn mouths(&mut self, rooms: &[(Trapped, u64)], known: &[Trapped], limits: Limits, ball: f64) {
+        for (t, count) in rooms.iter().filter(|r| !known.iter().any(|k| overlap(k, &r.0))) {
+            let bracket = Bracket::exact(*count as f64);
+            let mut f = Finding::judged(META.code, "mouths", bracket, Basis::Estimated, limits, "1", 0.0);
+            if f.state == State::Pass {
+                continue;
+            }
+            locate(&mut f, self.part, self.context, t.at, t.extent);
+            f.volume_mm3 = Some(report_digits(t.volume_mm3.value));
+            let volume = short(t.volume_mm3.value.round());
+            f.message = format!(
+                "a chamber of about {volume} mm³ with {count} mouth{} of at least {} mm",
+                plural(*count),
+                short(ball)
+            );
+            let wanted = limits.warn.or(limits.fail).unwrap_or(2.0);
+            f.fix = format!("give it {} mouths of at least {} mm, far from each other", short(wanted), short(ball));
+            self.note(f, t, "1", "trapped-volume.mouths");
+        }
+    }
+
+    fn spot(&self, t: &Trapped, b: Bracket) -> Spot {
+        let b = b.rounded();
+        Spot { at_mm: reported(self.part, t.at), value: b.value, low: b.low, high: b.high }
+    }
+
+    fn vent_words(&self, places: &[&Trapped], ball: f64) -> Result<String> {
+        let found = vents(self.voids.solid, places, ball, None)?;
+        let working = found.iter().flatten().count();
+        Ok(match (found.first().copied().flatten(), places.len()) {
+            (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words()),
+            (Some(v), n) => {
+                format!(
+                    "where they are not meant: {}; {working} of {n} such vents were measured again and lead out",
+                    v.words()
+                )
+            }
+            (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(ball)),
+        })
+    }
+
+    fn note(&mut self, f: Finding, t: &Trapped, unit: &'static str, rule: &'static str) {
+        if self.measured.findings.iter().all(|g| g.state < f.state) {
+            let bracket = Bracket { value: f.value, low: f.low, high: f.high };
+            self.measured.worst = Some(Worst { bracket, unit, at: Some(t.at) });
+            self.measured.rule = Some(rule);
+        }
+        self.measured.findings.push(f);
+    }
+
+    fn finish(&mut self, nooks: &u64, limit: Option<f64>) {
+        let m = &mut self.measured;
+        if m.worst.is_none() {
+            m.worst = Some(Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None });
+            m.rule = Some("trapped-volume.sealed");
+        }
+        let h = short(self.context.spacing_mm);
+        m.cover = match limit {
+            Some(limit) => format!(
+                "Every void of the mesh and of a grid of {h} mm was looked at; each as wide as {} mm lets a ball of that size out \
+                 unless it is listed, within {} mm.",
+                short(limit),
+                short((4.0 * HALF_DIAGONAL * self.context.spacing_mm * 100.0).ceil() / 100.0)
+            ),
+            None => format!("Every closed shell of the mesh and every void of a grid of {h} mm was looked at."),
+        };
+        if *nooks > 0 {
+            m.cover
+                .push_str(&format!(" {nooks} samples lie in nooks that the grid closes and that were not followed."));
+        }
+        let volume: f64 = self.shapes.iter().map(|s| s.0).sum();
+        let mesh = self.shapes.drain(..).fold(TriangleMesh::default(), |all, (_, one)| all.joined(&one));
+        if !mesh.triangles.is_empty() {
+            let title = format!("Trapped volumes, {} mm³", short(volume.round()));
+            m.shapes.push(ShapeShown { name: "trapped", title, mesh });
+        }
+    }
+}
+
+/// Whether the middle of one place lies in the box of the other.
+fn overlap(a: &Trapped, b: &Trapped) -> bool {
+    let within = |p: [f64; 3], (lo, hi): ([f64; 3], [f64; 3])| (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c]);
+    within(a.at, b.extent) || within(b.at, a.extent)
+}
+
+fn plural(count: u64) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}

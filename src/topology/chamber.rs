@@ -1,0 +1,367 @@
+//! Chambers of a void that something of a given size cannot leave, each with its widest way out.
+
+use super::components::{Adjacency, Components, components};
+use crate::error::{Error, Result};
+use crate::field::{Field, Indicator};
+use crate::grid::Grid;
+
+/// The narrowest sample of the widest way out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Throat {
+    /// Storage offset.
+    pub at: usize,
+    /// Its clearance, in the unit of the field.
+    pub clearance: u32,
+}
+
+/// A room of a void from which no path of at least the level's clearance leads out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chamber {
+    /// Its widest sample (of equal ones the first in storage) and the clearance there.
+    pub deepest: usize,
+    pub widest: u32,
+    /// Where its widest way out is narrowest; `None` if no path leads out.
+    pub throat: Option<Throat>,
+    /// The samples joined to the deepest one by samples wider than the throat, as (first offset, count) along x.
+    pub region: Vec<(u32, u32)>,
+}
+
+impl Chamber {
+    /// Number of samples wider than the throat.
+    pub fn samples(&self) -> u64 {
+        self.region.iter().map(|r| u64::from(r.1)).sum()
+    }
+
+    /// The samples wider than the throat, as offsets in storage.
+    pub fn offsets(&self) -> impl Iterator<Item = usize> + '_ {
+        self.region.iter().flat_map(|&(first, count)| first as usize..(first + count) as usize)
+    }
+}
+
+/// The chambers of a void at a level of clearance, those with more samples first.
+///
+/// `clearance` is 0 in the material and grows with the distance to it (squared distances in units of the spacing will
+/// do: only their order counts). A chamber holds a component of { clearance ≥ level } in which there is no exit; its throat
+/// is max over paths from there to an exit of the least clearance on the path, as in [`super::escape`], and components that
+/// meet at something wider than that are one chamber. Components whose first sample satisfies `known` are left out.
+/// Neighbours are the 26 around a sample.
+///
+/// # Errors
+/// [`Error::Operand`] if the grids differ or the level is 0; [`Error::TooLarge`] beyond 2^32 samples or a level of 2^24.
+///
+/// # Cost
+/// O(N/64) words to label the level set, then O(26) for each sample between throat and level; nothing beyond the throats
+/// is visited, so a part without chambers costs one labelling.
+///
+/// # Source
+/// Widest paths by flooding from the widest sample down (M. Pollack, The maximum capacity through a network, 1960).
+pub fn chambers(
+    clearance: &Field<u32>,
+    exits: &Indicator,
+    level: u32,
+    known: impl Fn(usize) -> bool,
+) -> Result<Vec<Chamber>> {
+    let grid = *clearance.grid();
+    let bad = |problem: &str| Error::Operand {
+        operation: "chambers",
+        problem: problem.into(),
+        remedy: "give clearance and exits on one grid, and a level above 0".into(),
+    };
+    if exits.grid() != &grid {
+        return Err(bad("clearance and exits stand on different grids"));
+    }
+    if level == 0 {
+        return Err(bad("the level is 0"));
+    }
+    if grid.samples() >= u32::MAX as usize || level > 1 << 24 {
+        return Err(Error::TooLarge {
+            what: "the search for chambers".into(),
+            need_bytes: 8 * (grid.samples() as u128 + u128::from(level)),
+            allowed_bytes: 8 * u128::from(u32::MAX),
+            remedy: "choose a larger spacing, or look at a window of the part".into(),
+        });
+    }
+    let values = clearance.values();
+    let wide = Indicator::from_predicate(grid, |at| values[at] >= level);
+    let rooms = components(&wide, Adjacency::Corner);
+    let mut open = vec![false; rooms.count()];
+    for at in exits.intersection(&wide)?.iter() {
+        if let Some(room) = rooms.of(grid.index(at)) {
+            open[room as usize] = true;
+        }
+    }
+    let shut: Vec<u32> = (0..rooms.count() as u32).filter(|&r| !open[r as usize]).collect();
+    if shut.is_empty() {
+        return Ok(Vec::new());
+    }
+    let first = rooms.first_samples();
+    let mut search = Search::new(&grid, values, exits, &wide, &rooms, open, level);
+    let mut found = Vec::new();
+    for room in shut {
+        if !search.taken[room as usize] && !known(grid.offset(first[room as usize])) {
+            found.push(search.flood(room));
+        }
+    }
+    found.sort_by_key(|c| (std::cmp::Reverse(c.samples()), c.deepest));
+    Ok(found)
+}
+
+/// What all floods share.
+struct Search<'a> {
+    grid: &'a Grid,
+    values: &'a [u32],
+    exits: &'a Indicator,
+    wide: &'a Indicator,
+    rooms: &'a Components,
+    open: Vec<bool>,
+    /// Rooms that belong to a chamber already.
+    taken: Vec<bool>,
+    /// Runs of the rooms that are not open: first offset and count.
+    runs: Vec<Vec<(u32, u32)>>,
+    seen: Indicator,
+    /// Samples still to be visited, by clearance.
+    buckets: Vec<Vec<u32>>,
+}
+
+/// The state of one flood.
+#[derive(Default)]
+struct Flood {
+    /// Samples visited, and rooms with the number of samples that were visited before.
+    visited: Vec<u32>,
+    rooms: Vec<(u32, usize)>,
+    marked: Vec<u32>,
+    /// A room that leads out was met.
+    out: bool,
+}
+
+impl<'a> Search<'a> {
+    fn new(
+        grid: &'a Grid,
+        values: &'a [u32],
+        exits: &'a Indicator,
+        wide: &'a Indicator,
+        rooms: &'a Components,
+        open: Vec<bool>,
+        level: u32,
+    ) -> Self {
+        let [nx, ny, _] = grid.dims();
+        let mut runs = vec![Vec::new(); rooms.count()];
+        rooms.for_each_run(|j, k, run| {
+            if !open[run.label as usize] {
+                let first = ((k * ny + j) * nx) as u32 + run.from;
+                runs[run.label as usize].push((first, run.to - run.from));
+            }
+        });
+        Search {
+            grid,
+            values,
+            exits,
+            wide,
+            rooms,
+            taken: vec![false; rooms.count()],
+            open,
+            runs,
+            seen: Indicator::empty(*grid),
+            buckets: vec![Vec::new(); level as usize],
+        }
+    }
+
+    /// Floods from a room, the widest samples first, until an exit or an open room is met.
+    fn flood(&mut self, room: u32) -> Chamber {
+        let mut flood = Flood::default();
+        self.enter(room, &mut flood);
+        let mut top = self.buckets.len();
+        let mut throat: Option<(Throat, usize)> = None;
+        let mut least = u32::MAX;
+        while !flood.out {
+            while top > 0 && self.buckets[top - 1].is_empty() {
+                top -= 1;
+            }
+            let Some(at) = top.checked_sub(1).and_then(|b| self.buckets[b].pop()) else { break };
+            let clearance = self.values[at as usize];
+            if clearance < least {
+                least = clearance;
+                throat = Some((Throat { at: at as usize, clearance }, flood.visited.len()));
+            }
+            flood.visited.push(at);
+            let index = self.grid.index(at as usize);
+            if self.exits.contains(index) {
+                flood.out = true;
+                break;
+            }
+            top = top.max(self.spread(index, &mut flood));
+        }
+        self.buckets.iter_mut().for_each(Vec::clear);
+        for &at in &flood.marked {
+            self.seen.set(self.grid.index(at as usize), false);
+        }
+        self.chamber(flood, throat)
+    }
+
+    /// Marks the neighbours of a sample; the topmost bucket that got one, counted from 1.
+    fn spread(&mut self, [i, j, k]: [usize; 3], flood: &mut Flood) -> usize {
+        let [nx, ny, nz] = self.grid.dims();
+        let mut top = 0;
+        for z in k.saturating_sub(1)..(k + 2).min(nz) {
+            for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                for x in i.saturating_sub(1)..(i + 2).min(nx) {
+                    top = top.max(self.mark([x, y, z], flood));
+                }
+            }
+        }
+        top
+    }
+
+    /// Puts a sample into its bucket if it is void and not yet seen; meets the room it belongs to.
+    fn mark(&mut self, index: [usize; 3], flood: &mut Flood) -> usize {
+        let at = self.grid.offset(index) as u32;
+        let clearance = self.values[at as usize];
+        if clearance == 0 {
+            return 0;
+        }
+        if clearance as usize >= self.buckets.len() {
+            return match self.rooms.of(index) {
+                Some(room) if self.open[room as usize] => {
+                    flood.out = true;
+                    0
+                }
+                Some(room) if flood.rooms.iter().all(|r| r.0 != room) => self.enter(room, flood),
+                _ => 0,
+            };
+        }
+        if self.seen.contains(index) {
+            return 0;
+        }
+        self.seen.set(index, true);
+        flood.marked.push(at);
+        self.buckets[clearance as usize].push(at);
+        clearance as usize + 1
+    }
+
+    /// Adds a room to the flood and marks what surrounds it.
+    fn enter(&mut self, room: u32, flood: &mut Flood) -> usize {
+        flood.rooms.push((room, flood.visited.len()));
+        let [nx, ny, nz] = self.grid.dims();
+        let mut top = 0;
+        for (first, count) in self.runs[room as usize].clone() {
+            let [i, j, k] = self.grid.index(first as usize);
+            let (from, to) = (i.saturating_sub(1), (i + count as usize + 1).min(nx));
+            for z in k.saturating_sub(1)..(k + 2).min(nz) {
+                for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                    for w in from / 64..to.div_ceil(64) {
+                        let mut rest = !self.wide.row(y, z)[w] & span(from, to, w);
+                        while rest != 0 {
+                            let x = 64 * w + rest.trailing_zeros() as usize;
+                            rest &= rest - 1;
+                            top = top.max(self.mark([x, y, z], flood));
+                        }
+                    }
+                }
+            }
+        }
+        top
+    }
+
+    fn chamber(&mut self, flood: Flood, throat: Option<(Throat, usize)>) -> Chamber {
+        // Without a way out the last narrowing is no throat, and all that was visited belongs here.
+        let throat = throat.filter(|_| flood.out);
+        let before = throat.map_or(flood.visited.len(), |t| t.1);
+        let mut region: Vec<(u32, u32)> = flood.visited[..before].iter().map(|&at| (at, 1)).collect();
+        for &(room, _) in flood.rooms.iter().filter(|r| throat.is_none() || r.1 <= before) {
+            self.taken[room as usize] = true;
+            region.extend(&self.runs[room as usize]);
+        }
+        region.sort_unstable();
+        let mut joined: Vec<(u32, u32)> = Vec::new();
+        for (first, count) in region {
+            match joined.last_mut() {
+                Some(last) if last.0 + last.1 == first && self.grid.index(first as usize)[0] > 0 => last.1 += count,
+                _ => joined.push((first, count)),
+            }
+        }
+        let mut chamber = Chamber { deepest: 0, widest: 0, throat: throat.map(|t| t.0), region: joined };
+        let (mut deepest, mut widest) = (0, 0);
+        for at in chamber.offsets() {
+            if self.values[at] > widest {
+                (deepest, widest) = (at, self.values[at]);
+            }
+        }
+        (chamber.deepest, chamber.widest) = (deepest, widest);
+        chamber
+    }
+}
+
+/// The bits of word `w` from position `from` up to `to` of a row.
+fn span(from: usize, to: usize, w: usize) -> u64 {
+    let (lo, hi) = (from.max(64 * w) - 64 * w, to.min(64 * w + 64) - 64 * w);
+    let ones = |n: usize| if n >= 64 { !0 } else { (1u64 << n) - 1 };
+    ones(hi) & !ones(lo)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::block::for_each_neighbour;
+    use super::*;
+    use crate::topology::{Side, border, escape};
+    use crate::units::Length;
+
+    fn random(seed: u64) -> impl FnMut(u64) -> u64 {
+        let mut state = seed;
+        move |n| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) % n
+        }
+    }
+
+    #[test]
+    fn throats_are_the_escape_radii_and_regions_what_lies_above_them() {
+        let mut below = random(5);
+        for (round, dims) in [[9, 8, 7], [66, 5, 4], [130, 3, 3], [12, 12, 12]].into_iter().cycle().take(40).enumerate()
+        {
+            let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).unwrap();
+            let levels = 3 + round as u64;
+            let values: Vec<u32> = (0..grid.samples()).map(|_| below(levels + 3).saturating_sub(2) as u32).collect();
+            let radii = Field::from_values(grid, values.iter().map(|&v| v as f32).collect(), 0.0).unwrap();
+            let clearance = Field::from_values(grid, values.clone(), 0).unwrap();
+            let exits = Indicator::from_predicate(grid, |at| at % 97 == 3);
+            let truth = escape(&radii, &exits, 1e6, 0.0).unwrap().radius;
+            for level in [1, 2, levels as u32 / 2 + 1, levels as u32] {
+                let found = chambers(&clearance, &exits, level, |_| false).unwrap();
+                let mut owner = vec![usize::MAX; grid.samples()];
+                for (c, chamber) in found.iter().enumerate() {
+                    let way_out = chamber.throat.map_or(0, |t| t.clearance);
+                    assert!(chamber.widest >= level && way_out < level);
+                    assert_eq!(truth.values()[chamber.deepest], way_out as f32, "{dims:?} {level}");
+                    for at in chamber.offsets() {
+                        assert!(
+                            owner[at] == usize::MAX && values[at] > way_out && truth.values()[at] == way_out as f32
+                        );
+                        owner[at] = c;
+                    }
+                    // Closed under touching: what is wider than the throat and touches the region belongs to it.
+                    for at in chamber.offsets() {
+                        for_each_neighbour(&grid, grid.index(at), |n| {
+                            assert!(values[n] <= way_out || owner[n] == c, "{at} {n}");
+                        });
+                    }
+                }
+                // Every sample as wide as the level from which nothing as wide gets out lies in a chamber.
+                for at in (0..values.len()).filter(|&at| values[at] >= level) {
+                    assert_eq!(truth.values()[at] < level as f32, owner[at] != usize::MAX, "{at}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_known_is_left_out_and_nonsense_is_refused() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [5, 5, 5]).unwrap();
+        let values = (0..125).map(|at| u32::from(at == 62 || at == 0)).collect();
+        let field = Field::from_values(grid, values, 0).unwrap();
+        let exits = border(&grid, &Side::ALL);
+        let one = chambers(&field, &exits, 1, |_| false).unwrap();
+        assert_eq!((one.len(), one[0].deepest, one[0].throat, one[0].samples()), (1, 62, None, 1));
+        assert!(chambers(&field, &exits, 1, |at| at == 62).unwrap().is_empty());
+        assert!(chambers(&field, &exits, 0, |_| false).is_err());
+    }
+}

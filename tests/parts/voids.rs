@@ -1,0 +1,71 @@
+//! Voids: what is sealed, what is narrow, what is neither.
+
+use crate::shapes::{cuboid, facing, flask};
+use crate::{findings, judge_bytes, judge_mesh, process};
+use amcheck::analyze::Options;
+use amcheck::check::State;
+use amcheck::process::BUILTIN;
+use amcheck::units::Length;
+
+fn only(name: &str, checks: &[&str]) -> Options {
+    Options { only: checks.iter().map(|c| c.to_string()).collect(), ..Options::new(process(name, &[])) }
+}
+
+#[test]
+fn a_block_and_an_open_basin_trap_nothing_in_any_process() {
+    for (name, _) in BUILTIN {
+        for rotation in [facing([0.0, 0.0, 1.0]), facing([1.0, 1.0, 1.0])] {
+            for mesh in [cuboid([0.0; 3], [20.0; 3]), flask(20.0, 16.0, 15.0)] {
+                let mut options = only(name, &["AM301"]);
+                options.voxel = Some(Length::mm(0.25));
+                let report = judge_mesh(mesh.transformed(rotation, [0.0; 3]), &options);
+                assert!(findings(&report, "AM301").is_empty(), "{name}: {:?}", findings(&report, "AM301"));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_neck_is_as_wide_as_it_is_in_every_process_that_has_to_be_emptied() {
+    for name in ["sla", "sls", "mjf", "lpbf", "binder-jet"] {
+        let mut options = only(name, &["AM301"]);
+        options.voxel = Some(Length::mm(0.2));
+        options.phase = [0.31, -0.22, 0.47];
+        let report = judge_mesh(flask(20.0, 16.0, 1.0), &options);
+        let f = &findings(&report, "AM301")[0];
+        assert!(f.state == State::Fail && f.low <= 1.0 && 1.0 <= f.high, "{name}: {f:?}");
+        assert!(f.volume_mm3.is_some_and(|v| (v - 4096.0).abs() < 0.03 * 4096.0), "{name}: {f:?}");
+        assert!(f.fix.contains("vent"), "{}", f.fix);
+    }
+}
+
+#[test]
+fn the_trapped_volumes_of_the_corpus_are_found_exactly() {
+    let Some(folder) = crate::models::corpus() else { return };
+    let cases: [(&str, &[f64], f64); 6] = [
+        ("clean/openscad_trapped_sphere.stl", &[112.644], 112.644),
+        ("clean/nop_gridfinity_1_cavity.stl", &[46_591.908], 46_591.908),
+        ("clean/nop_gridfinity_10_cavities.stl", &[74_302.0, 3_391.0], 515_306.0),
+        ("clean/enable_compliant_finger.stl", &[595.6, 4.13], 3_310.3),
+        ("clean/prusa_y_motor_holder_slits.stl", &[54.4, 12.0], 505.2),
+        ("calibration/hollow_cube_1mm.stl", &[], 0.0),
+    ];
+    for (file, truths, sum) in cases {
+        let bytes = std::fs::read(folder.join(file)).expect(file);
+        let report = judge_bytes(file, &bytes, &only("fdm", &["AM301"])).expect("a report");
+        let found = findings(&report, "AM301");
+        if truths.is_empty() {
+            assert!(found.is_empty(), "{file}: {found:?}");
+            continue;
+        }
+        assert_eq!(found.len(), 1, "{file}");
+        // The manifest prints three digits after the point, or none.
+        let close = |value: f64, truth: f64| {
+            (value - truth).abs() <= 1e-3 + 1e-5 * truth + if truth > 100.0 { 0.9 } else { 0.01 }
+        };
+        assert!(close(found[0].volume_mm3.unwrap_or(0.0), sum), "{file}: {:?}", found[0].volume_mm3);
+        for truth in truths {
+            assert!(found[0].places.iter().any(|p| close(p.value, *truth)), "{file} {truth}: {:?}", found[0].places);
+        }
+    }
+}
