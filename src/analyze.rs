@@ -224,10 +224,11 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
 
 /// The widest gap the process limits: how far bodies are looked for around each other.
 fn widest_gap(process: &Process) -> f64 {
-    ["narrow-gap", "narrow-gap.between-bodies"]
+    // An offset closes gaps of twice its width.
+    [("narrow-gap", 1.0), ("narrow-gap.between-bodies", 1.0), ("offset", 2.0)]
         .iter()
-        .filter_map(|k| process.limit(k))
-        .flat_map(|l| [l.fail, l.warn])
+        .filter_map(|(key, times)| process.limit(key).map(|l| (l, times)))
+        .flat_map(|(l, times)| [l.fail, l.warn].map(|x| x.map(|x| times * x)))
         .flatten()
         .fold(0.0, f64::max)
 }

@@ -13,6 +13,8 @@ pub const CHECKS: &[&dyn Check] = &[
     &super::island::Island,
     &super::trapped_volume::TrappedVolume,
     &super::drain::Drain,
+    &super::topology::Topology,
+    &super::offset::Offset,
 ];
 
 /// The text of every check, in order.

@@ -104,6 +104,8 @@ pub const RULES: &[Rule] = &[
     Rule { key: "trapped-volume.sealed", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "drain", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "drain.suction", dimension: Dimension::Area, bound: Bound::Most },
+    Rule { key: "topology", dimension: Dimension::Number, bound: Bound::Most },
+    Rule { key: "offset", dimension: Dimension::Length, bound: Bound::Least },
 ];
 
 /// The rule of a key.

@@ -2,12 +2,14 @@
 
 mod block;
 mod chamber;
+mod change;
 mod components;
 mod escape;
 mod euler;
 mod retention;
 
 pub use chamber::{Chamber, Throat, chambers};
+pub use change::{Change, changes};
 pub use components::{Adjacency, Components, components};
 pub use escape::{Escape, Pocket, Side, border, escape};
 pub use euler::{Betti, betti, euler_characteristic};

@@ -51,8 +51,8 @@ pub fn retained(void: &Indicator, falls: Falls, passage: Passage) -> Result<Indi
                 .map(|(from, to)| sea.added(from, to, outermost || from == 0 || to as usize == nx))
                 .collect::<Result<Vec<Run>>>()?;
             let beside = if passage == Passage::Corners { 1 } else { 0 };
-            for other in j.saturating_sub(beside)..(j + beside + 1).min(ny) {
-                sea.join(&before[other], &runs);
+            for other in before.iter().take(j + beside + 1).skip(j.saturating_sub(beside)) {
+                sea.join(other, &runs);
             }
             if j > 0 {
                 sea.join(&layer[j - 1], &runs);

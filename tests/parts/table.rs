@@ -57,6 +57,12 @@ pub const TABLE: &[Row] = &[
     Row { process: "sla", ..row("AM302", "block", Pass, None, 0) },
     Row { process: "sla", ..row("AM302", "basin", Warn, None, 1) },
     row("AM302", "basin", NotApplicable, None, 0),
+    row("AM402", "block", Pass, None, 0),
+    row("AM402", "pair_100", Pass, None, 0),
+    row("AM402", "pair_010", Warn, Some(1.0), 1),
+    row("AM602", "block", Pass, None, 0),
+    row("AM602", "pair_100", Pass, None, 0),
+    row("AM602", "pair_010", Warn, Some(0.05), 1),
 ];
 
 #[test]

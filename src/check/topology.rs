@@ -1,0 +1,331 @@
+//! AM402: pieces, tunnels and voids as designed and as printed.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
+use super::place::{locate, reported};
+use crate::error::Result;
+use crate::geometry::health::NO_LABEL;
+use crate::geometry::vector::{Vec3, bounds};
+use crate::morphology::{AsPrinted, Cells};
+use crate::notice::Notice;
+use crate::part::{Part, bead_of};
+use crate::process::Process;
+use crate::topology::{Adjacency, Betti, Change, betti, changes};
+use crate::units::short;
+
+/// AM402 `topology`.
+pub struct Topology;
+
+static META: Meta = Meta {
+    code: "AM402",
+    name: "topology",
+    title: "What printing joins, splits, closes or opens",
+    what: "Compares pieces, tunnels and enclosed voids of the part as designed with those of the part as its process lays it down, \
+           and shows each place where they differ: bodies that fuse, pieces that are lost or split, holes that close or open, voids \
+           that are enclosed or filled.",
+    why: "A hinge that fuses, a hole that closes or a wall that opens is another part than the one that was designed, however small \
+          the volume that makes the difference.",
+    how: "The part is laid down with the process' element where at least half of the element lies in the part. First what is not \
+          printed is taken away from the design, then what is printed beside it is added. Of either, all samples that change no Betti \
+          number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
+          characteristic and by union-find. The changes add up to the differences of the Betti numbers.",
+    limits: "An estimate: the lattice has a few cells across the element, and what is finer than a cell is not seen; where the lattice \
+             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer. \
+             Two changes that touch are one place.",
+    source: "Betti numbers of as-printed shapes: S. Nelaturi and others, 2019. Simple points: G. Bertrand, G. Malandain, A new \
+             characterization of three-dimensional simple points, 1994.",
+};
+
+/// Share of the element that must lie in the part for it to be laid down.
+const LAMBDA: f64 = 0.5;
+/// Cells that a window between two bodies may take.
+const WINDOW_CELLS: u128 = 1 << 22;
+
+impl Check for Topology {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let Some(limits) = limits_of(process, "topology") else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let mut measured = Measured { rule: Some("topology"), ..Measured::default() };
+        let mut events = Vec::new();
+        match part.as_printed(process, LAMBDA)? {
+            Some(printed) => {
+                let [before, after] = whole(part, &printed, &mut events)?;
+                events.extend(too_near(part, printed.designed.cells.cell_mm()[0]));
+                measured.cover = format!(
+                    "Laid down with {} cells across the element: {} as designed, {} as printed.",
+                    printed.designed.cells.wide,
+                    words(before),
+                    words(after)
+                );
+                measured.notices.extend(unlike(part, before));
+            }
+            None => {
+                let windows = between_bodies(part, process, &mut events)?;
+                let width = short(process.element.width_mm);
+                let why = format!("an element of {width} mm is too fine for a lattice of the whole part");
+                if events.is_empty() {
+                    return Ok(Outcome::NotApplicable(why));
+                }
+                let text = format!("{why}; only whether bodies fuse was looked at, in {windows} windows");
+                measured.notices.push(Notice::new("topology-in-windows", text.clone()));
+                measured.cover = text;
+            }
+        }
+        let judge = Judge { part, context, process, limits };
+        for kind in KINDS {
+            let own: Vec<&Event> = events.iter().filter(|e| e.kind == kind.0).collect();
+            measured.findings.extend(judge.finding(kind, &own));
+        }
+        let all: u64 = events.iter().map(|e| e.times).sum();
+        let at = events.first().map(|e| e.at);
+        measured.worst = Some(Worst { bracket: Bracket::exact(all as f64), unit: "1", at });
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// All changes from the design to the print on one lattice, and the numbers before and after.
+fn whole(part: &Part, printed: &AsPrinted, events: &mut Vec<Event>) -> Result<[Betti; 2]> {
+    let designed = &printed.designed.shape.centres;
+    let both = designed.intersection(&printed.centres)?;
+    for change in changes(&both, designed, Adjacency::Face)? {
+        events_of(part, &printed.designed.cells, &change, Step::Lost, events);
+    }
+    for change in changes(&both, &printed.centres, Adjacency::Face)? {
+        events_of(part, &printed.designed.cells, &change, Step::Gained, events);
+    }
+    Ok([betti(designed, Adjacency::Face)?, betti(&printed.centres, Adjacency::Face)?])
+}
+
+/// Bodies that stand nearer than a cell: the lattice sees them as one already, and so does an element many cells wide.
+fn too_near(part: &Part, cell: f64) -> Vec<Event> {
+    let near = part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < cell);
+    near.map(|p| Event {
+        kind: "fused",
+        times: 1,
+        at: [0, 1, 2].map(|a| 0.5 * (p.points[0][a] + p.points[1][a])),
+        extent: bounds(p.points).unwrap_or_default(),
+        bodies: p.bodies.map(|b| u64::from(b) + 1).to_vec(),
+    })
+    .collect()
+}
+
+/// Lays down a window about the nearest points of all bodies nearer than an element; how many windows there were.
+fn between_bodies(part: &Part, process: &Process, events: &mut Vec<Event>) -> Result<usize> {
+    let bead = bead_of(process);
+    let reach = 3.0 * bead.width.as_mm().max(bead.height.as_mm());
+    let near: Vec<_> =
+        part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < bead.width.as_mm()).collect();
+    for pair in &near {
+        let (lo, hi) = bounds(pair.points).unwrap_or_default();
+        let window = (lo.map(|c| c - reach), hi.map(|c| c + reach));
+        let Some(cells) = Cells::covering(&bead, window, WINDOW_CELLS)? else { continue };
+        if pair.distance < cells.cell_mm()[0] {
+            continue;
+        }
+        let printed = part.deposited(bead, cells)?.printed(LAMBDA)?;
+        let both = printed.designed.shape.centres.intersection(&printed.centres)?;
+        let mut own = Vec::new();
+        for change in changes(&both, &printed.centres, Adjacency::Face)? {
+            events_of(part, &printed.designed.cells, &change, Step::Gained, &mut own);
+        }
+        // Within a window a body may come in two pieces, which is no news.
+        events.extend(own.into_iter().filter(|e| e.kind == "fused" && e.bodies.len() > 1).take(1));
+    }
+    events.extend(too_near(part, bead.width.as_mm() / 6.0));
+    Ok(near.len())
+}
+
+/// Whether samples are taken away from the design, or added beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Lost,
+    Gained,
+}
+
+/// One thing that happens at one place, as often as given.
+#[derive(Debug, Clone)]
+struct Event {
+    kind: &'static str,
+    times: u64,
+    at: Vec3,
+    extent: (Vec3, Vec3),
+    /// The bodies that meet here, counted from 1.
+    bodies: Vec<u64>,
+}
+
+/// Kind, words for one, words for many, and what to do.
+type Kind = (&'static str, &'static str, &'static str, &'static str);
+
+const KINDS: [Kind; 10] = [
+    ("fused", "pieces fuse", "places where pieces fuse", "part them by at least one element more"),
+    ("piece-lost", "a piece is not printed", "pieces are not printed", "make it at least one element wide"),
+    ("split", "a piece falls apart", "places where a piece falls apart", "thicken the neck to at least one element"),
+    ("hole-closed", "a hole closes", "holes close", "open it by at least one element"),
+    ("bridged", "a slot is bridged", "places where a slot is bridged", "widen it by at least one element"),
+    ("hole-opened", "a hole opens in a wall", "holes open in walls", "thicken the wall to at least one element"),
+    ("loop-cut", "a strut or rib is cut", "struts or ribs are cut", "thicken it to at least one element"),
+    ("void-enclosed", "a void is enclosed", "voids are enclosed", "widen its way out by at least one element"),
+    ("void-opened", "a closed void is opened", "closed voids are opened", "thicken its wall to at least one element"),
+    ("void-filled", "a void is filled", "voids are filled", "widen it to at least one element"),
+];
+
+/// What a change means, read forward for what is added and backward for what is lost.
+fn kinds_of(c: &Change, step: Step) -> Vec<(&'static str, u64)> {
+    let all = match step {
+        Step::Gained => [
+            ("fused", -c.pieces),
+            ("hole-closed", -c.tunnels),
+            ("bridged", c.tunnels),
+            ("void-enclosed", c.voids),
+            ("void-filled", -c.voids),
+        ],
+        Step::Lost => [
+            ("split", -c.pieces),
+            ("piece-lost", c.pieces),
+            ("hole-opened", -c.tunnels),
+            ("loop-cut", c.tunnels),
+            ("void-opened", c.voids),
+        ],
+    };
+    all.into_iter().filter(|k| k.1 > 0).map(|(kind, times)| (kind, times as u64)).collect()
+}
+
+fn events_of(part: &Part, cells: &Cells, c: &Change, step: Step, events: &mut Vec<Event>) {
+    let half = cells.cell_mm().map(|c| 0.5 * c);
+    let corner = |p: [usize; 3], sign: f64| {
+        let q = cells.position(p);
+        [0, 1, 2].map(|a| q[a] + sign * half[a])
+    };
+    let place = |at: usize| cells.position(cells.grid.index(at));
+    for (kind, times) in kinds_of(c, step) {
+        events.push(Event {
+            kind,
+            times,
+            at: place(c.at),
+            extent: (corner(c.extent[0], -1.0), corner(c.extent[1], 1.0)),
+            bodies: bodies_at(part, c.meets.iter().map(|&at| place(at))),
+        });
+    }
+}
+
+/// The bodies whose surfaces are nearest to some points, counted from 1.
+fn bodies_at(part: &Part, points: impl Iterator<Item = Vec3>) -> Vec<u64> {
+    let body = |p: Vec3| {
+        let near = part.distance().nearest(p, f64::INFINITY)?;
+        let body = *part.health().facet_body.get(near.facet as usize)?;
+        (body != NO_LABEL).then(|| u64::from(body) + 1)
+    };
+    let mut bodies: Vec<u64> = points.filter_map(body).collect();
+    bodies.sort_unstable();
+    bodies.dedup();
+    bodies
+}
+
+/// Pieces, tunnels and voids in words.
+fn words(b: Betti) -> String {
+    let many = |n: u64, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
+    format!("{}, {} and {}", many(b.pieces, "piece"), many(b.tunnels, "tunnel"), many(b.voids, "void"))
+}
+
+/// What the mesh has itself, where it tells: a closed manifold whose shells do not touch.
+fn of_mesh(part: &Part) -> Option<Betti> {
+    let (mesh, health) = (part.mesh(), part.health());
+    if !health.is_watertight() || part.body_pairs().iter().any(|p| p.distance <= part.step()) {
+        return None;
+    }
+    let mut used = vec![false; mesh.vertices.len()];
+    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let (vertices, facets) = (used.iter().filter(|u| **u).count() as i64, mesh.triangles.len() as i64);
+    // Three edges for two facets; the solid has half of the characteristic of its surface.
+    let surface = vertices - facets / 2;
+    let pieces = health.bodies.len() as i64;
+    let voids: i64 = health.bodies.iter().map(|b| b.cavities.len() as i64).sum();
+    let tunnels = pieces + voids - surface / 2;
+    (surface % 2 == 0 && tunnels >= 0).then_some(Betti {
+        pieces: pieces as u64,
+        tunnels: tunnels as u64,
+        voids: voids as u64,
+    })
+}
+
+/// Says where the lattice sees another part than the mesh describes.
+fn unlike(part: &Part, seen: Betti) -> Option<Notice> {
+    let has = of_mesh(part)?;
+    (has != seen).then(|| {
+        let text = format!("the lattice of the as-printed part sees {}; the mesh has {}", words(seen), words(has));
+        Notice::new("topology-unresolved", text)
+    })
+}
+
+struct Judge<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    process: &'a Process,
+    limits: Limits,
+}
+
+impl Judge<'_> {
+    /// One finding for all events of a kind, the largest first.
+    fn finding(&self, (kind, one, many, remedy): Kind, events: &[&Event]) -> Option<Finding> {
+        let span = |e: &Event| (0..3).map(|a| e.extent.1[a] - e.extent.0[a]).sum::<f64>();
+        let mut order: Vec<&Event> = events.to_vec();
+        order.sort_by(|a, b| span(b).total_cmp(&span(a)));
+        let first = *order.first()?;
+        let times: u64 = order.iter().map(|e| e.times).sum();
+        let bracket = Bracket::exact(times as f64);
+        let mut f = Finding::judged(META.code, kind, bracket, Basis::Estimated, self.limits, "1", 0.0);
+        if f.state == State::Pass {
+            return None;
+        }
+        let extent = bounds(order.iter().flat_map(|e| [e.extent.0, e.extent.1])).unwrap_or_default();
+        locate(&mut f, self.part, self.context, first.at, extent);
+        f.count = order.len() as u64;
+        let spot = |e: &&Event| {
+            let times = e.times as f64;
+            Spot { at_mm: reported(self.part, e.at), value: times, low: times, high: times }
+        };
+        f.places = order.iter().map(spot).collect();
+        let mut bodies: Vec<u64> = order.iter().flat_map(|e| e.bodies.iter().copied()).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let named = if kind == "fused" && bodies.len() > 1 {
+            let list: Vec<String> = bodies.iter().take(8).map(u64::to_string).collect();
+            format!(" (bodies {}{})", list.join(", "), if bodies.len() > 8 { " and others" } else { "" })
+        } else {
+            String::new()
+        };
+        f.message = if times == 1 { format!("{one}{named}") } else { format!("{times} {many}{named}") };
+        let (width, height) = (self.process.element.width_mm, self.process.layer_height_mm);
+        f.fix = format!("{remedy} ({} × {} mm)", short(width), short(height));
+        if self.part.health().bodies.len() > 1 && !bodies.is_empty() {
+            f.bodies = Some(bodies);
+        }
+        Some(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(pieces: i64, tunnels: i64, voids: i64) -> Change {
+        Change { at: 0, extent: [[0; 3]; 2], samples: 1, pieces, tunnels, voids, meets: Vec::new() }
+    }
+
+    #[test]
+    fn every_change_has_a_name_in_either_direction() {
+        let kinds = |c: Change, step| kinds_of(&c, step);
+        assert_eq!(kinds(change(-2, 0, 0), Step::Gained), [("fused", 2)]);
+        assert_eq!(kinds(change(0, -1, 1), Step::Gained), [("hole-closed", 1), ("void-enclosed", 1)]);
+        assert_eq!(kinds(change(0, 1, -1), Step::Gained), [("bridged", 1), ("void-filled", 1)]);
+        assert_eq!(kinds(change(1, 0, 0), Step::Lost), [("piece-lost", 1)]);
+        assert_eq!(kinds(change(-1, 0, 0), Step::Lost), [("split", 1)]);
+        assert_eq!(kinds(change(0, -1, 0), Step::Lost), [("hole-opened", 1)]);
+        assert_eq!(kinds(change(0, 1, 1), Step::Lost), [("loop-cut", 1), ("void-opened", 1)]);
+    }
+}
