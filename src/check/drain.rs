@@ -31,7 +31,7 @@ static META: Meta = Meta {
     how: "A sample keeps liquid if every way to the outside rises above it: layers are added from the lowest up, regions are joined, \
           and what has not met the outside in its own layer keeps what it holds. The same from the other side gives the cups: what is \
           cut off from the outside while the layers above are not there yet. Done once with the samples that are wholly free, once \
-          with all that may be, so that the volume is bracketed.",
+          with all that may be; the volume between is bracketed, and its value comes from the densities.",
     limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
              cover. The tilts are looked at on a coarse grid of 64 samples.",
@@ -78,7 +78,10 @@ impl Check for Drain {
 /// Liquid that stands together.
 struct Basin {
     set: Indicator,
-    samples: u64,
+    /// The set with the samples at its walls that the part touches.
+    walled: Indicator,
+    /// Its volume from the densities, mm³.
+    volume: f64,
     /// Samples that keep liquid whatever the doubtful ones are.
     certain: Indicator,
     extent: ([usize; 3], [usize; 3]),
@@ -112,9 +115,22 @@ impl Judge<'_> {
             .map(|l| {
                 let set = parts.select(|m| m as usize == l);
                 let certain = certain.intersection(&set)?;
-                Ok(Basin { samples: sizes[l], set, certain, extent: (boxes[l][0], boxes[l][1]) })
+                let walled = set.union(&self.voids.ringed(&set).intersection(&solid.outer)?)?;
+                let volume = self.volume(&walled);
+                Ok(Basin { set, walled, volume, certain, extent: (boxes[l][0], boxes[l][1]) })
             })
             .collect()
+    }
+
+    /// Volume of void in a set of samples.
+    fn volume(&self, set: &Indicator) -> f64 {
+        let density = self.voids.solid.density.field().values();
+        set.iter().map(|at| 1.0 - f64::from(density[at])).sum::<f64>() * self.context.spacing_mm.powi(3)
+    }
+
+    fn bracket(&self, b: &Basin) -> Bracket {
+        let unit = self.context.spacing_mm.powi(3);
+        Bracket::new(b.volume, b.certain.count() as f64 * unit, b.walled.count() as f64 * unit)
     }
 
     fn corners(&self, b: &Basin) -> (Vec3, Vec3) {
@@ -142,10 +158,12 @@ impl Judge<'_> {
     /// What stays in while the part hangs from the plate.
     fn kept(&mut self, limits: Limits) -> Result<()> {
         let basins = self.basins(Falls::Up)?;
-        let unit = self.context.spacing_mm.powi(3);
-        let certain: u64 = basins.iter().map(|b| b.certain.count()).sum();
-        let likely: u64 = basins.iter().map(|b| b.samples).sum();
-        let bracket = Bracket::new(likely as f64 * unit, certain as f64 * unit, likely as f64 * unit);
+        let sum = basins.iter().map(|b| self.bracket(b)).fold(Bracket::exact(0.0), |s, b| Bracket {
+            value: s.value + b.value,
+            low: s.low + b.low,
+            high: s.high + b.high,
+        });
+        let bracket = sum;
         let at = basins.first().map(|b| self.bottom(b));
         self.worst(bracket, "mm3", at, "drain");
         let mut f = Finding::judged(META.code, "kept", bracket, Basis::Estimated, limits, "mm3", 0.0);
@@ -159,8 +177,8 @@ impl Judge<'_> {
         f.places = basins
             .iter()
             .map(|b| {
-                let [value, low] = [b.samples, b.certain.count()].map(|n| report_digits(n as f64 * unit));
-                Spot { at_mm: reported(self.part, self.bottom(b)), value, low, high: value }
+                let own = self.bracket(b).rounded();
+                Spot { at_mm: reported(self.part, self.bottom(b)), value: own.value, low: own.low, high: own.high }
             })
             .collect();
         f.message = format!("keeps about {} mm³ of liquid while it hangs from the plate", short(bracket.value.round()));
@@ -192,7 +210,7 @@ impl Judge<'_> {
             }
             locate(&mut f, self.part, self.context, at, self.corners(b));
             f.area_mm2 = Some(report_digits(bracket.value));
-            f.volume_mm3 = Some(report_digits(b.samples as f64 * self.context.spacing_mm.powi(3)));
+            f.volume_mm3 = Some(report_digits(b.volume));
             let half = 0.5 * self.context.spacing_mm;
             f.message = format!(
                 "a cup that closes {} mm² of film between {} and {} mm above the plate",
@@ -216,12 +234,18 @@ impl Judge<'_> {
 
     /// Greatest area of a layer of a cup.
     fn film(&self, b: &Basin) -> Bracket {
-        let layers = |set: &Indicator| {
-            let layer = set.words_per_row() * set.grid().dims()[1];
-            let ones = |w: &[u64]| w.iter().map(|w| u64::from(w.count_ones())).sum::<u64>();
-            set.words().chunks(layer).map(ones).max().unwrap_or(0) as f64 * self.context.spacing_mm.powi(2)
-        };
-        Bracket::new(layers(&b.set), layers(&b.certain), layers(&b.set))
+        let area = self.context.spacing_mm.powi(2);
+        let most = |set: &Indicator| self.greatest_layer(set, |_| 1.0) * area;
+        let density = self.voids.solid.density.field().values();
+        let value = self.greatest_layer(&b.walled, |at| 1.0 - f64::from(density[at])) * area;
+        Bracket::new(value, most(&b.certain), most(&b.walled))
+    }
+
+    /// The greatest sum of a quantity over the samples of one layer.
+    fn greatest_layer(&self, set: &Indicator, quantity: impl Fn(usize) -> f64) -> f64 {
+        let mut sums = vec![0.0; set.grid().dims()[2]];
+        set.iter().for_each(|at| sums[set.grid().index(at)[2]] += quantity(at));
+        sums.into_iter().fold(0.0, f64::max)
     }
 
     /// A vent at the bottom of a cup, with what the cup still closes once it is there.
@@ -241,7 +265,7 @@ impl Judge<'_> {
         let boxes = parts.boxes();
         let still = (0..parts.count()).filter(|&l| near(&boxes[l])).map(|l| {
             let set = parts.select(|m| m as usize == l);
-            self.film(&Basin { certain: set.clone(), set, samples: 0, extent: ([0; 3], [0; 3]) }).value
+            self.greatest_layer(&set, |_| 1.0) * self.context.spacing_mm.powi(2)
         });
         let still = still.fold(0.0, f64::max);
         Ok(if still <= widest {

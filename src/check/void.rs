@@ -161,18 +161,31 @@ impl<'a> Voids<'a> {
     }
 
     /// A set with the samples around it that are not wholly material.
-    fn ringed(&self, set: &Indicator) -> Indicator {
+    pub fn ringed(&self, set: &Indicator) -> Indicator {
+        let [nx, ny, nz] = self.grid.dims();
+        let words = set.words_per_row();
+        let last = if nx % 64 == 0 { !0 } else { (1u64 << (nx % 64)) - 1 };
+        let wide = |row: &[u64], w: usize| {
+            let (before, behind) = (if w > 0 { row[w - 1] >> 63 } else { 0 }, row.get(w + 1).map_or(0, |n| n << 63));
+            row[w] | row[w] << 1 | row[w] >> 1 | before | behind
+        };
         let mut out = set.clone();
-        for at in set.iter() {
-            let [i, j, k] = self.grid.index(at);
-            for n in 0..27 {
-                let near = [i + n % 3, j + n / 3 % 3, k + n / 9].map(|c| c.wrapping_sub(1));
-                let on_grid = (0..3).all(|a| near[a] < self.grid.dims()[a]);
-                if on_grid && !self.solid.inner.contains(near) {
-                    out.set(near, true);
+        out.words_mut().par_chunks_mut(words).enumerate().for_each(|(at, to)| {
+            let (j, k) = (at % ny, at / ny);
+            for z in k.saturating_sub(1)..(k + 2).min(nz) {
+                for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                    let row = set.row(y, z);
+                    to.iter_mut().enumerate().for_each(|(w, to)| *to |= wide(row, w));
                 }
             }
-        }
+            let material = self.solid.inner.row(j, k);
+            for ((to, material), own) in to.iter_mut().zip(material).zip(set.row(j, k)) {
+                *to &= !material | own;
+            }
+            if let Some(word) = to.last_mut() {
+                *word &= last;
+            }
+        });
         out
     }
 
