@@ -4,7 +4,7 @@ use amcheck::distance::{nearest_sample, signed_distance, squared_distance, union
 use amcheck::field::Indicator;
 use amcheck::geometry::{InsideRule, TriangleMesh, occupancy, voxelize};
 use amcheck::grid::Grid;
-use amcheck::topology::{Adjacency, betti, components};
+use amcheck::topology::{Adjacency, Side, betti, border, chambers, components};
 use amcheck::units::Length;
 use divan::{Bencher, black_box};
 
@@ -115,4 +115,29 @@ fn balls(bencher: Bencher, n: usize) {
 fn pieces_and_tunnels(bencher: Bencher, n: usize) {
     let set = cast(n);
     bencher.bench(|| (components(black_box(&set), Adjacency::Face).count(), betti(&set, Adjacency::Face)));
+}
+
+/// A cube with a room of nine tenths of it and a neck of a sixteenth, the worst case: all of the void is one chamber.
+fn flask(n: usize) -> Indicator {
+    let grid = Grid::new([0.0; 3], Length::mm(0.1), [n; 3]).expect("a grid");
+    let within = |c: usize, wide: usize| (2 * c + 1).abs_diff(n) < wide;
+    Indicator::from_predicate(grid, |at| {
+        let [i, j, k] = grid.index(at);
+        let room = [i, j, k].into_iter().all(|c| within(c, n * 9 / 10));
+        let neck = within(i, n / 16) && within(j, n / 16) && 2 * k > n;
+        [i, j, k].into_iter().all(|c| within(c, n - 4)) && !room && !neck
+    })
+}
+
+#[divan::bench(args = [256, 512], sample_count = 3)]
+fn trapped_volume_and_way_out(bencher: Bencher, n: usize) {
+    let part = flask(n);
+    let exits = border(part.grid(), &Side::ALL);
+    let level = (n / 12).pow(2) as u32;
+    bencher.bench(|| {
+        let clearance = squared_distance(black_box(&part)).expect("a grid that fits");
+        let found = chambers(&clearance, &exits, level, |_| false).expect("one grid");
+        assert!(found.len() == 1 && found[0].throat.is_some());
+        found
+    });
 }

@@ -363,13 +363,14 @@ fn filled(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid) -> Result<In
     let lo = lo.map(|c| c.saturating_sub(reach));
     let hi = [0, 1, 2].map(|a| (hi[a] + reach + 1).min(grid.dims()[a]));
     let window = Grid::new(grid.position(lo), grid.spacing(), [0, 1, 2].map(|a| hi[a] - lo[a]))?;
-    let mut radii: Vec<Option<u32>> = vec![None; window.samples()];
-    for at in chamber.offsets() {
-        let p = grid.index(at);
-        let wider = f64::from(clearance.values()[at]).sqrt() + 1.0;
-        radii[window.offset([0, 1, 2].map(|a| p[a] - lo[a]))] = Some((wider * wider) as u32);
-    }
-    let balls = union_of_balls(&window, |at| radii[at])?;
+    let mut own = Indicator::empty(grid);
+    chamber.offsets().for_each(|at| own.set(grid.index(at), true));
+    let balls = union_of_balls(&window, |at| {
+        let p = window.index(at);
+        let p = [0, 1, 2].map(|a| p[a] + lo[a]);
+        let wider = f64::from(clearance.values()[grid.offset(p)]).sqrt() + 1.0;
+        own.contains(p).then_some((wider * wider) as u32)
+    })?;
     balls.placed(lo.map(|c| -(c as isize)), grid)?.difference(&solid.inner)
 }
 

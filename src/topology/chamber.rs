@@ -51,7 +51,8 @@ impl Chamber {
 ///
 /// # Cost
 /// O(N/64) words to label the level set, then O(26) for each sample between throat and level; nothing beyond the throats
-/// is visited, so a part without chambers costs one labelling.
+/// is visited, so a part without chambers costs one labelling. Where a room is large, its throat is first narrowed down by
+/// halving, one labelling for each of about log₂(level) steps, and only samples of the throat's clearance are visited.
 ///
 /// # Source
 /// Widest paths by flooding from the widest sample down (M. Pollack, The maximum capacity through a network, 1960).
@@ -60,6 +61,19 @@ pub fn chambers(
     exits: &Indicator,
     level: u32,
     known: impl Fn(usize) -> bool,
+) -> Result<Vec<Chamber>> {
+    chambers_above(clearance, exits, level, known, LARGE)
+}
+
+/// Rooms of more samples are narrowed down by halving: there are more samples between throat and level than labels cost.
+const LARGE: u64 = 1 << 18;
+
+fn chambers_above(
+    clearance: &Field<u32>,
+    exits: &Indicator,
+    level: u32,
+    known: impl Fn(usize) -> bool,
+    large: u64,
 ) -> Result<Vec<Chamber>> {
     let grid = *clearance.grid();
     let bad = |problem: &str| Error::Operand {
@@ -81,8 +95,40 @@ pub fn chambers(
             remedy: "choose a larger spacing, or look at a window of the part".into(),
         });
     }
+    let (wide, rooms, open) = level_set(clearance, exits, level)?;
+    let shut: Vec<u32> = (0..rooms.count() as u32).filter(|&r| !open[r as usize]).collect();
+    if shut.is_empty() {
+        return Ok(Vec::new());
+    }
     let values = clearance.values();
-    let wide = Indicator::from_predicate(grid, |at| values[at] >= level);
+    let (first, sizes) = (rooms.first_samples(), rooms.sizes());
+    let mut search = Search::new(&grid, values, exits, &wide, &rooms, open, level);
+    let mut found = Vec::new();
+    for room in shut {
+        let inside = first[room as usize];
+        if search.taken[room as usize] || known(grid.offset(inside)) {
+            continue;
+        }
+        if sizes[room as usize] < large {
+            found.push(search.flood(room));
+            continue;
+        }
+        let chamber = by_halving(clearance, exits, level, inside)?;
+        let met =
+            chamber.region.iter().filter(|r| values[r.0 as usize..(r.0 + r.1) as usize].iter().any(|&v| v >= level));
+        for at in met.flat_map(|&(from, n)| from as usize..(from + n) as usize).filter(|&at| values[at] >= level) {
+            rooms.of(grid.index(at)).into_iter().for_each(|r| search.taken[r as usize] = true);
+        }
+        found.push(chamber);
+    }
+    found.sort_by_key(|c| (std::cmp::Reverse(c.samples()), c.deepest));
+    Ok(found)
+}
+
+/// The samples of at least a clearance, their components, and which of these hold an exit.
+fn level_set(clearance: &Field<u32>, exits: &Indicator, level: u32) -> Result<(Indicator, Components, Vec<bool>)> {
+    let (grid, values) = (clearance.grid(), clearance.values());
+    let wide = Indicator::from_predicate(*grid, |at| values[at] >= level);
     let rooms = components(&wide, Adjacency::Corner);
     let mut open = vec![false; rooms.count()];
     for at in exits.intersection(&wide)?.iter() {
@@ -90,20 +136,20 @@ pub fn chambers(
             open[room as usize] = true;
         }
     }
-    let shut: Vec<u32> = (0..rooms.count() as u32).filter(|&r| !open[r as usize]).collect();
-    if shut.is_empty() {
-        return Ok(Vec::new());
+    Ok((wide, rooms, open))
+}
+
+/// The chamber around a sample that is shut at a level: the highest level at which it is open is its throat.
+fn by_halving(clearance: &Field<u32>, exits: &Indicator, level: u32, inside: [usize; 3]) -> Result<Chamber> {
+    let (mut open_at, mut shut_at) = (0, level);
+    while shut_at - open_at > 1 {
+        let middle = open_at + (shut_at - open_at) / 2;
+        let (_, rooms, open) = level_set(clearance, exits, middle)?;
+        if rooms.of(inside).is_some_and(|r| open[r as usize]) { open_at = middle } else { shut_at = middle }
     }
-    let first = rooms.first_samples();
-    let mut search = Search::new(&grid, values, exits, &wide, &rooms, open, level);
-    let mut found = Vec::new();
-    for room in shut {
-        if !search.taken[room as usize] && !known(grid.offset(first[room as usize])) {
-            found.push(search.flood(room));
-        }
-    }
-    found.sort_by_key(|c| (std::cmp::Reverse(c.samples()), c.deepest));
-    Ok(found)
+    let (wide, rooms, open) = level_set(clearance, exits, shut_at)?;
+    let room = rooms.of(inside).unwrap_or(0);
+    Ok(Search::new(clearance.grid(), clearance.values(), exits, &wide, &rooms, open, shut_at).flood(room))
 }
 
 /// What all floods share.
@@ -327,6 +373,10 @@ mod tests {
             let truth = escape(&radii, &exits, 1e6, 0.0).unwrap().radius;
             for level in [1, 2, levels as u32 / 2 + 1, levels as u32] {
                 let found = chambers(&clearance, &exits, level, |_| false).unwrap();
+                // Of samples equally narrow either way of search may name another.
+                let halved = chambers_above(&clearance, &exits, level, |_| false, 0).unwrap();
+                let told = |c: &Chamber| (c.deepest, c.widest, c.throat.map(|t| t.clearance), c.region.clone());
+                assert!(found.iter().map(told).eq(halved.iter().map(told)), "{found:?} {halved:?}");
                 let mut owner = vec![usize::MAX; grid.samples()];
                 for (c, chamber) in found.iter().enumerate() {
                     let way_out = chamber.throat.map_or(0, |t| t.clearance);
