@@ -235,7 +235,7 @@ fn words(b: Betti) -> String {
 /// What the mesh has itself, where it tells: a closed manifold whose shells do not touch.
 fn of_mesh(part: &Part) -> Option<Betti> {
     let (mesh, health) = (part.mesh(), part.health());
-    if !health.is_watertight() || part.body_pairs().iter().any(|p| p.distance <= part.step()) {
+    if !health.is_watertight() || !part.is_plain() {
         return None;
     }
     let mut used = vec![false; mesh.vertices.len()];

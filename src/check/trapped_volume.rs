@@ -29,8 +29,8 @@ static META: Meta = Meta {
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
           1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again.",
     limits: "A chamber counts if it is at least a quarter wider than its way out and as wide as the limit; narrower voids are slots \
-             and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. A \
-             shell that crosses itself is not noticed. Volumes of chambers with a way out end at the throat and are estimates.",
+             and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
+             bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates.",
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
              Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",
 };

@@ -60,7 +60,9 @@ impl<'a> Voids<'a> {
         let solid = part.solid()?;
         let loose = components(&solid.inner.complement(), Adjacency::Corner);
         let closed = loose.at_border().into_iter().map(|open| !open).collect();
-        let cavities = cavities(part.mesh(), part.health(), part.step());
+        // A shell that crosses itself bounds other voids than its own.
+        let whole = part.crossings().count == 0;
+        let cavities = if whole { cavities(part.mesh(), part.health(), part.step()) } else { Vec::new() };
         Ok(Voids { part, solid, grid: *solid.inner.grid(), loose, closed, cavities })
     }
 
@@ -124,11 +126,9 @@ impl<'a> Voids<'a> {
         Ok(found)
     }
 
-    /// Whether the shells tell all there is: closed, manifold and apart, so that the void has one piece more than cavities.
+    /// Whether the shells tell all there is: then the void has one piece more than there are cavities.
     fn is_plain(&self) -> bool {
-        let health = self.part.health();
-        let touching = || self.part.body_pairs().iter().any(|p| p.distance <= self.part.step());
-        health.is_watertight() && self.cavities.iter().all(|c| c.apart) && !touching()
+        self.part.is_plain() && self.cavities.iter().all(|c| c.apart)
     }
 
     /// Trapped places from components of free samples: volume from densities, between what is free and what may be.
