@@ -4,13 +4,14 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{locate, reported};
 use crate::error::Result;
+use crate::field::Indicator;
 use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::morphology::{AsPrinted, Cells};
 use crate::notice::Notice;
 use crate::part::{Part, bead_of};
 use crate::process::Process;
-use crate::topology::{Adjacency, Betti, Change, betti, changes};
+use crate::topology::{Adjacency, Betti, Change, betti, changes, components};
 use crate::units::short;
 
 /// AM402 `topology`.
@@ -30,8 +31,9 @@ static META: Meta = Meta {
           number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
           characteristic and by union-find. The changes add up to the differences of the Betti numbers.",
     limits: "An estimate: the lattice has a few cells across the element, and what is finer than a cell is not seen; where the lattice \
-             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer. \
-             Two changes that touch are one place.",
+             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer: \
+             where half of an element is enough, walls grow by half an element and gaps up to a whole one close, which a slicer's \
+             inset avoids. Two changes that touch are one place.",
     source: "Betti numbers of as-printed shapes: S. Nelaturi and others, 2019. Simple points: G. Bertrand, G. Malandain, A new \
              characterization of three-dimensional simple points, 1994.",
 };
@@ -90,15 +92,38 @@ impl Check for Topology {
 
 /// All changes from the design to the print on one lattice, and the numbers before and after.
 fn whole(part: &Part, printed: &AsPrinted, events: &mut Vec<Event>) -> Result<[Betti; 2]> {
-    let designed = &printed.designed.shape.centres;
+    let designed = without_specks(part, printed);
+    let seen = betti(&designed, Adjacency::Face)?;
+    // Where the lattice sees another part than the mesh describes, what is smaller than an element is not told.
+    let cells = &printed.designed.cells;
+    let least = if of_mesh(part).is_some_and(|b| b != seen) { (cells.wide * cells.wide) as u64 } else { 0 };
     let both = designed.intersection(&printed.centres)?;
-    for change in changes(&both, designed, Adjacency::Face)? {
-        events_of(part, &printed.designed.cells, &change, Step::Lost, events);
+    let lost = changes(&both, &designed, Adjacency::Face)?.into_iter().map(|c| (c, Step::Lost));
+    let gained = changes(&both, &printed.centres, Adjacency::Face)?.into_iter().map(|c| (c, Step::Gained));
+    for (change, step) in lost.chain(gained) {
+        let mut own = Vec::new();
+        events_of(part, cells, &change, step, &mut own);
+        own.retain(|e| change.samples >= least || (e.kind == "fused" && e.bodies.len() > 1));
+        events.extend(own);
     }
-    for change in changes(&both, &printed.centres, Adjacency::Face)? {
-        events_of(part, &printed.designed.cells, &change, Step::Gained, events);
+    Ok([seen, betti(&printed.centres, Adjacency::Face)?])
+}
+
+/// The part on the lattice without what thin edges leave of it: of more pieces than there are bodies, the smallest that
+/// hold fewer cells than an element.
+fn without_specks(part: &Part, printed: &AsPrinted) -> Indicator {
+    let designed = &printed.designed.shape.centres;
+    let pieces = components(designed, Adjacency::Face);
+    let sizes = pieces.sizes();
+    let mut order: Vec<u32> =
+        (0..sizes.len() as u32).filter(|&p| sizes[p as usize] < printed.designed.element_cells()).collect();
+    order.sort_by_key(|&p| (sizes[p as usize], p));
+    order.truncate(sizes.len().saturating_sub(part.health().bodies.len()));
+    if order.is_empty() {
+        return designed.clone();
     }
-    Ok([betti(designed, Adjacency::Face)?, betti(&printed.centres, Adjacency::Face)?])
+    order.sort_unstable();
+    pieces.select(|p| order.binary_search(&p).is_err())
 }
 
 /// Bodies that stand nearer than a cell: the lattice sees them as one already, and so does an element many cells wide.
@@ -257,7 +282,11 @@ fn of_mesh(part: &Part) -> Option<Betti> {
 fn unlike(part: &Part, seen: Betti) -> Option<Notice> {
     let has = of_mesh(part)?;
     (has != seen).then(|| {
-        let text = format!("the lattice of the as-printed part sees {}; the mesh has {}", words(seen), words(has));
+        let text = format!(
+            "the lattice of the as-printed part sees {}, the mesh has {}: changes smaller than an element are not told",
+            words(seen),
+            words(has)
+        );
         Notice::new("topology-unresolved", text)
     })
 }

@@ -69,3 +69,45 @@ fn the_trapped_volumes_of_the_corpus_are_found_exactly() {
         }
     }
 }
+
+#[test]
+fn printing_changes_what_it_should_and_nothing_else() {
+    let Some(folder) = crate::models::corpus() else { return };
+    // Pieces that fuse, by the half element that a wall grows; nothing at all happens to the others.
+    let cases: [(&str, u64); 7] = [
+        ("calibration/tolerance_pins.stl", 5),
+        ("clean/voron2_door_hinge_pip.stl", 1),
+        ("clean/enable_pip_finger.stl", 2),
+        ("formats/chain_loop.3mf", 28),
+        ("calibration/hole_test.stl", 0),
+        ("clean/gyroid_puzzle.ply", 0),
+        ("clean/prusa_y_motor_holder_slits.stl", 0),
+    ];
+    for (file, pairs) in cases {
+        let bytes = std::fs::read(folder.join(file)).expect(file);
+        let report = judge_bytes(file, &bytes, &only("fdm", &["AM402"])).expect("a report");
+        let found = findings(&report, "AM402");
+        let fused = found.iter().find(|f| f.kind == "fused");
+        assert_eq!(fused.map_or(0, |f| f.value as u64), pairs, "{file}: {fused:?}");
+        assert!(pairs > 0 || found.is_empty(), "{file}: {found:?}");
+    }
+}
+
+#[test]
+fn offsets_lose_the_thin_walls_and_merge_the_near_pins() {
+    let Some(folder) = crate::models::corpus() else { return };
+    let cases: [(&str, &str, &[f64]); 2] = [
+        ("calibration/thinwall.stl", "lost", &[0.175, 0.25]),
+        ("calibration/tolerance_pins.stl", "merged", &[0.05, 0.075, 0.1, 0.125, 0.15]),
+    ];
+    for (file, kind, truths) in cases {
+        let bytes = std::fs::read(folder.join(file)).expect(file);
+        let report = judge_bytes(file, &bytes, &only("fdm", &["AM602"])).expect("a report");
+        let mut values: Vec<f64> =
+            findings(&report, "AM602").iter().filter(|f| f.kind == kind).map(|f| f.value).collect();
+        values.sort_by(f64::total_cmp);
+        assert_eq!(values.len(), truths.len(), "{file}: {values:?}");
+        // The manifest prints gaps to four digits.
+        assert!(values.iter().zip(truths).all(|(v, t)| (v - t).abs() < 2e-4), "{file}: {values:?}");
+    }
+}
