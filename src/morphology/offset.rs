@@ -46,7 +46,11 @@ pub struct Shaped {
 /// # Cost
 /// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface.
 pub fn offset(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Shaped> {
-    let field = offset_field(mesh, by, spacing)?;
+    offset_of(mesh, by, spacing, Facets::Given)
+}
+
+fn offset_of(mesh: &TriangleMesh, by: Length, spacing: Length, facets: Facets) -> Result<Shaped> {
+    let field = offset_field(mesh, by, spacing, facets)?;
     let (mesh, volume) = (field.surface(by)?, field.bracket());
     Ok(Shaped { mesh, volume, field: field.values })
 }
@@ -73,13 +77,23 @@ pub fn close_by_ball(mesh: &TriangleMesh, radius: Length, spacing: Length) -> Re
 /// Offset there and back. The bracket comes from the first field alone: its level sets at ±ε, dilated by exact
 /// transforms.
 fn twice(mesh: &TriangleMesh, first: Length, spacing: Length) -> Result<Shaped> {
-    let field = offset_field(mesh, first, spacing)?;
+    let field = offset_field(mesh, first, spacing, Facets::Given)?;
     let volume = field.bracket_of_return(first)?;
     let between = field.surface(first)?;
     if between.triangles.is_empty() {
         return Ok(Shaped { mesh: between, volume, field: field.values });
     }
-    Ok(Shaped { volume, ..offset(&between, -first, spacing)? })
+    Ok(Shaped { volume, ..offset_of(&between, -first, spacing, Facets::Contour)? })
+}
+
+/// Where the facets of a part come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Facets {
+    /// From outside: some may lie inside the material.
+    Given,
+    /// From a contour of our own: where crevices are finer than the spacing its facets may cross by part of a cell, which
+    /// moves the result by no more.
+    Contour,
 }
 
 /// `s(x) = d(x) − by` on a grid: exact within 1.9 spacings of zero, of the right sign everywhere.
@@ -90,7 +104,7 @@ struct OffsetField {
     part: [Volume; 2],
 }
 
-fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<OffsetField> {
+fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length, facets: Facets) -> Result<OffsetField> {
     let (r, h) = (by.as_mm(), spacing.as_mm());
     let (lo, hi) = mesh.bounds().ok_or_else(|| Error::NoGeometry {
         problem: "the mesh has no facets".into(),
@@ -109,7 +123,7 @@ fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Offs
     let shell = solid.outer.difference(&solid.inner)?;
     let coarse = squared_distance(&shell)?;
     let exact = MeshDistance::new(mesh);
-    if r < 0.0 {
+    if r < 0.0 && facets == Facets::Given {
         refuse_buried_facets(mesh, &exact, &solid, &coarse)?;
     }
     let mut values = vec![0f32; grid.samples()];
