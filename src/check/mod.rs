@@ -4,11 +4,15 @@
 //! table of expected results; a test fails if any is missing.
 
 mod acceptance;
+mod as_printed;
+mod blend;
 mod build_volume;
 mod contract;
+mod detail;
 mod drain;
 mod finding;
 mod island;
+mod lost_feature;
 mod mesh;
 mod narrow_gap;
 mod offset;
@@ -19,6 +23,7 @@ mod sheet;
 mod thin_wall;
 mod topology;
 mod trapped_volume;
+mod trial;
 mod vent;
 mod void;
 

@@ -9,12 +9,15 @@ pub const CHECKS: &[&dyn Check] = &[
     &super::build_volume::BuildVolume,
     &super::thin_wall::ThinWall,
     &super::narrow_gap::NarrowGap,
+    &super::lost_feature::LostFeature,
     &super::overhang::Overhang,
     &super::island::Island,
     &super::trapped_volume::TrappedVolume,
     &super::drain::Drain,
     &super::topology::Topology,
     &super::offset::Offset,
+    &super::as_printed::AsPrinted,
+    &super::blend::Blend,
 ];
 
 /// The text of every check, in order.

@@ -9,6 +9,7 @@ pub mod cover;
 pub mod feature;
 pub mod map;
 pub mod refine;
+pub mod reflex;
 
 pub use cover::{Cover, Question, Sample, Shape};
 pub use feature::{Features, Side};

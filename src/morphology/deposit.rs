@@ -6,11 +6,13 @@
 
 use super::overlap::Prism;
 use crate::error::{Error, Result};
-use crate::field::Indicator;
+use crate::field::{Field, Indicator};
+use crate::geometry::contour::superlevel_surface;
 use crate::geometry::vector::Vec3;
 use crate::geometry::{Enclosure, InsideRule, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
+use rayon::prelude::*;
 
 /// Outline of an element across the build direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +29,27 @@ pub struct Bead {
     pub footprint: Footprint,
     pub width: Length,
     pub height: Length,
+}
+
+impl Bead {
+    /// Width of the element along a unit vector: the distance of its two supporting planes.
+    pub fn width_along(&self, direction: Vec3) -> Length {
+        let [x, y, z] = direction.map(f64::abs);
+        let across = match self.footprint {
+            Footprint::Disc => x.hypot(y),
+            Footprint::Square => x + y,
+        };
+        self.width * across + self.height * z
+    }
+
+    /// The largest of all its widths.
+    pub fn widest(&self) -> Length {
+        let across = match self.footprint {
+            Footprint::Disc => self.width.as_mm(),
+            Footprint::Square => std::f64::consts::SQRT_2 * self.width.as_mm(),
+        };
+        Length::mm(across.hypot(self.height.as_mm()))
+    }
 }
 
 /// Cells along the width and the height of an element, finest first; a lattice takes the first that it has room for.
@@ -91,6 +114,22 @@ impl Cells {
         [x, y, z / self.stretch]
     }
 
+    /// Volume of the cells of one set that are not in another, centres within a box of the part's frame.
+    pub fn volume_in(&self, from: &Indicator, without: &Indicator, (lo, hi): (Vec3, Vec3)) -> Volume {
+        let cell = self.cell_mm();
+        let first = self.position([0; 3]);
+        let dims = self.grid.dims();
+        let index = |p: Vec3, a: usize| ((p[a] - first[a]) / cell[a]).clamp(-1.0, dims[a] as f64);
+        let range =
+            |a: usize| (index(lo, a).ceil().max(0.0) as usize)..((index(hi, a).floor() + 1.0) as usize).min(dims[a]);
+        let mut count = 0u64;
+        for (j, k) in range(2).flat_map(|k| range(1).map(move |j| (j, k))) {
+            let (a, b) = (from.row(j, k), without.row(j, k));
+            count += range(0).filter(|i| (a[i / 64] & !b[i / 64]) >> (i % 64) & 1 == 1).count() as u64;
+        }
+        self.cell_volume() * count as f64
+    }
+
     /// A mesh in the stretched frame, in the frame of the part.
     pub fn to_part(&self, mut mesh: TriangleMesh) -> TriangleMesh {
         mesh.vertices.iter_mut().for_each(|p| p[2] /= self.stretch);
@@ -145,6 +184,20 @@ impl Designed {
         Ok(Designed { element: cells.element(bead.footprint)?, cells, bead, shape })
     }
 
+    /// The shape grown by whole cells along every axis.
+    pub fn thickened(&self, cells: usize) -> Self {
+        let Enclosure { inner, centres, outer } = &self.shape;
+        let [inner, centres, outer] = [inner, centres, outer].map(|set| grown(set, cells));
+        Designed { shape: Enclosure { inner, centres, outer }, ..self.clone() }
+    }
+
+    /// The shape without what lies within whole cells of its outside, along every axis.
+    pub fn thinned(&self, cells: usize) -> Self {
+        let Enclosure { inner, centres, outer } = &self.shape;
+        let [inner, centres, outer] = [inner, centres, outer].map(|set| grown(&set.complement(), cells).complement());
+        Designed { shape: Enclosure { inner, centres, outer }, ..self.clone() }
+    }
+
     /// Number of cells of the element.
     pub fn element_cells(&self) -> u64 {
         self.element.cells()
@@ -194,6 +247,52 @@ impl AsPrinted {
         self.volumes([(&self.centres, &shape.centres), (&self.lower, &shape.outer), (&self.upper, &shape.inner)])
     }
 
+    /// Cells whose centre is void, certainly printed, and from which no cell that may stay open is as near as half the element: slots and
+    /// holes that close. The coat on a face that stays open is not among it.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    pub fn filled(&self) -> Result<Indicator> {
+        let reach = self.designed.cells.wide.max(self.designed.cells.high).div_ceil(2);
+        let open = grown(&self.lower.complement(), reach);
+        self.lower.difference(&self.designed.shape.centres)?.difference(&open)
+    }
+
+    /// Volume as printed: the estimate.
+    pub fn volume(&self) -> Volume {
+        self.designed.cells.cell_volume() * self.centres.count() as f64
+    }
+
+    /// The surface as printed in the frame of the part, on blocks of cells so large that at most `most` cover it.
+    ///
+    /// # Errors
+    /// As [`superlevel_surface`].
+    pub fn surface(&self, most: usize) -> Result<TriangleMesh> {
+        let grid = self.centres.grid();
+        let blocks = |side: usize| grid.dims().map(|n| n.div_ceil(side));
+        let side = (1..).find(|&side| blocks(side).iter().product::<usize>() <= most.max(1)).unwrap_or(1);
+        let coarse = Length::mm(grid.h() * side as f64);
+        let middle = 0.5 * grid.h() * (side as f64 - 1.0);
+        let target = Grid::new(grid.origin().map(|x| x + middle), coarse, blocks(side))?;
+        let share = 1.0 / (side * side * side) as f32;
+        let values: Vec<f32> = (0..target.samples())
+            .into_par_iter()
+            .map(|at| {
+                let first = target.index(at).map(|i| i * side);
+                let cells = (0..side * side * side).filter(|c| {
+                    self.centres.contains([
+                        first[0] + c % side,
+                        first[1] + c / side % side,
+                        first[2] + c / (side * side),
+                    ])
+                });
+                cells.count() as f32 * share
+            })
+            .collect();
+        let mesh = superlevel_surface(&Field::from_values(target, values, 0.0)?, 0.5)?;
+        Ok(self.designed.cells.to_part(mesh))
+    }
+
     fn volumes(&self, pairs: [(&Indicator, &Indicator); 3]) -> Result<[Volume; 3]> {
         let cell = self.designed.cells.cell_volume();
         let mut out = [cell; 3];
@@ -201,6 +300,14 @@ impl AsPrinted {
             *volume = cell * count_difference(from, without) as f64;
         }
         Ok(out)
+    }
+}
+
+/// A set grown by whole samples along every axis: A ⊕ [−reach, reach]³.
+fn grown(set: &Indicator, reach: usize) -> Indicator {
+    match Prism::new(1, 1, |_, _| true) {
+        Ok(cell) => cell.deposited(set, reach),
+        Err(_) => set.clone(),
     }
 }
 
@@ -288,6 +395,51 @@ mod tests {
         let opened = &all[4];
         assert!(opened.lower.is_subset(&opened.designed.shape.inner).unwrap());
         assert!(opened.centres.is_subset(&opened.designed.shape.centres).unwrap());
+    }
+
+    #[test]
+    fn a_slot_narrower_than_the_element_is_filled_and_a_wider_one_is_not() {
+        for shift in [[0.0; 3], [0.017, 0.05, 0.081], [0.1, 0.033, 0.02]] {
+            for (gap, fills) in [(0.2, true), (0.8, false)] {
+                let left = block([3.0, 2.0, 2.0], [shift[0] - 1.5 - 0.5 * gap, shift[1], shift[2]]);
+                let right = block([3.0, 2.0, 2.0], [shift[0] + 1.5 + 0.5 * gap, shift[1], shift[2]]);
+                let made = printed(&left.joined(&right), bead(0.4, 0.2, Footprint::Square), 0.5, 1 << 23);
+                let filled = made.filled().unwrap();
+                assert_eq!(!filled.is_empty(), fills, "{gap} at {shift:?}");
+                if fills {
+                    let cells = &made.designed.cells;
+                    let (_, counts) = filled.support_box().unwrap();
+                    assert!(counts[0] as f64 * cells.cell_mm()[0] < 0.2 + 1e-9, "only the slot is filled");
+                    // Wider by four cells of 1/15 mm on either side: 0.73 mm.
+                    let wider = made.designed.thinned(4).printed(0.5).unwrap();
+                    assert!(wider.filled().unwrap().is_empty());
+                }
+                let shown = made.surface(1 << 16).unwrap();
+                let growth = shown.signed_volume() / made.volume().as_mm3();
+                // Blocks of a few cells cut the edges.
+                assert!((growth - 1.0).abs() < 0.03, "{growth}");
+            }
+        }
+    }
+
+    #[test]
+    fn widths_are_those_of_a_disc_and_a_square() {
+        let disc = bead(0.4, 0.2, Footprint::Disc);
+        let square = bead(0.4, 0.2, Footprint::Square);
+        let close = |a: Length, b: f64| assert!((a.as_mm() - b).abs() < 1e-12, "{a} {b}");
+        close(disc.width_along([0.6, 0.8, 0.0]), 0.4);
+        close(square.width_along([0.6, 0.8, 0.0]), 0.56);
+        close(disc.width_along([0.0, 0.0, -1.0]), 0.2);
+        // The largest width is the diagonal, and no direction exceeds it.
+        for bead in [disc, square] {
+            let most = (0..400).map(|i| (i as f64 * 0.7).sin_cos()).flat_map(|(s, c)| {
+                (0..40)
+                    .map(move |j| (j as f64 * 0.04).sin_cos())
+                    .map(move |(t, u)| bead.width_along([s * u, c * u, t]).as_mm())
+            });
+            let most = most.fold(0.0, f64::max);
+            assert!(most <= bead.widest().as_mm() + 1e-12 && most > 0.99 * bead.widest().as_mm());
+        }
     }
 
     #[test]

@@ -106,6 +106,12 @@ pub const RULES: &[Rule] = &[
     Rule { key: "drain.suction", dimension: Dimension::Area, bound: Bound::Most },
     Rule { key: "topology", dimension: Dimension::Number, bound: Bound::Most },
     Rule { key: "offset", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "lost-feature", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "lost-feature.embossed", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "lost-feature.engraved", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "as-printed", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "as-printed.filled", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "blend", dimension: Dimension::Length, bound: Bound::Least },
 ];
 
 /// The rule of a key.

@@ -2,7 +2,9 @@
 //!
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
-use crate::shapes::{bar_through_itself, cuboid, facing, finned_bracket, flask, ramp, table};
+use crate::shapes::{
+    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, ramp, relief, ribbed, table,
+};
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
 
@@ -49,6 +51,10 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("hollow_sealed", cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0; 3]).flipped())),
         ("flask_020", flask(20.0, 16.0, 2.0)),
         ("basin", flask(20.0, 16.0, 15.0)),
+        ("rib_010", ribbed(0.1, 2.0)),
+        ("relief_050", relief()),
+        ("bracket_sharp", angle_bracket(0.0)),
+        ("bracket_round", angle_bracket(1.0)),
     ]
 }
 

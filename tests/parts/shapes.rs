@@ -174,3 +174,41 @@ pub fn flask(edge: f64, room: f64, neck: f64) -> TriangleMesh {
     facets.extend([[p, q, r], [p, r, s]]);
     TriangleMesh::weld(facets).transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [a; 3])
 }
+
+/// A plate of 20 × 8 × 4 mm with a rib across its top.
+pub fn ribbed(thick: f64, high: f64) -> TriangleMesh {
+    let (x, z) = (10.0 + thick, 4.0 + high);
+    let outline = [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [x, 4.0], [x, z], [10.0, z], [10.0, 4.0], [0.0, 4.0]];
+    sweep(&outline, &ears(&outline), 8.0)
+}
+
+/// A plate of 20 × 8 × 4 mm with a ridge 0.5 mm wide and a groove 0.3 mm wide, both 1 mm.
+pub fn relief() -> TriangleMesh {
+    let outline = [
+        [0.0, 0.0],
+        [20.0, 0.0],
+        [20.0, 4.0],
+        [14.3, 4.0],
+        [14.3, 3.0],
+        [14.0, 3.0],
+        [14.0, 4.0],
+        [5.5, 4.0],
+        [5.5, 5.0],
+        [5.0, 5.0],
+        [5.0, 4.0],
+        [0.0, 4.0],
+    ];
+    sweep(&outline, &ears(&outline), 8.0)
+}
+
+/// A bracket of two legs of 20 mm, 4 mm thick and 10 mm deep, whose inner corner has a fillet of a radius.
+pub fn angle_bracket(fillet: f64) -> TriangleMesh {
+    let mut outline = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 4.0]];
+    let steps = if fillet > 0.0 { 8 } else { 0 };
+    for i in 0..=steps {
+        let (s, c) = (std::f64::consts::FRAC_PI_2 * f64::from(i) / f64::from(steps.max(1))).sin_cos();
+        outline.push([4.0 + fillet * (1.0 - s), 4.0 + fillet * (1.0 - c)]);
+    }
+    outline.extend([[4.0, 20.0], [0.0, 20.0]]);
+    sweep(&outline, &ears(&outline), 10.0)
+}

@@ -63,6 +63,21 @@ pub const TABLE: &[Row] = &[
     row("AM602", "block", Pass, None, 0),
     row("AM602", "pair_100", Pass, None, 0),
     row("AM602", "pair_010", Warn, Some(0.05), 1),
+    row("AM106", "block", Pass, None, 0),
+    row("AM106", "rib_010", Warn, None, 1),
+    row("AM106", "relief_050", Warn, Some(0.3), 1),
+    Row { limits: &["lost-feature.engraved=0.3mm,0.3mm"], ..row("AM106", "relief_050", Warn, Some(0.5), 1) },
+    Row {
+        limits: &["lost-feature.engraved=0.3mm,0.3mm", "lost-feature.embossed=0.5mm,0.5mm"],
+        ..row("AM106", "relief_050", Pass, None, 0)
+    },
+    row("AM401", "block", Pass, None, 0),
+    row("AM401", "rib_010", Warn, None, 1),
+    Row { process: "sla", ..row("AM401", "block", Pass, None, 0) },
+    row("AM601", "block", Pass, None, 0),
+    row("AM601", "bracket_round", Pass, None, 0),
+    row("AM601", "bracket_sharp", Warn, Some(0.0), 1),
+    Row { limits: &["blend=0.4mm"], ..row("AM601", "bracket_sharp", Fail, Some(0.0), 1) },
 ];
 
 #[test]

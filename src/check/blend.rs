@@ -1,0 +1,337 @@
+//! AM601: concave edges sharper than the fillet that the process asks for.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, Spot, Witness};
+use super::place::{group_equal, locate, reported};
+use crate::error::Result;
+use crate::geometry::vector::{along, bounds};
+use crate::medial::cluster::principal_extents;
+use crate::medial::reflex::{ReflexEdge, joined, reflex_edges};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+use rayon::prelude::*;
+
+/// AM601 `blend`.
+pub struct Blend;
+
+/// A ball that stays further than this share of its radius from the bottom of a notch finds it sharp.
+const MISSED: f64 = 0.1;
+/// An edge bent by less belongs to no round, radians (2°).
+const FLAT: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// What turns further than this is a groove or a hole, no fillet, radians (150°).
+const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
+/// Height in fillet radii below which a step is relief, such as text.
+const RELIEF: f64 = 5.0;
+/// Places named one by one.
+const NAMED: usize = 12;
+
+static META: Meta = Meta {
+    code: "AM601",
+    name: "blend",
+    title: "Concave edges sharper than the fillet radius",
+    what: "Finds edges where two faces meet towards the void without a fillet, or with one of a smaller radius than asked, and \
+           gives their length and the radius that is there.",
+    why: "A sharp inner edge gathers stress and heat: it is where a part cracks in use, and in sintered and welded processes \
+          while it is made.",
+    how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
+          misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. Shallower edges \
+          side by side are the facets of a round, whose radius is that of the circle they are drawn about. The fillet that is \
+          suggested has been laid in at every edge, and the surface measured for whether the ball fits.",
+    limits: "Steps lower than five radii are relief and are not judged, nor is what is shorter than a radius. Grooves and holes that \
+             turn by more than 150 degrees are judged by narrow-gap and small-hole. Edges between bodies that only touch are \
+             not seen. The radius of a round is an estimate.",
+    source: "Rolling-ball blends as closings: J. R. Rossignac, A. A. G. Requicha, Offsetting operations in solid modelling, 1986. \
+             Limits: see the profile.",
+};
+
+impl Check for Blend {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let Some(limits) = limits_of(process, "blend") else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let radius = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
+        let edges = reflex_edges(part.mesh(), FLAT, |f| part.bounds_solid(f));
+        let sharp_bend = 2.0 * (1.0 / (1.0 + MISSED)).acos();
+        let (sharp, shallow): (Vec<ReflexEdge>, Vec<ReflexEdge>) = edges.iter().partition(|e| e.bend > sharp_bend);
+        let all_sharp = sharp.len();
+        let notches = Notches { part, context, limits, radius };
+        let chains = notches.chains(sharp);
+        let rounds = notches.rounds(&shallow);
+        let mut measured = Measured {
+            cover: format!(
+                "All {} concave edges were looked at, {all_sharp} of them bent by more than {:.0}°; steps lower than {} mm are relief \
+                 and were left out.",
+                edges.len(),
+                sharp_bend.to_degrees(),
+                short(RELIEF * radius)
+            ),
+            rule: Some("blend"),
+            spent: 2 * all_sharp as u64,
+            ..Measured::default()
+        };
+        measured.findings.extend(notches.of_edges(&chains));
+        measured.findings.extend(rounds);
+        measured.worst = measured.findings.iter().min_by(|a, b| a.value.total_cmp(&b.value)).map(|f| Worst {
+            bracket: Bracket { value: f.value, low: f.low, high: f.high },
+            unit: "mm",
+            at: Some(part.to_build(f.at_mm)),
+        });
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+struct Notches<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    limits: Limits,
+    /// The radius asked for.
+    radius: f64,
+}
+
+/// Sharp edges end to end.
+struct Chain {
+    edges: Vec<ReflexEdge>,
+    length: f64,
+}
+
+impl Notches<'_> {
+    /// The sharp edges that are no relief, joined where they share a vertex, longest first.
+    fn chains(&self, sharp: Vec<ReflexEdge>) -> Vec<Chain> {
+        let edges: Vec<ReflexEdge> = sharp.into_iter().filter(|e| !self.is_relief(e)).collect();
+        let mut chains: Vec<Chain> = joined(&edges, |e| e.ends.to_vec())
+            .into_iter()
+            .map(|members| {
+                let edges: Vec<ReflexEdge> = members.into_iter().map(|i| edges[i]).collect();
+                Chain { length: edges.iter().map(|e| e.length).sum(), edges }
+            })
+            .filter(|c| c.length >= self.radius)
+            .collect();
+        chains.sort_by(|a, b| b.length.total_cmp(&a.length));
+        chains
+    }
+
+    /// Whether one of the two faces ends within a few radii of the edge.
+    fn is_relief(&self, edge: &ReflexEdge) -> bool {
+        let step = RELIEF * self.radius;
+        edge.along_facets(self.part.mesh()).iter().any(|&way| {
+            let beyond = along(edge.middle, way, step);
+            self.part.distance().nearest(beyond, 0.25 * step).is_none()
+        })
+    }
+
+    /// Whether a ball of the asked radius rests in the edge without meeting anything else.
+    fn fits(&self, edge: &ReflexEdge) -> bool {
+        // The two contacts are at the radius itself.
+        let clear = self.radius * (1.0 - 1e-6) - 2.0 * self.part.step();
+        self.part.distance().nearest(edge.fillet_centre(self.radius), clear).is_none()
+    }
+
+    /// All sharp edges as one finding.
+    fn of_edges(&self, chains: &[Chain]) -> Option<Finding> {
+        let longest = chains.first()?;
+        let lead = longest.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
+        let mut f =
+            Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.step());
+        let vertices = chains.iter().flat_map(|c| &c.edges).flat_map(|e| e.ends);
+        let extent = bounds(vertices.map(|v| self.part.mesh().vertices[v as usize]))?;
+        locate(&mut f, self.part, self.context, lead.middle, extent);
+        f.count = chains.len() as u64;
+        f.places = chains
+            .iter()
+            .take(NAMED)
+            .filter_map(|c| c.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length)))
+            .map(|e| Spot { at_mm: reported(self.part, e.middle), value: 0.0, low: 0.0, high: 0.0 })
+            .collect();
+        let ends = lead.ends.map(|v| reported(self.part, self.part.mesh().vertices[v as usize]));
+        f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });
+        let all: f64 = chains.iter().map(|c| c.length).sum();
+        let (mut fitting, mut filled) = (0.0, 0.0);
+        for e in chains.iter().flat_map(|c| &c.edges).filter(|e| self.fits(e)) {
+            fitting += e.length;
+            filled += e.length * e.fillet_section(self.radius);
+        }
+        let noun =
+            if chains.len() == 1 { "concave edge is".into() } else { format!("{} concave edges are", chains.len()) };
+        f.message = format!("{noun} sharp, {} mm in all, the longest {} mm", rounded(all), rounded(longest.length));
+        f.volume_mm3 = Some(report_digits(filled));
+        let r = short(self.radius);
+        f.fix = if fitting >= 0.999 * all {
+            format!(
+                "round with a radius of {r} mm: it fits everywhere, checked on the surface, and adds {} mm³",
+                rounded(filled)
+            )
+        } else if fitting > 0.0 {
+            format!(
+                "round with a radius of {r} mm: checked on the surface, it fits along {} of {} mm and adds {} mm³; elsewhere there is no \
+                 room for it",
+                rounded(fitting),
+                rounded(all),
+                rounded(filled)
+            )
+        } else {
+            format!(
+                "nowhere is there room for a radius of {r} mm: widen the notch to {} mm first",
+                short(2.0 * self.radius)
+            )
+        };
+        Some(f)
+    }
+
+    /// Rounds of a smaller radius than asked.
+    fn rounds(&self, shallow: &[ReflexEdge]) -> Vec<Finding> {
+        let tight: Vec<ReflexEdge> = shallow
+            .par_iter()
+            .filter(|e| e.inscribed_radius() < 0.98 * self.radius && self.misses(e))
+            .copied()
+            .collect();
+        let triangles = &self.part.mesh().triangles;
+        let corners = |e: &ReflexEdge| e.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
+        let mut findings: Vec<Finding> = joined(&tight, corners)
+            .into_iter()
+            .filter_map(|members| self.round(&members.into_iter().map(|i| tight[i]).collect::<Vec<_>>()))
+            .collect();
+        findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+        let mut grouped = group_equal(findings, 0.05 * self.radius);
+        for f in &mut grouped {
+            let value = rounded(f.value);
+            f.message = match f.count {
+                1 => format!("fillet of about {value} mm"),
+                n => format!("{n} fillets of about {value} mm"),
+            };
+            f.fix = format!("enlarge the radius by {} mm to {} mm", rounded(self.radius - f.value), short(self.radius));
+            f.places.truncate(NAMED);
+        }
+        grouped
+    }
+
+    /// Whether a ball of the asked radius comes down over an edge and stays more than a tenth of it away.
+    ///
+    /// The ball moves out from the edge by what it lacks until it is clear: no place before is, for the distance changes by at
+    /// most the way. One that is not clear within its radius over cos 75° lies in a groove or a hole.
+    fn misses(&self, edge: &ReflexEdge) -> bool {
+        let r = self.radius;
+        let outward = edge.outward();
+        let mut away = (1.0 + MISSED) * r;
+        for looks in 0..40 {
+            let Some(near) = self.part.distance().nearest(along(edge.middle, outward, away), r * (1.0 - 1e-6)) else {
+                return looks > 0;
+            };
+            away += r - near.distance;
+            if away > r / (0.5 * GROOVE).cos() {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// One round, if it is long enough to be a fillet.
+    fn round(&self, edges: &[ReflexEdge]) -> Option<Finding> {
+        let mut radii: Vec<f64> = edges.iter().map(ReflexEdge::inscribed_radius).collect();
+        radii.sort_by(f64::total_cmp);
+        let radius = *radii.get(radii.len() / 2)?;
+        let lead = edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
+        let ends: Vec<_> = edges.iter().flat_map(|e| e.ends).map(|v| self.part.mesh().vertices[v as usize]).collect();
+        if principal_extents(&ends)[0] < RELIEF * self.radius {
+            return None;
+        }
+        let bracket = Bracket::new(radius, *radii.first()?, radius / (0.5 * lead.bend).cos());
+        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.step());
+        locate(&mut f, self.part, self.context, lead.middle, bounds(ends)?);
+        Some(f)
+    }
+}
+
+/// Three digits, for sentences.
+fn rounded(x: f64) -> String {
+    let digits = if x.abs() >= 100.0 { 1.0 } else { 1e3 };
+    short((x * digits).round() / digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::TriangleMesh;
+    use crate::part::Up;
+
+    /// A bracket of 20 × 20 mm, 4 mm thick, 30 mm deep, with a fillet of a radius in so many facets, turned and moved.
+    fn bracket(fillet: f64, facets: usize, degrees: f64) -> Part {
+        let mut outline = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 4.0]];
+        for i in 0..=facets {
+            let a = std::f64::consts::FRAC_PI_2 * i as f64 / facets.max(1) as f64;
+            // From the foot of the arc to its top; a radius of 0 leaves the corner.
+            let at = [4.0 + fillet * (1.0 - a.sin()), 4.0 + fillet * (1.0 - a.cos())];
+            if fillet > 0.0 || i == 0 {
+                outline.push(at);
+            }
+        }
+        outline.extend([[4.0, 20.0], [0.0, 20.0]]);
+        let n = outline.len();
+        let at = |i: usize, y: f64| [outline[i % n][0], y, outline[i % n][1]];
+        let mut triangles = Vec::new();
+        for i in 0..n {
+            triangles.push([at(i, 0.0), at(i + 1, 30.0), at(i + 1, 0.0)]);
+            triangles.push([at(i, 0.0), at(i, 30.0), at(i + 1, 30.0)]);
+        }
+        // The outline is a star about its outer corner.
+        for i in 1..n - 1 {
+            triangles.push([at(0, 0.0), at(i, 0.0), at(i + 1, 0.0)]);
+            triangles.push([at(0, 30.0), at(i + 1, 30.0), at(i, 30.0)]);
+        }
+        let mesh = TriangleMesh::weld(triangles);
+        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+        let (s, c) = degrees.to_radians().sin_cos();
+        let turned = mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [3.7, -1.3, 0.4]);
+        Part::new(turned, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    fn judge(part: &Part, limit: &str) -> Measured {
+        let mut process = Process::named("fdm").unwrap();
+        process.override_limit(&format!("blend={limit}")).unwrap();
+        match Blend.run(part, &process, &Context { refine: 1_000_000, spacing_mm: 0.2 }).unwrap() {
+            Outcome::Measured(m) => *m,
+            Outcome::NotApplicable(why) => panic!("{why}"),
+        }
+    }
+
+    #[test]
+    fn a_sharp_notch_is_found_with_its_length_and_the_fillet_that_fits() {
+        for degrees in [0.0, 17.0, 45.0, 90.0] {
+            let found = judge(&bracket(0.0, 0, degrees), "0.5mm").findings;
+            assert_eq!((found.len(), found[0].count, found[0].kind.as_str()), (1, 1, "edge"));
+            assert_eq!((found[0].value, found[0].high), (0.0, 0.0));
+            assert!(found[0].message.contains("30 mm in all"), "{}", found[0].message);
+            // 30 mm of r²·(1 − π/4).
+            let filled = 30.0 * 0.25 * (1.0 - std::f64::consts::FRAC_PI_4);
+            assert!((found[0].volume_mm3.unwrap() - filled).abs() < 1e-5 && found[0].fix.contains("fits everywhere"));
+        }
+    }
+
+    #[test]
+    fn a_fillet_passes_from_its_radius_on_and_is_measured_below() {
+        for degrees in [0.0, 31.0] {
+            for facets in [6, 12, 24] {
+                let part = bracket(1.0, facets, degrees);
+                assert!(judge(&part, "0.9mm").findings.is_empty());
+                assert!(judge(&part, "1mm").findings.is_empty());
+                let found = judge(&part, "2mm").findings;
+                assert_eq!((found.len(), found[0].kind.as_str()), (1, "round"), "{facets}: {found:?}");
+                // The chords of an inscribed arc lie within a sagitta of it: 1 − cos(π/4n), twice for the end facets.
+                let slack = 2.0 * (1.0 - (std::f64::consts::FRAC_PI_4 / facets as f64).cos());
+                assert!((found[0].value - 1.0).abs() <= slack + 1e-9, "{facets}: {}", found[0].value);
+            }
+        }
+    }
+
+    #[test]
+    fn convex_parts_and_low_steps_are_left_alone() {
+        let ball = crate::geometry::Primitive::parse("ball:5mm").unwrap().mesh(crate::units::Length::mm(0.01));
+        assert!(judge(&Part::new(ball, Up::PlusZ, 1e-6, 1.0).unwrap(), "1mm").findings.is_empty());
+        // Walls of 16 mm are a step lower than five radii of 5 mm.
+        assert!(judge(&bracket(0.0, 0, 0.0), "5mm").findings.is_empty());
+    }
+}

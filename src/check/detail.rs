@@ -1,0 +1,163 @@
+//! Fine sheets of material or void, found on the mesh: what AM106 judges.
+
+use super::contract::Context;
+use crate::geometry::health::Role;
+use crate::geometry::vector::{Vec3, bounds, sub, unit};
+use crate::medial::chord::PARALLEL;
+use crate::medial::cluster::{group, principal_extents};
+use crate::medial::{Cover, Question, Sample, Shape, Side};
+use crate::part::Part;
+
+/// What rises or sinks by no more than this is relief, millimetres.
+pub const RELIEF_MM: f64 = 2.0;
+/// A group that thins to less than this share of the width sought runs out to an edge: only what is parallel in it counts.
+const RUN_OUT: f64 = 0.3;
+
+/// What is sought: everything thinner than a width, on one side of the surface.
+pub struct Sought<'a> {
+    pub part: &'a Part,
+    pub context: &'a Context,
+    pub side: Side,
+    pub width: f64,
+}
+
+/// What was found.
+pub struct Found<'a> {
+    part: &'a Part,
+    width: f64,
+    link: f64,
+    samples: Vec<Sample>,
+    /// Nothing thinner is missing but what is smaller than this.
+    pub finest: f64,
+    pub evaluations: u64,
+}
+
+/// One sheet, rod or speck.
+#[derive(Debug, Clone)]
+pub struct Detail {
+    pub thinnest: Thin,
+    /// No ball in it is smaller.
+    pub low: f64,
+    pub area: f64,
+    /// Area times thickness: the volume between its sides.
+    pub volume: f64,
+    /// Box around its contacts.
+    pub extent: (Vec3, Vec3),
+    /// Sides of its middle surface, longest first.
+    pub spans: [f64; 3],
+}
+
+/// A ball between two opposing sides.
+#[derive(Debug, Clone, Copy)]
+pub struct Thin {
+    pub centre: Vec3,
+    pub contacts: [Vec3; 2],
+    pub diameter: f64,
+}
+
+impl Thin {
+    /// Unit vector from side to side.
+    pub fn direction(&self) -> Vec3 {
+        unit(sub(self.contacts[1], self.contacts[0]))
+    }
+}
+
+impl From<&Sample> for Thin {
+    fn from(s: &Sample) -> Self {
+        Thin { centre: s.centre, contacts: s.contacts, diameter: s.diameter }
+    }
+}
+
+impl<'a> Sought<'a> {
+    /// Searches by branch and bound.
+    pub fn search(&self) -> Found<'a> {
+        let tie = self.part.step();
+        let question = Question {
+            fail: 0.0,
+            warn: self.width - tie,
+            notice: 1.02 * self.width,
+            resolution: 0.75 * self.width,
+            tolerance: 2.0 * tie,
+            budget: self.context.refine / 256,
+        };
+        let cover = Cover::search(self.part.distance(), self.part.features(self.side), &question);
+        let body = |facet: u32| self.part.health().facet_body.get(facet as usize).copied();
+        let samples = cover
+            .samples
+            .into_iter()
+            .filter(|s| s.shape == Shape::Sheet && body(s.facet) == body(s.opposite) && !self.is_sealed(s.facet))
+            .collect();
+        let open = cover.unresolved.iter().map(|u| u.extent).fold(question.finest(), f64::max);
+        Found {
+            part: self.part,
+            width: self.width,
+            link: 1.5 * question.resolution,
+            samples,
+            finest: (1e3 * open).ceil() / 1e3,
+            evaluations: cover.evaluations,
+        }
+    }
+}
+
+impl Sought<'_> {
+    /// Whether a facet bounds a void that is closed on all sides: nobody reads what is inside.
+    fn is_sealed(&self, facet: u32) -> bool {
+        let health = self.part.health();
+        let shell = health.facet_shell.get(facet as usize).and_then(|&s| health.shells.get(s as usize));
+        self.side == Side::Void && shell.is_some_and(|s| s.role == Role::Cavity)
+    }
+}
+
+impl Found<'_> {
+    /// The sheets made of those balls that are wanted, largest first; wedges are left out but for what is parallel in them.
+    pub fn sheets(&self, wanted: impl Fn(&Thin) -> bool) -> Vec<Detail> {
+        let chosen: Vec<Sample> = self.samples.iter().filter(|s| wanted(&Thin::from(*s))).copied().collect();
+        let body = |s: &Sample| self.part.health().facet_body.get(s.facet as usize).map_or(0, |&b| u64::from(b));
+        let corners = |f: u32| self.part.mesh().triangles[f as usize];
+        let mut out: Vec<Detail> = group(&chosen, self.link, body, corners)
+            .into_iter()
+            .filter_map(|members| {
+                let samples: Vec<Sample> = members.into_iter().map(|i| chosen[i]).collect();
+                let runs_out = samples.iter().any(|s| s.low < RUN_OUT * self.width);
+                if !runs_out {
+                    return summed(&samples);
+                }
+                let parallel = |s: &&Sample| s.separation >= PARALLEL && s.low >= 1e-3 * self.width;
+                summed(&samples.iter().filter(parallel).copied().collect::<Vec<_>>())
+                    .filter(|d| d.area >= self.width * self.width)
+            })
+            .collect();
+        out.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+        out
+    }
+}
+
+fn summed(samples: &[Sample]) -> Option<Detail> {
+    let thinnest = samples.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
+    Some(Detail {
+        thinnest: Thin::from(thinnest),
+        low: samples.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
+        area: 0.5 * samples.iter().map(|s| s.area).sum::<f64>(),
+        volume: 0.5 * samples.iter().map(|s| s.area * s.diameter).sum::<f64>(),
+        extent: bounds(samples.iter().flat_map(|s| s.contacts))?,
+        spans: principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>()),
+    })
+}
+
+impl Detail {
+    /// What it looks like.
+    pub fn noun(&self) -> &'static str {
+        if self.spans[0] < self.thinnest.diameter {
+            "speck"
+        } else if self.spans[1] < 0.5 * self.thinnest.diameter {
+            "rod"
+        } else {
+            "sheet"
+        }
+    }
+
+    /// Whether it is a low ridge or a shallow groove.
+    pub fn is_relief(&self) -> bool {
+        self.noun() == "sheet" && self.spans[1] <= RELIEF_MM
+    }
+}

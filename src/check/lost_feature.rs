@@ -1,0 +1,232 @@
+//! AM106: material that the process' element cannot make at all, and detail too fine to read.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::detail::{Detail, Sought};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::place::{group_equal, locate, reported};
+use super::trial::Trial;
+use crate::error::Result;
+use crate::geometry::vector::{add, scale, sub, unit};
+use crate::medial::Side;
+use crate::morphology::Bead;
+use crate::part::{Part, bead_of};
+use crate::process::Process;
+use crate::units::{report_digits, short};
+
+/// AM106 `lost-feature`.
+pub struct LostFeature;
+
+/// Places whose volume is measured on a lattice of their own.
+const MEASURED: usize = 6;
+
+static META: Meta = Meta {
+    code: "AM106",
+    name: "lost-feature",
+    title: "Material that the process' element cannot make",
+    what: "Finds sheets, rods and specks that the least element of the process (its bead, spot or pixel, one layer high) does not fit \
+           into: what the opening of the part by that element removes altogether. Raised and engraved detail that prints, but \
+           narrower than the process shows it, is named apart.",
+    why: "A slicer drops such material without a word, or prints it wider than drawn.",
+    how: "Every pair of opposing features is searched as for thin-wall. A sheet with normal n is lost if it is thinner than the \
+          element along n. Its volume is counted on a lattice that divides the element, once with cells wholly inside and once with \
+          all cells touched. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
+          counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
+          opening taken again.",
+    limits: "Detail is a sheet of at most 2 mm height; relief lower than half its width, and pins, are not looked at here. \
+             Volume is bracketed for the box around the place, edge rounding inside the box included.",
+    source: "Opening: G. Matheron, Random Sets and Integral Geometry, 1975. Limits: see the profile.",
+};
+
+impl Check for LostFeature {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let lost = limits_of(process, "lost-feature");
+        let [raised, engraved] = ["lost-feature.embossed", "lost-feature.engraved"].map(|k| limits_of(process, k));
+        if lost.is_none() && raised.is_none() && engraved.is_none() {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        }
+        let bead = bead_of(process);
+        let widest = |limits: Option<Limits>| limits.and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
+        let mut measured = Measured { rule: lost.map(|_| "lost-feature"), ..Measured::default() };
+        let sought = Sought { part, context, side: Side::Material, width: bead.widest().as_mm().max(widest(raised)) };
+        let found = sought.search();
+        measured.spent += found.evaluations;
+        let mut covered = format!(
+            "No material thinner than {} mm over more than {} mm was left out",
+            short(bead.widest().as_mm()),
+            short(found.finest)
+        );
+        if let Some(limits) = lost {
+            let gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.step());
+            let places = gone.len();
+            let judge = Lost { part, context, bead, limits };
+            let mut findings = Vec::new();
+            for (i, detail) in gone.iter().enumerate() {
+                findings.push(judge.finding(detail, i < MEASURED)?);
+            }
+            measured.worst = Some(findings.iter().max_by(|a, b| a.value.total_cmp(&b.value)).map_or(
+                Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None },
+                |f| Worst {
+                    bracket: Bracket { value: f.value, low: f.low, high: f.high },
+                    unit: "mm3",
+                    at: Some(part.to_build(f.at_mm)),
+                },
+            ));
+            measured.findings.extend(one_by_state(findings));
+            covered.push_str(&format!(
+                "; {places} places are lost to an element of {} × {} mm",
+                short(bead.width.as_mm()),
+                short(bead.height.as_mm())
+            ));
+        }
+        if let Some(limits) = raised {
+            let fine = found.sheets(|s| {
+                s.diameter < widest(raised) - part.step()
+                    && s.diameter >= bead.width_along(s.direction()).as_mm() - part.step()
+            });
+            measured.findings.extend(details(part, context, &fine, limits, "embossed-detail"));
+        }
+        if let Some(limits) = engraved {
+            let fused = limits_of(process, "narrow-gap").and_then(|l| l.fail).unwrap_or(0.0);
+            let sought = Sought { part, context, side: Side::Void, width: widest(engraved) };
+            let found = sought.search();
+            measured.spent += found.evaluations;
+            let fine =
+                found.sheets(|s| s.diameter < widest(engraved) - part.step() && s.diameter >= fused - part.step());
+            measured.findings.extend(details(part, context, &fine, limits, "engraved-detail"));
+        }
+        measured.cover = covered + ".";
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// Places that vanish.
+struct Lost<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    bead: Bead,
+    limits: Limits,
+}
+
+impl Lost<'_> {
+    fn finding(&self, detail: &Detail, on_lattice: bool) -> Result<Finding> {
+        let normal = detail.thinnest.direction();
+        let needed = self.bead.width_along(normal).as_mm();
+        let trial = if on_lattice { Trial::around(self.part, self.bead, detail.extent, 1.0)? } else { None };
+        let counted = trial.as_ref().map(Trial::lost);
+        let about = detail.volume;
+        let (bracket, basis) = match counted {
+            Some([low, high]) => (Bracket::new(about.clamp(low, high), low, high), Basis::Certified),
+            None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
+        };
+        let mut f = Finding::judged(META.code, "lost", bracket, basis, self.limits, "mm3", 0.0);
+        let t = &detail.thinnest;
+        locate(&mut f, self.part, self.context, t.centre, detail.extent);
+        f.area_mm2 = Some(report_digits(detail.area));
+        f.volume_mm3 = Some(report_digits(bracket.value));
+        let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(self.part, p));
+        f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
+        f.message = format!(
+            "{} of {} mm is lost: the element is {} mm wide across it; {} mm³",
+            detail.noun(),
+            three(t.diameter),
+            three(needed),
+            three(bracket.value)
+        );
+        let missing = needed - t.diameter;
+        let steps = match &trial {
+            Some(trial) => trial.thickened(normal, missing)?,
+            None => None,
+        };
+        f.fix = match (&trial, steps) {
+            (Some(trial), Some(steps)) => {
+                let added = steps as f64 * trial.step_along(normal);
+                let to = t.diameter + added;
+                format!("thicken by {} mm to {} mm; checked: none of it is lost then", three(added), three(to))
+            }
+            _ => {
+                format!("thicken by {} mm to {} mm, the width of the element across it", three(missing), three(needed))
+            }
+        };
+        Ok(f)
+    }
+}
+
+/// Findings of detail that is narrower than the process shows.
+fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kind: &str) -> Vec<Finding> {
+    let limit = limits.warn.or(limits.fail).unwrap_or(0.0);
+    let mut findings: Vec<Finding> = found
+        .iter()
+        .filter(|d| d.is_relief())
+        .map(|d| {
+            let t = &d.thinnest;
+            let bracket = Bracket::new(t.diameter, d.low, t.diameter);
+            let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, limits, "mm", part.step());
+            locate(&mut f, part, context, t.centre, d.extent);
+            f.area_mm2 = Some(report_digits(d.area));
+            let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(part, p));
+            f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
+            f.fix = if has_room(part, d, limit) { "room".into() } else { String::new() };
+            f
+        })
+        .collect();
+    findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+    // One finding for a family of strokes: an inscription is one place to change.
+    let roomy = findings.iter().filter(|f| f.fix == "room").count();
+    let all = findings.len();
+    let mut grouped = group_equal(findings, limit);
+    for f in &mut grouped {
+        let noun = if kind == "embossed-detail" { "raised detail" } else { "engraved detail" };
+        f.message = match f.count {
+            1 => format!("{noun} {} mm wide", three(f.value)),
+            n => format!("{n} strokes of {noun}, the finest {} mm wide", three(f.value)),
+        };
+        let factor = (1e2 * limit / f.value).ceil() / 1e2;
+        f.fix = if roomy == all {
+            format!(
+                "widen to {} mm: there is room for it, checked on the surface; or enlarge it {} times",
+                short(limit),
+                short(factor)
+            )
+        } else {
+            format!(
+                "enlarge it {} times, to {} mm: widened in place, {} of {all} strokes would meet their neighbours",
+                short(factor),
+                short(limit),
+                all - roomy
+            )
+        };
+    }
+    grouped
+}
+
+/// Whether a stroke can be widened to the limit without coming nearer than that to what lies beside it.
+fn has_room(part: &Part, d: &Detail, limit: f64) -> bool {
+    let t = &d.thinnest;
+    let grown = 0.5 * (limit - t.diameter);
+    [0, 1].iter().all(|&i| {
+        let outward = unit(sub(t.contacts[i], t.contacts[1 - i]));
+        // A ball on the new surface that is as wide as the limit.
+        let centre = add(t.contacts[i], scale(outward, grown + 0.5 * limit));
+        part.distance().nearest(centre, 0.5 * limit * 0.99).is_none()
+    })
+}
+
+/// What is not within its limit, largest first, as one finding for each state.
+pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
+    findings.retain(|f| f.state > State::Pass);
+    findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
+    let mut grouped = group_equal(findings, f64::INFINITY);
+    for f in grouped.iter_mut().filter(|f| f.count > 1) {
+        let all = three(f.volume_mm3.unwrap_or(f.value));
+        f.message = format!("{} places, {all} mm³ in all; the largest: {}", f.count, f.message);
+    }
+    grouped
+}
+
+fn three(x: f64) -> String {
+    short((x * 1e3).round() / 1e3)
+}
