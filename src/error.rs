@@ -41,6 +41,39 @@ impl fmt::Display for Place {
     }
 }
 
+/// What is wrong with a tool, or with the directions it comes from.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ToolFault {
+    /// No piece of it may touch the part.
+    #[error("it has no cutter")]
+    NoCutter,
+    /// A piece that must not touch stands beside, or below, one that may.
+    #[error("its {piece} begins {from_mm} mm above the tip, inside the cutter, which ends at {cutter_end_mm} mm")]
+    HolderInsideCutter { piece: &'static str, from_mm: f64, cutter_end_mm: f64 },
+    /// The cutter fits nowhere beside or inside the part.
+    #[error("its cutter is {cutter_mm:.3} mm wide and the longest side of the part {part_mm:.3} mm")]
+    LargerThanPart { cutter_mm: f64, part_mm: f64 },
+    /// Its surface has a boundary.
+    #[error("its mesh is open at {edges} edges")]
+    OpenMesh { edges: u64 },
+    /// It is to come from nowhere.
+    #[error("no direction is listed for it")]
+    NoDirections,
+}
+
+impl ToolFault {
+    /// What to try next, as one sentence.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            ToolFault::NoCutter => "give one piece role = \"cutter\", or for a mesh name a [[sharp]] point",
+            ToolFault::HolderInsideCutter { .. } => "list the pieces from the tip upwards: cutter, neck, holder",
+            ToolFault::LargerThanPart { .. } => "choose a tool no wider than the part, or check the unit of its sizes",
+            ToolFault::OpenMesh { .. } => "close the holes of the tool's mesh, or export a closed solid",
+            ToolFault::NoDirections => "list at least one direction",
+        }
+    }
+}
+
 /// Everything that can keep amcheck from answering.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -55,6 +88,10 @@ pub enum Error {
     /// A process, tool or accept file that cannot be used.
     #[error("{file}: {problem}")]
     Profile { file: String, place: Place, problem: String, remedy: String },
+
+    /// A tool that cannot be used as it is described, or on this part.
+    #[error("tool {tool}: {fault}")]
+    Tool { tool: String, fault: ToolFault },
 
     /// The operating system did not hand the input over.
     #[error("cannot read {path}: {reason}")]
@@ -108,6 +145,7 @@ impl Error {
             Error::Usage { .. } => "E001",
             Error::UnknownName { .. } => "E002",
             Error::Profile { .. } => "E003",
+            Error::Tool { .. } => "E004",
             Error::CannotRead { .. } => "E010",
             Error::Damaged { .. } => "E011",
             Error::Unsupported { .. } => "E012",
@@ -125,7 +163,11 @@ impl Error {
     /// The process exit code that belongs to this failure.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Usage { .. } | Error::UnknownName { .. } | Error::Profile { .. } | Error::Operand { .. } => 2,
+            Error::Usage { .. }
+            | Error::UnknownName { .. }
+            | Error::Profile { .. }
+            | Error::Tool { .. }
+            | Error::Operand { .. } => 2,
             Error::CannotRead { .. }
             | Error::Damaged { .. }
             | Error::Unsupported { .. }
@@ -161,6 +203,7 @@ impl Error {
             | Error::NotSolid { remedy, .. }
             | Error::TooLarge { remedy, .. }
             | Error::Operand { remedy, .. } => remedy.clone(),
+            Error::Tool { fault, .. } => fault.remedy().into(),
             Error::UnknownName { nearest: Some(name), .. } => format!("did you mean `{name}`?"),
             Error::UnknownName { known, .. } => format!("known are: {}", known.join(", ")),
             Error::CannotWrite { .. } => "choose another place with --out, or free some space".into(),

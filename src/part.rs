@@ -1,5 +1,10 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
+mod up;
+
+pub use up::Up;
+
+use crate::access::Setup;
 use crate::error::{Error, Result};
 use crate::geometry::health::{Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
@@ -13,32 +18,6 @@ use crate::units::Length;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
-
-/// Which way of the file points up in the build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Up {
-    #[default]
-    PlusZ,
-    MinusZ,
-    PlusX,
-    MinusX,
-    PlusY,
-    MinusY,
-}
-
-impl Up {
-    /// The rotation that brings this direction to +z.
-    pub fn rotation(self) -> [Vec3; 3] {
-        match self {
-            Up::PlusZ => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            Up::MinusZ => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
-            Up::PlusX => [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
-            Up::MinusX => [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
-            Up::PlusY => [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-            Up::MinusY => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
-        }
-    }
-}
 
 /// Two bodies, how near they come, and where.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,6 +49,7 @@ pub struct Part {
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
+    setups: OnceLock<Result<Vec<Setup>>>,
 }
 
 /// What one window may take, bytes.
@@ -127,6 +107,7 @@ impl Part {
             pairs: OnceLock::new(),
             solid: OnceLock::new(),
             printed: OnceLock::new(),
+            setups: OnceLock::new(),
         };
         part.choose_bounding_facets()?;
         Ok(part)
@@ -272,6 +253,17 @@ impl Part {
     pub fn cast_on(&mut self, grid: Grid) {
         self.grid = Some(grid);
         self.solid = OnceLock::new();
+    }
+
+    /// The part as tools see it from the directions between a cube's faces, edges and corners, from +z first: 26, or the six
+    /// axis directions where inside and outside come from the winding number. The first call's spacing and margin hold.
+    ///
+    /// # Errors
+    /// As [`Setup::cast`].
+    pub fn setups(&self, spacing: Length, margin: Length) -> Result<&[Setup]> {
+        let rule = if self.health.is_solid() { InsideRule::Crossings } else { InsideRule::Winding };
+        let cast = || Setup::all(&self.mesh, rule, spacing, margin);
+        self.setups.get_or_init(cast).as_deref().map_err(Clone::clone)
     }
 
     /// The part on its grid: inner, centres, outer and density.

@@ -15,6 +15,8 @@ pub const CHECKS: &[&dyn Check] = &[
     &super::trapped_volume::TrappedVolume,
     &super::drain::Drain,
     &super::topology::Topology,
+    &super::support_access::SupportAccess,
+    &super::tool_access::ToolAccess,
     &super::offset::Offset,
     &super::as_printed::AsPrinted,
     &super::blend::Blend,

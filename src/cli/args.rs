@@ -69,6 +69,10 @@ pub struct Judging {
     #[arg(long, value_name = "YEAR-MONTH-DAY")]
     pub today: Option<String>,
 
+    /// A tool for supports and surfaces, in place of the process' own: built in, a description, or a mesh; repeatable
+    #[arg(long = "tool", value_name = "NAME|FILE.toml|FILE.stl")]
+    pub tools: Vec<String>,
+
     /// Spacing of the sampling grid; chosen from the limits and the size if left out
     #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
     pub voxel: Option<String>,
@@ -136,6 +140,11 @@ pub enum Command {
     Make(Operation),
     /// The built-in processes with their limits and sources
     Processes,
+    /// The built-in tools; with a name, a drawing and the description of one
+    Tools {
+        /// end-mill-6, flush-cutter, … or a file
+        name: Option<String>,
+    },
     /// The JSON Schema of report.json
     Schema,
     /// Completions for a shell

@@ -8,7 +8,7 @@ use crate::analyze::{Analysis, Options, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
 use crate::io::{Salvage, read_path};
-use crate::process::{BUILTIN, Date, Process, Waiver, waivers};
+use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
 use crate::report::{Report, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
@@ -169,6 +169,9 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
         registry::find(&waiver.check)?;
     }
     let today = today(a, &process)?;
+    if !a.tools.is_empty() {
+        process.tools = Tools::of_user(super::tools::chosen(&a.tools)?);
+    }
     let mut o = Options::new(process);
     o.today = today;
     o.up = up(&a.up)?;

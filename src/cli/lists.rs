@@ -2,7 +2,7 @@
 
 use crate::check::registry;
 use crate::error::{Error, Result};
-use crate::process::{BUILTIN, LimitBasis, Process, rule};
+use crate::process::{BUILTIN, LimitBasis, Process, ToolChoice, rule};
 use crate::units::short;
 use std::fmt::Write;
 
@@ -10,7 +10,12 @@ use std::fmt::Write;
 const ERRORS: &[(&str, &str)] = &[
     ("E001", "An option or argument makes no sense as given. Exit code 2."),
     ("E002", "A name is not in the list it should be in; the nearest one is suggested. Exit code 2."),
-    ("E003", "A process file cannot be used: bad TOML, an unknown key, a value out of range. Exit code 2."),
+    ("E003", "A process or tool file cannot be used: bad TOML, an unknown key, a value out of range. Exit code 2."),
+    (
+        "E004",
+        "A tool cannot be used: no cutter, a holder inside the cutter, a cutter larger than the part, an open mesh, or no \
+              direction to come from. Exit code 2.",
+    ),
     ("E010", "The file could not be opened or read. Exit code 4."),
     (
         "E011",
@@ -88,6 +93,12 @@ pub fn processes() -> String {
             process.element.kind,
             short(process.element.width_mm)
         );
+        let names = |list: &[ToolChoice]| list.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(", ");
+        for (work, list) in [("supports", &process.tools.removal), ("surfaces", &process.tools.finishing)] {
+            if !list.is_empty() {
+                let _ = writeln!(text, "  tools for {work}: {}", names(list));
+            }
+        }
         for (key, limit) in &process.limits {
             let unit = rule(key).map_or("", |r| r.dimension.unit());
             let number =

@@ -12,6 +12,7 @@ mod operand;
 mod operate;
 mod progress;
 mod toolpath;
+mod tools;
 mod watch;
 mod words;
 

@@ -7,6 +7,7 @@ mod date;
 mod limit;
 mod profile;
 mod rule;
+mod tools;
 mod waiver;
 
 pub use builtin::{BUILTIN, builtin};
@@ -14,4 +15,5 @@ pub use date::Date;
 pub use limit::{Limit, LimitBasis};
 pub use profile::{Element, Process};
 pub use rule::{Bound, Dimension, RULES, Rule, rule};
+pub use tools::{TOOLS, ToolChoice, Tools};
 pub use waiver::{Region, Waiver, waivers};

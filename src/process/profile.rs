@@ -3,6 +3,7 @@
 use super::builtin::builtin;
 use super::limit::{Limit, LimitBasis};
 use super::rule::{RULES, Rule, rule};
+use super::tools::{ToolChoice, Tools};
 use super::waiver::{self, Waiver};
 use crate::error::{Error, Place, Result, nearest, printable};
 use std::collections::BTreeMap;
@@ -31,6 +32,8 @@ pub struct Process {
     /// Whether loose powder holds the part up, so that nothing overhangs.
     pub powder_supports: bool,
     pub element: Element,
+    /// What supports are taken off and surfaces are finished with.
+    pub tools: Tools,
     /// Keyed by rule.
     pub limits: BTreeMap<String, Limit>,
     /// What is accepted all the same, with reason and end.
@@ -68,7 +71,7 @@ impl Process {
             Some(parent) => Process { name: stem(file), ..Process::named(reader.string("inherits", parent)?)? },
             None => Process::blank(&stem(file)),
         };
-        reader.only(&table, "", &["inherits", "title", "machine", "element", "limits", "accept"])?;
+        reader.only(&table, "", &["inherits", "title", "machine", "element", "tools", "limits", "accept"])?;
         if let Some(title) = table.get("title") {
             process.title = reader.string("title", title)?.to_string();
         }
@@ -77,6 +80,9 @@ impl Process {
         }
         if let Some(element) = table.get("element") {
             reader.element(&mut process, element)?;
+        }
+        if let Some(tools) = table.get("tools") {
+            reader.tools(&mut process, tools, !built_in)?;
         }
         if let Some(limits) = table.get("limits") {
             reader.limits(&mut process, "", limits, !built_in)?;
@@ -95,6 +101,7 @@ impl Process {
             prints_supports: true,
             powder_supports: false,
             element: Element { kind: String::new(), width_mm: 0.0 },
+            tools: Tools::default(),
             limits: BTreeMap::new(),
             accept: Vec::new(),
         }
@@ -249,6 +256,28 @@ impl Reader<'_> {
         }
         if let Some(width) = table.get("width_mm") {
             process.element.width_mm = self.positive("width_mm", width)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the names of the tools.
+    fn tools(&self, process: &mut Process, value: &Value, own: bool) -> Result<()> {
+        let table = self.table("tools", value)?;
+        self.only(table, "tools.", &["removal", "finishing"])?;
+        for (key, value) in table {
+            let names = value.as_array().ok_or_else(|| {
+                self.bad(key, format!("`{key}` is not a list"), "write [\"flush-cutter\"]; see `amcheck tools`".into())
+            })?;
+            let choose = |name: &Value| {
+                ToolChoice::named(self.string(key, name)?).map_err(|e| self.bad(key, e.to_string(), e.remedy()))
+            };
+            let list = names.iter().map(choose).collect::<Result<Vec<_>>>()?;
+            if key == "removal" {
+                process.tools.removal = list
+            } else {
+                process.tools.finishing = list
+            }
+            process.tools.named |= own;
         }
         Ok(())
     }

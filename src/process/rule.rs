@@ -112,6 +112,8 @@ pub const RULES: &[Rule] = &[
     Rule { key: "as-printed", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "as-printed.filled", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "blend", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "support-access", dimension: Dimension::Volume, bound: Bound::Most },
+    Rule { key: "tool-access", dimension: Dimension::Area, bound: Bound::Most },
 ];
 
 /// The rule of a key.

@@ -9,6 +9,7 @@ mod fixture;
 mod page;
 mod render;
 
+use amcheck::access::{Inflation, Trio};
 use amcheck::field::Indicator;
 use amcheck::geometry::{TriangleMesh, occupancy};
 use amcheck::grid::Grid;
@@ -130,6 +131,25 @@ fn both_sets_enclose_every_fixture_in_eight_phases() {
                 assert!(outside.is_empty(), "{} h {h} phase {n}: {} below outside", case.entry.name, outside.len());
                 assert!(missing.is_empty(), "{} h {h} phase {n}: {} missing above", case.entry.name, missing.len());
             }
+        }
+    }
+}
+
+/// Cells of translations that are blocked or free for certain: the obstacle of a concave part, and of two of them, as `minkowski()`
+/// of one with the other reflected.
+#[test]
+fn blocked_and_free_cells_enclose_the_obstacle() {
+    for case in cases().iter().filter(|c| ["f04_L_tetra_obstacle", "f09_U_U"].contains(&c.fixture.name)) {
+        for n in 0..4 {
+            let [a, b] = case.sides(0.25, n);
+            let b = if case.fixture.operation == Operation::Sum { b.reflected() } else { b };
+            let trio = Trio::of_sides(&a, &b, Inflation::default()).unwrap();
+            let truth = case.truth(trio.free.grid());
+            let outside = case.certain(&trio.blocked.difference(&truth).unwrap());
+            let inside = case.certain(&trio.free.intersection(&truth).unwrap());
+            assert!(outside.is_empty() && inside.is_empty(), "{} phase {n}", case.entry.name);
+            let share = trio.undecided().unwrap().count() as f64 / truth.count() as f64;
+            assert!(share < 1.0 && !trio.blocked.is_empty(), "{} phase {n}: {share} undecided", case.entry.name);
         }
     }
 }

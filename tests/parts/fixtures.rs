@@ -31,6 +31,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         let x = 3.0 + 3.0 * i as f64;
         part.joined(&cuboid([x, 4.0, 4.0], [x + 0.15, 16.0, 16.0]).flipped())
     });
+    let hollow = block.clone().joined(&cuboid([5.0; 3], [15.0; 3]).flipped());
     let pair = |gap: f64| cuboid([0.0; 3], [10.0; 3]).joined(&cuboid([10.0 + gap, 0.0, 0.0], [20.0 + gap, 10.0, 10.0]));
     vec![
         ("block", block),
@@ -47,6 +48,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("table_hanging", table(4.0)),
         ("ramp_30", ramp(30.0)),
         ("ramp_45", ramp(45.0)),
+        ("block_cavity", hollow),
         ("finned_bracket", finned_bracket()),
         ("hollow_sealed", cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0; 3]).flipped())),
         ("flask_020", flask(20.0, 16.0, 2.0)),

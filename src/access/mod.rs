@@ -1,0 +1,34 @@
+//! What a tool, a nozzle or a probe can reach: tools, setups, obstacles, inaccessibility, reach, removal of supports.
+//!
+//! A tool T at rotation R and translation t is *free* if vol(X ∩ (R·T + t)) = 0: touching is no collision. What is said of
+//! a pose is certified by the part's inner and outer cubes; what is said of a place holds for the directions listed.
+
+mod disc;
+mod measure;
+mod meridian;
+mod obstacle;
+mod pose;
+mod reach;
+mod removal;
+mod setup;
+mod sight;
+mod stack;
+mod station;
+mod surface;
+mod tool;
+
+pub use disc::Disc;
+pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
+pub use meridian::{Meridian, Outline, Piece, Role, Support};
+pub use obstacle::{Inflation, Trio, obstacle_of_solid};
+pub use pose::{
+    Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, super_fibonacci, within_tilt,
+};
+pub use reach::{Reach, Standing, State, reach, strike};
+pub use removal::{Columns, Keeper, Removal, Stuck, remove};
+pub use setup::Setup;
+pub use sight::{grain_reach, line_of_sight};
+pub use stack::{Run, Sense, Stack};
+pub use station::{Stand, Station};
+pub use surface::{Patch, patches};
+pub use tool::{Basis, Body, SharpPoint, Tool};

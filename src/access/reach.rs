@@ -1,0 +1,363 @@
+//! What of a surface the tools of a list can touch from the directions of a list.
+
+use super::meridian::Meridian;
+use super::setup::Setup;
+use super::stack::{Sense, Stack};
+use super::station::{Stand, Station};
+use super::surface::Patch;
+use super::tool::Tool;
+use crate::error::{Error, Result, ToolFault};
+use crate::field::Indicator;
+use crate::geometry::MeshDistance;
+use crate::geometry::vector::{Vec3, dot, sub};
+use rayon::prelude::*;
+
+/// A tool and a direction of the lists, by which a patch is reached or nearly reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    pub tool: usize,
+    /// Index in the list of setups.
+    pub setup: usize,
+    pub tip: Vec3,
+}
+
+/// What is known of a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum State {
+    /// The cutter, free of the part, comes within the stand-off of its middle with nothing in between.
+    Reached { by: Standing, distance: f64 },
+    /// No listed tool touches any point of it from any listed direction.
+    Unreachable,
+    /// The spacing does not tell.
+    Open,
+}
+
+/// The states of all patches, and how near the tools come to those that are not reached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reach {
+    pub states: Vec<State>,
+    /// For patches that are not reached: how far the best tool stops short along its axis, and which.
+    pub short: Vec<Option<(f64, Standing)>>,
+    /// Setups that were looked at before all was reached.
+    pub setups_used: usize,
+}
+
+/// What tools can touch of patches of a part's surface.
+///
+/// Reached is meant with a stand-off, since a contact itself is never certain on a lattice: poses are certified free of every
+/// cube that the part touches. Unreachable is exact about contact: for a convex cutter the tips that touch a plane are known,
+/// and a patch is unreachable if at all of them the tool overlaps cubes that lie wholly in the part, in every setup.
+///
+/// # Errors
+/// [`Error::Tool`] without any setup, or for a cutter larger than the part.
+///
+/// # Cost
+/// Two dilations of the part's bits for each tool and setup, and a few dozen samples for each patch.
+pub fn reach(
+    patches: &[Patch],
+    tools: &[Tool],
+    setups: &[&Setup],
+    stand_off: f64,
+    view: &MeshDistance,
+) -> Result<Reach> {
+    if setups.is_empty() {
+        let tool = tools.first().map_or("list", |t| t.name.as_str()).to_string();
+        return Err(Error::Tool { tool, fault: ToolFault::NoDirections });
+    }
+    let mut found =
+        Reach { states: vec![State::Open; patches.len()], short: vec![None; patches.len()], setups_used: 0 };
+    let mut open: Vec<usize> = (0..patches.len()).collect();
+    let mut stations: Vec<(usize, usize, Station)> = Vec::new();
+    for (s, setup) in setups.iter().enumerate() {
+        if open.is_empty() {
+            break;
+        }
+        found.setups_used = s + 1;
+        for (t, tool) in tools.iter().enumerate() {
+            for turn in turns(tool, s) {
+                let station = Station::new(tool, setup, turn)?;
+                let axis = station.axis();
+                let stands: Vec<(usize, Option<Stand>)> = open
+                    .par_iter()
+                    .map(|&p| {
+                        (
+                            p,
+                            may_touch(tool, &patches[p], axis)
+                                .then(|| station.stand(&patches[p], stand_off, view))
+                                .flatten(),
+                        )
+                    })
+                    .collect();
+                for &(p, stand) in &stands {
+                    if let Some(Stand { distance, tip }) = stand {
+                        found.states[p] = State::Reached { by: Standing { tool: t, setup: s, tip }, distance };
+                    }
+                }
+                open = stands.into_iter().filter(|(_, s)| s.is_none()).map(|(p, _)| p).collect();
+                stations.push((t, s, station));
+            }
+        }
+    }
+    nearest(patches, &open, &stations, &mut found);
+    settle(patches, &open, tools, setups, &mut found);
+    Ok(found)
+}
+
+/// The rotations a tool is tried at in a setup: a coaxial one comes along the setup's direction, any other is turned to all
+/// 24 rotations of the axes in the first one.
+fn turns(tool: &Tool, setup: usize) -> Vec<Option<super::pose::Rotation>> {
+    match (tool.meridian(), setup) {
+        (Some(_), _) => vec![None],
+        (None, 0) => super::pose::axis_rotations().into_iter().map(Some).collect(),
+        (None, _) => Vec::new(),
+    }
+}
+
+/// Whether a tool can touch a patch at all that it comes to along an axis: one that widens upwards has nothing that looks up.
+fn may_touch(tool: &Tool, patch: &Patch, axis: Vec3) -> bool {
+    tool.meridian().is_none_or(|m| !m.widens_upwards() || dot(patch.normal, axis) > -1e-3)
+}
+
+/// How far the tools stop short of what is not reached.
+fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
+    let best = |&p: &usize| {
+        let patch = &patches[p];
+        let short = stations
+            .iter()
+            .filter(|(_, _, station)| may_touch(station.tool(), patch, station.axis()))
+            .filter_map(|(tool, setup, station)| {
+                station.retreat(patch).map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip }))
+            });
+        (p, short.min_by(|a, b| a.0.total_cmp(&b.0)))
+    };
+    let all: Vec<_> = open.par_iter().map(best).collect();
+    all.into_iter().for_each(|(p, short)| found.short[p] = short);
+}
+
+/// Which of the open patches are unreachable for certain.
+fn settle(patches: &[Patch], open: &[usize], tools: &[Tool], setups: &[&Setup], found: &mut Reach) {
+    // A shape of any kind may touch anywhere: nothing is said of it.
+    let certain = tools.iter().all(|t| t.meridian().is_some_and(|m| m.cutter_is_convex() && t.sharp.is_empty()));
+    if !certain || open.is_empty() {
+        return;
+    }
+    let mut hopeless: Vec<usize> = open.to_vec();
+    for setup in setups {
+        for meridian in tools.iter().filter_map(Tool::meridian) {
+            if hopeless.is_empty() {
+                return;
+            }
+            let surely = Stack::surely(meridian, setup.grid().spacing()).dilate(&setup.inner, Sense::Obstacle);
+            hopeless =
+                hopeless.into_par_iter().filter(|&p| cannot_touch(meridian, setup, &surely, &patches[p])).collect();
+        }
+    }
+    hopeless.into_iter().for_each(|p| found.states[p] = State::Unreachable);
+}
+
+/// Whether the tool, in every pose that touches any point of a patch, overlaps the part for certain.
+fn cannot_touch(m: &Meridian, setup: &Setup, surely: &Indicator, patch: &Patch) -> bool {
+    let [at, normal] = [patch.at, patch.normal].map(|p| setup.to_frame(p));
+    if m.widens_upwards() && normal[2] < -1e-3 {
+        return true;
+    }
+    let level = normal[0].hypot(normal[1]);
+    // Nearly level or upright counts as both, since coordinates are rounded.
+    let [level, rise] = [level, normal[2]].map(|c| if c.abs() < 1e-3 { 0.0 } else { c });
+    let Some(s) = m.support(level, rise) else { return false };
+    let outwards = if level > 0.0 { [-normal[0] / level, -normal[1] / level] } else { [0.0; 2] };
+    let flank = if m.widens_upwards() { s.height } else { s.flank.max(s.height) };
+    let touching = [outwards[0] * s.radius, outwards[1] * s.radius, s.height];
+    let tip = if s.flat > 0.0 { sub(at, [0.0, 0.0, s.height]) } else { sub(at, touching) };
+    let slack = patch.radius + s.radius * 2e-3;
+    let around = [s.flat + slack, s.flat + slack, slack];
+    let grid = surely.grid();
+    let low =
+        grid.continuous_index([0, 1, 2].map(|a| tip[a] - around[a] - if a == 2 { flank - s.height } else { 0.0 }));
+    let high = grid.continuous_index([0, 1, 2].map(|a| tip[a] + around[a]));
+    let dims = grid.dims();
+    let range = |a: usize| {
+        let (first, last) = ((low[a] - 0.5).ceil(), (high[a] + 0.5).floor());
+        (first >= 0.0 && last < dims[a] as f64).then_some(first as usize..=last as usize)
+    };
+    let (Some(x), Some(y), Some(z)) = (range(0), range(1), range(2)) else { return false };
+    let middle = grid.continuous_index(tip);
+    let most = (s.flat + slack) / grid.h() + 0.75;
+    z.into_iter().all(|k| {
+        y.clone().all(|j| {
+            x.clone().all(|i| {
+                let beside = (i as f64 - middle[0]).hypot(j as f64 - middle[1]);
+                (s.flat > 0.0 && beside > most) || surely.contains([i, j, k])
+            })
+        })
+    })
+}
+
+/// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.
+pub fn strike(tool: &Meridian, setup: &Setup, tip: Vec3) -> Option<(f64, Vec3)> {
+    let grid = setup.grid();
+    let (at, h) = (setup.to_frame(tip), grid.h());
+    let middle = grid.continuous_index(at);
+    let layers = (0..grid.dims()[2]).filter(|&k| k as f64 > middle[2] - 0.5);
+    layers.into_iter().find_map(|k| {
+        let z = (k as f64 - middle[2]) * h;
+        let r = tool.largest_within(z - 0.5 * h, z + 0.5 * h)?;
+        let span = |a: usize| {
+            let (lo, hi) = ((middle[a] - r / h).floor().max(0.0), (middle[a] + r / h).ceil().max(0.0));
+            lo as usize..=(hi as usize).min(grid.dims()[a] - 1)
+        };
+        let met = span(1).flat_map(|j| span(0).map(move |i| [i, j, k])).filter(|&index| {
+            let beside = [0, 1].map(|a| ((index[a] as f64 - middle[a]).abs() - 0.5).max(0.0) * h);
+            beside[0].hypot(beside[1]) < r && setup.inner.contains(index)
+        });
+        let off = |i: [usize; 3]| (i[0] as f64 - middle[0]).hypot(i[1] as f64 - middle[1]);
+        let nearest = met.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
+        Some((z.max(0.0), setup.to_part(grid.position(nearest))))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pose::{axis_directions, lattice_directions};
+    use super::super::surface::patches;
+    use super::super::tool::revolved;
+    use super::*;
+    use crate::geometry::{InsideRule, Primitive, TriangleMesh};
+    use crate::units::Length;
+
+    const H: Length = Length::mm(0.25);
+    /// Twice √3 spacings: what a contact needs on a lattice.
+    const STAND_OFF: f64 = 0.25 * 2.0 * 1.732_050_807_568_877_2;
+
+    /// A pin with a holder of 12 mm.
+    fn pin(diameter: f64, length: f64) -> Tool {
+        let text = format!(
+            "[[piece]]\nrole = \"cutter\"\ndiameter_mm = {diameter}\nlength_mm = {length}\n[[piece]]\nrole = \"holder\"\n\
+             diameter_mm = 12\nlength_mm = 30\n"
+        );
+        Tool::from_toml("pin", &text, |_| Ok(TriangleMesh::default())).unwrap()
+    }
+
+    struct Judged {
+        patches: Vec<Patch>,
+        reach: Reach,
+    }
+
+    impl Judged {
+        fn new(mesh: &TriangleMesh, tool: Tool, directions: &[Vec3]) -> Self {
+            let cast = |&d: &Vec3| Setup::cast(mesh, InsideRule::Crossings, d, H, Length::mm(4.0)).unwrap();
+            let setups: Vec<Setup> = directions.iter().map(cast).collect();
+            let patches = patches(mesh, 0.5, |_| true);
+            let list: Vec<&Setup> = setups.iter().collect();
+            let reach = reach(&patches, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap();
+            Judged { patches, reach }
+        }
+
+        /// Areas reached, unreachable and open among the patches that are wanted.
+        fn areas(&self, wanted: impl Fn(&Patch) -> bool) -> [f64; 3] {
+            let mut areas = [0.0; 3];
+            for (p, state) in self.patches.iter().zip(&self.reach.states).filter(|(p, _)| wanted(p)) {
+                areas[match state {
+                    State::Reached { .. } => 0,
+                    State::Unreachable => 1,
+                    State::Open => 2,
+                }] += p.area;
+            }
+            areas
+        }
+    }
+
+    /// A cylinder of radius 10 and height 20 mm with a bore of radius 3 mm, 12 mm deep from above.
+    fn cup() -> TriangleMesh {
+        revolved(&[(0.0, 0.0), (10.0, 0.0), (10.0, 20.0), (3.0, 20.0), (3.0, 8.0), (0.0, 8.0)], 96)
+    }
+
+    fn floor(p: &Patch) -> bool {
+        p.normal[2] > 0.9 && p.at[2] < 9.0
+    }
+
+    fn bore(p: &Patch, from: f64, to: f64) -> bool {
+        p.normal[2].abs() < 0.1 && p.at[0].hypot(p.at[1]) < 4.0 && (from..to).contains(&p.at[2])
+    }
+
+    #[test]
+    fn a_blind_hole_is_reached_as_deep_as_the_tool_is_long() {
+        let up = &axis_directions()[..1];
+        let long = Judged::new(&cup(), pin(3.0, 16.0), up);
+        let [reached, never, open] = long.areas(|p| floor(p) && p.at[0].hypot(p.at[1]) < 2.0);
+        assert!(reached > 10.0 && never == 0.0 && open == 0.0, "{reached} {never} {open}");
+        let short = Judged::new(&cup(), pin(3.0, 6.0), up);
+        let [reached, never, _] = short.areas(floor);
+        let area = std::f64::consts::PI * 9.0;
+        assert!(reached == 0.0 && never > 0.95 * area, "{reached} {never}");
+        // The holder stops at the rim, so the tip stops 6 mm short of the floor; a step, a cube, half the lattice.
+        for (p, short) in short.patches.iter().zip(&short.reach.short).filter(|(p, _)| floor(p)) {
+            let middle = p.at[0].hypot(p.at[1]) < 1.0;
+            let (by, _) = short.unwrap();
+            assert!(!middle || (by - 6.0).abs() <= 0.25 * (0.5 + 1.0 + 1.0), "{by}");
+        }
+        // Walls: the upper 6 mm can be touched, the rest not; two spacings on either side stay open.
+        let [reached, never, _] = short.areas(|p| bore(p, 15.0, 19.0));
+        assert!(never == 0.0 && reached > 60.0, "{reached} {never}");
+        let [reached, never, open] = short.areas(|p| bore(p, 8.5, 13.0));
+        assert!(reached == 0.0 && never > 70.0 && open == 0.0, "{reached} {never} {open}");
+    }
+
+    #[test]
+    fn a_tool_wider_than_the_hole_touches_nothing_in_it() {
+        let wide = Judged::new(&cup(), pin(9.0, 30.0), &axis_directions());
+        let [reached, never, _] = wide.areas(|p| floor(p) || bore(p, 8.0, 17.0));
+        assert!(reached == 0.0 && never > 170.0, "{reached} {never}");
+        let [reached, never, _] = wide.areas(|p| p.at[0].hypot(p.at[1]) > 9.9);
+        assert!(never == 0.0 && reached > 1200.0);
+    }
+
+    #[test]
+    fn an_undercut_is_reached_from_the_side_and_not_from_above() {
+        let profile =
+            [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0), (4.0, 5.0), (4.0, 15.0), (10.0, 15.0), (10.0, 20.0), (0.0, 20.0)];
+        let spool = revolved(&profile, 96);
+        let groove = |p: &Patch| p.at[0].hypot(p.at[1]) < 8.0 && (5.5..14.5).contains(&p.at[2]);
+        let all = axis_directions();
+        let above = Judged::new(&spool, pin(3.0, 9.0), &all[..2]);
+        let [reached, never, _] = above.areas(groove);
+        assert!(reached == 0.0 && never > 200.0, "{reached} {never}");
+        let side = Judged::new(&spool, pin(3.0, 9.0), &all);
+        // Beside the middle the flat end would strike the core before it is deep enough, and the corners are round: only what
+        // lies away from them is compared.
+        let middle = |p: &Patch| groove(p) && p.at[1].abs() < 0.5 && p.at[0] > 3.9;
+        let walls = |p: &Patch| (p.normal[2].abs() < 0.1 && (7.0..13.0).contains(&p.at[2])) || p.at[0] > 5.0;
+        let [reached, never, _] = side.areas(|p| middle(p) && walls(p));
+        assert!(never == 0.0 && reached > 5.0, "{reached} {never}");
+        let stand = side.patches.iter().zip(&side.reach.states).find(|(p, _)| middle(p) && walls(p));
+        let Some((_, State::Reached { by, .. })) = stand else { panic!("{stand:?}") };
+        assert_eq!(all[by.setup], [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_closed_cavity_is_reached_from_nowhere() {
+        let ball = |r: &str| Primitive::parse(r).unwrap().mesh(Length::mm(0.02));
+        let hollow = ball("ball:9mm").joined(&ball("ball:5mm").flipped());
+        let judged = Judged::new(&hollow, pin(1.0, 40.0), &lattice_directions());
+        let [reached, never, open] = judged.areas(|p| p.at.iter().map(|x| x * x).sum::<f64>() < 36.0);
+        assert!(reached == 0.0 && open == 0.0 && never > 300.0, "{reached} {never} {open}");
+        let [reached, never, _] = judged.areas(|p| p.at.iter().map(|x| x * x).sum::<f64>() > 36.0);
+        assert!(never == 0.0 && reached > 950.0, "{reached} {never}");
+    }
+
+    #[test]
+    fn directions_and_sizes_that_make_no_sense_are_errors() {
+        let mesh = cup();
+        let view = MeshDistance::new(&mesh);
+        let none = reach(&[], &[pin(3.0, 6.0)], &[], STAND_OFF, &view).unwrap_err();
+        assert!(matches!(none, Error::Tool { fault: ToolFault::NoDirections, .. }));
+    }
+
+    #[test]
+    fn what_strikes_first_is_named() {
+        let setup = Setup::cast(&cup(), InsideRule::Crossings, [0.0, 0.0, 1.0], H, Length::mm(4.0)).unwrap();
+        let tool = pin(3.0, 6.0);
+        let (height, at) = strike(tool.meridian().unwrap(), &setup, [0.0, 0.0, 8.0]).unwrap();
+        assert!((height - 6.0).abs() <= 0.5 && (at[2] - 14.0).abs() < 0.5, "{height} {at:?}");
+    }
+}

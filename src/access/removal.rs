@@ -1,0 +1,362 @@
+//! Which supports come off, in what order, and what keeps the others.
+
+use super::setup::{Setup, flipped};
+use super::stack::{Sense, Stack};
+use super::station::Station;
+use super::surface::Patch;
+use super::tool::Tool;
+use crate::error::{Error, Result, ToolFault};
+use crate::field::Indicator;
+use crate::geometry::MeshDistance;
+use crate::geometry::vector::{Vec3, along, distance, dot};
+use crate::morphology::{StructuringElement, dilate};
+use crate::topology::{Adjacency, components};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Points of a contact that are tried, from its rim inwards.
+const POINTS_TRIED: usize = 30;
+
+/// Supports as samples: all of them, those just below what they hold up, and those just above the part they stand on.
+#[derive(Debug, Clone, Copy)]
+pub struct Columns<'a> {
+    pub all: &'a Indicator,
+    pub heads: &'a Indicator,
+    pub feet: &'a Indicator,
+}
+
+/// What keeps a support from coming off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keeper {
+    /// The part itself.
+    Part,
+    /// Other supports that cannot be taken away either.
+    Supports,
+}
+
+/// A support that stays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stuck {
+    /// Component of the columns.
+    pub component: u32,
+    /// The contact that no tool reaches, by its point that a tool comes nearest to.
+    pub contact: Patch,
+    /// Area of that contact, mm².
+    pub area_mm2: f64,
+    /// How far the best tool stops short of it along its axis, the tool and its direction.
+    pub short: Option<(f64, usize, Vec3)>,
+    pub keeper: Keeper,
+}
+
+/// The order in which supports come off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Removal {
+    /// Number of supports: components of the columns over shared faces.
+    pub supports: usize,
+    /// Volume of each, mm³.
+    pub volumes: Vec<f64>,
+    /// Box of each, in the frame of the part.
+    pub boxes: Vec<(Vec3, Vec3)>,
+    /// Those that come off in each round.
+    pub rounds: Vec<Vec<u32>>,
+    /// Those that stay.
+    pub stuck: Vec<Stuck>,
+    /// The samples that stay.
+    pub remaining: Indicator,
+}
+
+/// A contact of a support: a connected patch of surface that it holds, or stands on.
+struct Contact {
+    component: u32,
+    points: Vec<Patch>,
+    area: f64,
+}
+
+/// Takes supports away in rounds: one goes when each of its contacts can be reached past the part and what is still standing,
+/// the supports themselves being cut back by the stand-off from their contacts.
+///
+/// A contact is reached if the cutter of a tool, free of part and standing supports, comes within the stand-off of one of its
+/// points with nothing of the part in between; up to 30 points are tried, from the rim inwards; contacts smaller than
+/// four squares of the grid tear off. `surface` are the patches of
+/// the part's surface, `setups` the directions, the first being +z in the part's frame, whose grid the columns stand on.
+/// Where the columns stand is an assumption, so the answer is an estimate.
+///
+/// # Errors
+/// [`Error::Tool`] without setups or for a tool that is not coaxial; [`Error::Operand`] if the grids differ.
+///
+/// # Cost
+/// For each tool and setup two dilations, one more in each further round.
+pub fn remove(
+    columns: Columns,
+    surface: &[Patch],
+    tools: &[Tool],
+    setups: &[&Setup],
+    stand_off: f64,
+    view: &MeshDistance,
+) -> Result<Removal> {
+    let fault = |tool: &str, fault| Error::Tool { tool: tool.into(), fault };
+    let Some(first) = setups.first() else { return Err(fault("list", ToolFault::NoDirections)) };
+    let found = components(columns.all, Adjacency::Face);
+    let sample = first.grid().sample_volume().as_mm3();
+    let grid = *columns.all.grid();
+    let edges = |[lo, hi]: [[usize; 3]; 2]| {
+        let half = 0.5 * grid.h();
+        (grid.position(lo).map(|x| x - half), grid.position(hi).map(|x| x + half))
+    };
+    let mut result = Removal {
+        supports: found.count(),
+        volumes: found.sizes().iter().map(|&n| n as f64 * sample).collect(),
+        boxes: found.boxes().into_iter().map(edges).collect(),
+        rounds: Vec::new(),
+        stuck: Vec::new(),
+        remaining: columns.all.clone(),
+    };
+    let mut open = contacts(columns, surface, |at| found.of(at));
+    let mut bare = Vec::new();
+    for setup in setups {
+        for (t, tool) in tools.iter().enumerate().filter(|(_, t)| t.meridian().is_some()) {
+            bare.push((t, *setup, Station::new(tool, setup, None)?));
+        }
+    }
+    let cut = cut_back(columns, stand_off)?;
+    let mut standing: Vec<bool> = vec![true; found.count()];
+    while !open.is_empty() {
+        let left = cut.intersection(&found.select(|c| standing[c as usize]))?;
+        let stations = with_supports(&bare, &left)?;
+        let missed: Vec<bool> = open.par_iter().map(|c| !reached(c, &stations, stand_off, view)).collect();
+        let mut keeps = vec![false; found.count()];
+        open.iter().zip(&missed).filter(|(_, m)| **m).for_each(|(c, _)| keeps[c.component as usize] = true);
+        let freed: Vec<u32> =
+            (0..found.count() as u32).filter(|&c| standing[c as usize] && !keeps[c as usize]).collect();
+        if freed.is_empty() {
+            break;
+        }
+        freed.iter().for_each(|&c| standing[c as usize] = false);
+        let mut missed = missed.into_iter();
+        open.retain(|_| missed.next().unwrap_or(false));
+        result.rounds.push(freed);
+    }
+    result.remaining = found.select(|c| standing[c as usize]);
+    result.stuck = open.par_iter().map(|c| stuck(c, &bare, stand_off, view)).collect();
+    Ok(result)
+}
+
+/// The contacts of all supports, each with the patches of surface just above its heads or just below its feet.
+fn contacts(columns: Columns, surface: &[Patch], component: impl Fn([usize; 3]) -> Option<u32>) -> Vec<Contact> {
+    let grid = columns.all.grid();
+    let [heads, feet] = [columns.heads, columns.feet].map(|s| components(s, Adjacency::Corner));
+    let mut groups: BTreeMap<(u32, bool, u32), Contact> = BTreeMap::new();
+    for p in surface.iter().filter(|p| p.normal[2].abs() > 1e-3) {
+        let (above, ends) = if p.normal[2] < 0.0 { (false, &heads) } else { (true, &feet) };
+        let towards = if above { 1.0 } else { -1.0 };
+        let beside = [0.3, 0.8, 1.3].into_iter().find_map(|k| {
+            let index = grid.sample_at(along(p.at, [0.0, 0.0, towards], k * grid.h()))?;
+            Some((component(index)?, ends.of(index)?))
+        });
+        if let Some((component, end)) = beside {
+            let contact = groups.entry((component, above, end)).or_insert_with(|| Contact {
+                component,
+                points: vec![],
+                area: 0.0,
+            });
+            contact.area += p.area;
+            contact.points.push(*p);
+        }
+    }
+    let least = 4.0 * grid.h() * grid.h();
+    groups.into_values().filter(|c| c.area >= least).map(from_the_rim).collect()
+}
+
+/// The points of a contact from the furthest from its middle inwards, thinned out.
+fn from_the_rim(mut contact: Contact) -> Contact {
+    let n = contact.points.len().max(1) as f64;
+    let middle = contact.points.iter().fold([0.0; 3], |m, p| along(m, p.at, 1.0 / n));
+    contact.points.sort_by(|a, b| distance(b.at, middle).total_cmp(&distance(a.at, middle)));
+    // Close together at both ends: a contact may be open from without, or, around a post or a neck, from within.
+    let last = contact.points.len().saturating_sub(1) as f64;
+    let tried = POINTS_TRIED.min(contact.points.len());
+    let at = |i: usize| {
+        let turn = std::f64::consts::PI * i as f64 / tried.saturating_sub(1).max(1) as f64;
+        (0.5 * last * (1.0 - turn.cos())).round() as usize
+    };
+    let mut chosen: Vec<usize> = (0..tried).map(at).collect();
+    chosen.dedup();
+    contact.points = chosen.into_iter().filter_map(|i| contact.points.get(i).copied()).collect();
+    contact
+}
+
+/// The columns without what lies within the stand-off of a contact: there the tool cuts.
+fn cut_back(columns: Columns, stand_off: f64) -> Result<Indicator> {
+    let grid = columns.all.grid();
+    let ends = columns.heads.union(columns.feet)?;
+    if ends.is_empty() {
+        return Ok(columns.all.clone());
+    }
+    let by = (stand_off / grid.h()).ceil() as usize;
+    let near = dilate(&ends, &StructuringElement::cuboid([2 * by + 1; 3], grid.spacing())?)?.set;
+    columns.all.difference(&near.placed([by as isize; 3], *grid)?)
+}
+
+/// The stations with supports in the way as well.
+fn with_supports<'a>(
+    bare: &[(usize, &Setup, Station<'a>)],
+    supports: &Indicator,
+) -> Result<Vec<(usize, Vec3, Station<'a>)>> {
+    let points: Vec<Vec3> = supports.iter().map(|at| supports.grid().position(supports.grid().index(at))).collect();
+    let mut seen: Vec<(Vec3, Indicator)> = Vec::new();
+    for (_, setup, _) in bare {
+        if seen.iter().all(|(d, _)| *d != setup.direction) {
+            let opposite = seen.last().filter(|(d, _)| dot(*d, setup.direction) < -1.0 + 1e-12);
+            let set = match opposite {
+                Some((_, set)) => flipped(set, *setup.grid())?,
+                None => in_setup(&points, setup),
+            };
+            seen.push((setup.direction, set));
+        }
+    }
+    let one = |(tool, setup, station): &(usize, &Setup, Station<'a>)| {
+        let set = seen.iter().find(|(d, _)| *d == setup.direction).map(|(_, set)| set);
+        let (Some(set), Some(m)) = (set, station.tool().meridian()) else {
+            return Err(Error::Internal { problem: "a support was not seen from a setup".into() });
+        };
+        let hit = Stack::overlapping(m, setup.grid().spacing()).dilate(set, Sense::Obstacle);
+        Ok((*tool, setup.direction, station.with_more(&hit)?))
+    };
+    bare.par_iter().map(one).collect()
+}
+
+/// Points as samples of a setup.
+fn in_setup(points: &[Vec3], setup: &Setup) -> Indicator {
+    let mut set = Indicator::empty(*setup.grid());
+    for &p in points {
+        if let Some(index) = setup.grid().sample_at(setup.to_frame(p)) {
+            set.set(index, true);
+        }
+    }
+    set
+}
+
+fn reached(contact: &Contact, stations: &[(usize, Vec3, Station)], stand_off: f64, view: &MeshDistance) -> bool {
+    contact.points.iter().any(|p| stations.iter().any(|(_, _, station)| station.beside(p, stand_off, view).is_some()))
+}
+
+/// What keeps a contact that is never reached.
+fn stuck(contact: &Contact, bare: &[(usize, &Setup, Station)], stand_off: f64, view: &MeshDistance) -> Stuck {
+    let may = |p: &Patch, setup: &Setup| dot(p.normal, setup.direction) > -1e-3;
+    let by_part = !contact
+        .points
+        .iter()
+        .any(|p| bare.iter().any(|(_, setup, station)| may(p, setup) && station.stand(p, stand_off, view).is_some()));
+    let nearest = contact.points.iter().flat_map(|p| {
+        bare.iter().filter_map(|(tool, setup, station)| {
+            station.retreat_of_tip(p).map(|(short, _)| (*p, (short, *tool, setup.direction)))
+        })
+    });
+    let best = nearest.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    let any = Patch { at: [0.0; 3], normal: [0.0, 0.0, -1.0], area: 0.0, radius: 0.0, facet: 0 };
+    let at = best.map(|b| b.0).or(contact.points.first().copied()).unwrap_or(any);
+    Stuck {
+        component: contact.component,
+        contact: at,
+        area_mm2: contact.area,
+        short: best.map(|b| b.1),
+        keeper: if by_part { Keeper::Part } else { Keeper::Supports },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pose::lattice_directions;
+    use super::super::surface::patches;
+    use super::super::tool::revolved;
+    use super::*;
+    use crate::geometry::{InsideRule, TriangleMesh};
+    use crate::layer::{Supports, supports};
+    use crate::units::Length;
+
+    const H: Length = Length::mm(0.4);
+    const STAND_OFF: f64 = 0.4 * 2.0 * 1.732_050_807_568_877_2;
+
+    fn pliers() -> Tool {
+        let text = "[[piece]]\nrole = \"cutter\"\nshape = \"cone\"\ndiameter_mm = 2\nupper_diameter_mm = 6\nlength_mm = 30\n\
+                    [[piece]]\nrole = \"holder\"\ndiameter_mm = 16\nlength_mm = 50\n";
+        Tool::from_toml("pliers", text, |_| Ok(TriangleMesh::default())).unwrap()
+    }
+
+    fn taken_away(mesh: &TriangleMesh, made: impl Fn(&Setup) -> Supports) -> Removal {
+        let cast = |&d: &Vec3| Setup::cast(mesh, InsideRule::Crossings, d, H, Length::mm(4.0)).unwrap();
+        let setups: Vec<Setup> = lattice_directions().iter().map(cast).collect();
+        let made = made(&setups[0]);
+        let surface = patches(mesh, 0.8, |_| true);
+        let list: Vec<&Setup> = setups.iter().collect();
+        let columns = Columns { all: &made.columns, heads: &made.heads, feet: &made.feet_on_part };
+        remove(columns, &surface, &[pliers()], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap()
+    }
+
+    /// Columns under all flat ceilings above the plate.
+    fn under_ceilings<'m>(mesh: &'m TriangleMesh) -> impl Fn(&Setup) -> Supports + 'm {
+        move |setup| {
+            let hangs = |f: &u32| mesh.normal(*f as usize)[2] < -0.9 && mesh.centroid(*f as usize)[2] > 0.1;
+            let facets: Vec<u32> = (0..mesh.triangles.len() as u32).filter(hangs).collect();
+            supports(&setup.centres, mesh, &facets, 0.0).unwrap()
+        }
+    }
+
+    #[test]
+    fn supports_under_a_table_come_off() {
+        let table = revolved(&[(0.0, 0.0), (3.0, 0.0), (3.0, 10.0), (12.0, 10.0), (12.0, 13.0), (0.0, 13.0)], 64);
+        let removal = taken_away(&table, under_ceilings(&table));
+        assert_eq!((removal.supports, removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
+        // A ring of radii 3 and 12 mm, 10 mm high; a sample is missed at the rims.
+        let volume = std::f64::consts::PI * (144.0 - 9.0) * 10.0;
+        assert!((removal.volumes[0] / volume - 1.0).abs() < 0.1, "{} {volume}", removal.volumes[0]);
+        assert!(removal.remaining.is_empty());
+    }
+
+    #[test]
+    fn supports_in_a_bottle_with_a_narrow_neck_stay_and_the_part_keeps_them() {
+        let profile =
+            [(0.0, 0.0), (12.0, 0.0), (12.0, 30.0), (1.5, 30.0), (1.5, 20.0), (9.0, 20.0), (9.0, 3.0), (0.0, 3.0)];
+        let bottle = revolved(&profile, 64);
+        let removal = taken_away(&bottle, under_ceilings(&bottle));
+        assert_eq!((removal.supports, removal.rounds.len()), (1, 0));
+        assert!(!removal.stuck.is_empty() && removal.stuck.iter().all(|s| s.keeper == Keeper::Part));
+        let head = removal.stuck.iter().find(|s| s.contact.normal[2] < 0.0).unwrap();
+        assert!((head.contact.at[2] - 20.0).abs() < 1e-6 && head.area_mm2 > 200.0, "{head:?}");
+        assert!(head.short.is_some_and(|(short, _, _)| short > 2.0), "{head:?}");
+        // A jar whose neck lets the tool lean in, with a narrow rim for a ceiling.
+        let profile =
+            [(0.0, 0.0), (20.0, 0.0), (20.0, 16.0), (14.0, 16.0), (14.0, 13.0), (16.0, 13.0), (16.0, 3.0), (0.0, 3.0)];
+        let jar = revolved(&profile, 64);
+        let removal = taken_away(&jar, under_ceilings(&jar));
+        assert_eq!((removal.supports, removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
+    }
+
+    #[test]
+    fn what_stands_around_goes_before_what_stands_inside() {
+        let table = revolved(&[(0.0, 20.0), (15.0, 20.0), (15.0, 23.0), (0.0, 23.0)], 64);
+        let removal = taken_away(&table, |setup| {
+            let grid = *setup.grid();
+            let ring = |top: f64| {
+                Indicator::from_predicate(grid, |at| {
+                    let [x, y, z] = grid.position(grid.index(at));
+                    let r = x.hypot(y);
+                    // A post in the middle, and a wall around it down to the plate; 20 mm of column each.
+                    (r < 2.0 || (r > 5.0 && r < 14.0)) && z < 20.0 && z > top
+                })
+            };
+            // The plate itself is part of the world here: without it tools come from below.
+            Supports {
+                columns: ring(0.0),
+                heads: ring(20.0 - 0.4),
+                feet_on_part: Indicator::empty(grid),
+                feet_on_plate: Indicator::empty(grid),
+            }
+        });
+        assert_eq!(removal.supports, 2);
+        assert!(removal.stuck.is_empty(), "{:?}", removal.stuck);
+        let first = &removal.rounds[0];
+        let widest = |c: u32| removal.boxes[c as usize].1[0];
+        assert!(first.iter().any(|&c| widest(c) > 10.0), "the wall goes first");
+    }
+}

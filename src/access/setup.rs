@@ -1,0 +1,137 @@
+//! A part as it stands before a tool: turned so that the tool comes from above, and cast.
+
+use super::pose::{Rotation, frame_of, lattice_directions, transposed};
+use crate::error::Result;
+use crate::field::Indicator;
+use crate::geometry::vector::{Vec3, dot};
+use crate::geometry::{InsideRule, TriangleMesh, voxelize};
+use crate::grid::Grid;
+use crate::units::Length;
+use rayon::prelude::*;
+
+/// A part cast for tools whose axis is `direction`, which points from the tip to the hand.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// Direction the tool comes from, in the frame of the part.
+    pub direction: Vec3,
+    /// Rows of the matrix from the part's frame to this one, in which the tool comes from +z. That of an opposite direction
+    /// mirrors: for tools that are symmetric about their axis that is as good as a rotation.
+    pub frame: Rotation,
+    /// Cubes wholly in the part.
+    pub inner: Indicator,
+    /// Samples in the part.
+    pub centres: Indicator,
+    /// Cubes the part touches.
+    pub outer: Indicator,
+}
+
+impl Setup {
+    /// The part turned and cast, with `margin` of free space around it.
+    ///
+    /// # Errors
+    /// As [`voxelize()`].
+    ///
+    /// # Cost
+    /// As [`voxelize()`].
+    pub fn cast(
+        mesh: &TriangleMesh,
+        rule: InsideRule,
+        direction: Vec3,
+        spacing: Length,
+        margin: Length,
+    ) -> Result<Self> {
+        let frame = frame_of(direction);
+        let turned = mesh.transformed(frame, [0.0; 3]);
+        let (lo, hi) = turned.bounds().unwrap_or_default();
+        let samples = (margin / spacing).ceil() as usize;
+        let grid = Grid::covering(lo, hi, spacing, samples + 1, [0.0; 3])?;
+        let solid = match voxelize(&turned, &grid, rule) {
+            Err(crate::Error::Operand { .. }) => voxelize(&turned, &grid, InsideRule::Winding)?,
+            other => other?,
+        };
+        Ok(Setup { direction, frame, inner: solid.inner, centres: solid.centres, outer: solid.outer })
+    }
+
+    /// The part for every direction of [`lattice_directions`], from +z first; for the six axis directions only where inside and
+    /// outside come from the winding number, which costs more.
+    ///
+    /// # Errors
+    /// As [`Setup::cast`].
+    pub fn all(mesh: &TriangleMesh, rule: InsideRule, spacing: Length, margin: Length) -> Result<Vec<Self>> {
+        let directions = lattice_directions();
+        let listed = if rule == InsideRule::Crossings { directions.len() } else { 6 };
+        let pairs = directions[..listed].par_chunks(2).map(|pair| {
+            let one = Setup::cast(mesh, rule, pair[0], spacing, margin)?;
+            let other = one.opposite()?;
+            Ok([one, other])
+        });
+        let pairs: Result<Vec<[Setup; 2]>> = pairs.collect();
+        Ok(pairs?.into_iter().flatten().collect())
+    }
+
+    /// The same part for tools from the opposite direction: its mirror image, without casting again.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn opposite(&self) -> Result<Self> {
+        let grid = self.inner.grid();
+        let top = grid.position([0, 0, grid.dims()[2] - 1]);
+        let mirrored = Grid::new([top[0], top[1], -top[2]], grid.spacing(), grid.dims())?;
+        let flip = |set: &Indicator| flipped(set, mirrored);
+        let [a, b, d] = self.frame;
+        Ok(Setup {
+            direction: self.direction.map(|x| 0.0 - x),
+            frame: [a, b, d.map(|x| 0.0 - x)],
+            inner: flip(&self.inner)?,
+            centres: flip(&self.centres)?,
+            outer: flip(&self.outer)?,
+        })
+    }
+
+    /// A point of the part's frame in this one; directions likewise.
+    pub fn to_frame(&self, p: Vec3) -> Vec3 {
+        self.frame.map(|row| dot(row, p))
+    }
+
+    /// A point of this frame in the part's.
+    pub fn to_part(&self, p: Vec3) -> Vec3 {
+        transposed(self.frame).map(|row| dot(row, p))
+    }
+
+    /// The grid of its sets.
+    pub fn grid(&self) -> &Grid {
+        self.inner.grid()
+    }
+}
+
+/// A set with its layers in the opposite order.
+pub(super) fn flipped(set: &Indicator, mirrored: Grid) -> Result<Indicator> {
+    let layer = set.words_per_row() * set.grid().dims()[1];
+    Indicator::from_words(mirrored, set.words().chunks(layer).rev().flatten().copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+
+    #[test]
+    fn the_opposite_is_what_casting_the_other_way_round_gives() {
+        let mesh = Primitive::parse("cone:r4r1h6mm").unwrap().mesh(Length::mm(0.01));
+        let h = Length::mm(0.5);
+        let cast = |d| Setup::cast(&mesh, InsideRule::Crossings, d, h, Length::mm(1.0)).unwrap();
+        let (up, down) = (cast([0.0, 0.0, 1.0]), cast([0.0, 0.0, -1.0]));
+        let flipped = up.opposite().unwrap();
+        assert_eq!(flipped.direction, down.direction);
+        assert_eq!((flipped.inner.count(), flipped.outer.count()), (down.inner.count(), down.outer.count()));
+        // The thin end, which was above, is below.
+        let least =
+            |s: &Setup, z: usize| s.outer.row(s.grid().dims()[1] / 2, z).iter().map(|w| w.count_ones()).sum::<u32>();
+        let top = up.grid().dims()[2] - 5;
+        assert!(least(&up, top) < least(&up, 4) && least(&flipped, top) > least(&flipped, 4));
+        for p in [[0.3, -2.0, 1.1], [1.0, 2.0, 3.0]] {
+            let back = flipped.to_part(flipped.to_frame(p));
+            assert!((0..3).all(|a| (back[a] - p[a]).abs() < 1e-12));
+        }
+    }
+}

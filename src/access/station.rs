@@ -1,0 +1,234 @@
+//! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
+
+use super::meridian::Meridian;
+use super::pose::{Rotation, transposed};
+use super::setup::Setup;
+use super::stack::{Sense, Stack};
+use super::surface::Patch;
+use super::tool::{Body, Tool};
+use crate::error::Result;
+use crate::field::Indicator;
+use crate::geometry::MeshDistance;
+use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
+use crate::morphology::Sides;
+use crate::topology::{Adjacency, components};
+use std::f64::consts::TAU;
+
+/// A tool at a rotation, with the tips at which it may meet the part.
+pub struct Station<'a> {
+    tool: &'a Tool,
+    /// Rows of the matrix from the frame of the part to that of the station.
+    frame: Rotation,
+    /// Rotation of the tool in the station's frame; the identity for a coaxial one.
+    turn: Rotation,
+    /// Samples at which the tool is not known to be free of the part.
+    hit: Indicator,
+}
+
+/// A pose at which a tool is free and near a point of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stand {
+    /// Distance from the point to the nearest considered point of the cutter.
+    pub distance: f64,
+    /// The tip, in the frame of the part.
+    pub tip: Vec3,
+}
+
+/// Millimetres above the tip that a cutter is used along to grip or cut.
+const REACHED_ALONG: f64 = 12.0;
+
+const IDENTITY: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+impl<'a> Station<'a> {
+    /// A coaxial tool in a setup, or any tool at a rotation in the frame of the part.
+    ///
+    /// A tip counts as free only if the tool there overlaps no cube that the part touches. For a tool that does not widen
+    /// upwards it must also be joined to the border of the grid through cells in which it is free, so that it can get there.
+    ///
+    /// # Errors
+    /// As [`Sides::of_mesh`].
+    pub fn new(tool: &'a Tool, setup: &Setup, turn: Option<Rotation>) -> Result<Self> {
+        let spacing = setup.grid().spacing();
+        let (hit, turn) = match (&tool.body, turn) {
+            (Body::Coaxial(m), _) => (coaxial_hits(m, setup), IDENTITY),
+            (Body::Solid(mesh), turn) => {
+                let turn = turn.unwrap_or(IDENTITY);
+                let posed = Sides::of_mesh(&mesh.transformed(turn, [0.0; 3]), spacing, [0.0; 3])?;
+                (super::obstacle::obstacle_of_solid(&setup.outer, &posed.touched)?, turn)
+            }
+        };
+        Ok(Station { tool, frame: setup.frame, turn, hit })
+    }
+
+    /// The same station with more in the way.
+    ///
+    /// # Errors
+    /// [`crate::Error::Operand`] if the grids differ.
+    pub fn with_more(&self, hit: &Indicator) -> Result<Self> {
+        Ok(Station { hit: self.hit.union(hit)?, ..*self })
+    }
+
+    /// Tips at which the tool is not known to be free.
+    pub fn hit(&self) -> &Indicator {
+        &self.hit
+    }
+
+    /// The tool.
+    pub fn tool(&self) -> &'a Tool {
+        self.tool
+    }
+
+    /// The axis of the tool, from the tip to the hand, in the frame of the part.
+    pub fn axis(&self) -> Vec3 {
+        let up = [0, 1, 2].map(|r| self.turn[r][2]);
+        transposed(self.frame).map(|row| dot(row, up))
+    }
+
+    /// A free pose whose cutter comes within `stand_off` of the middle of a patch, from touching it, with nothing of the part
+    /// in between.
+    ///
+    /// # Cost
+    /// A few dozen samples, and one ray.
+    pub fn stand(&self, patch: &Patch, stand_off: f64, view: &MeshDistance) -> Option<Stand> {
+        let normal = self.frame.map(|r| dot(r, patch.normal));
+        let axis = [0, 1, 2].map(|r| self.turn[r][2]);
+        let both = add(normal, axis);
+        let away = if norm(both) > 0.1 { unit(both) } else { normal };
+        let tries: Vec<_> = self.contacts(normal).into_iter().map(|c| (c, [normal, away, axis])).collect();
+        self.search(patch, stand_off, view, &tries)
+    }
+
+    /// As [`Station::stand`], from anywhere beside the middle of the patch: what is to be cut or gripped there need not be
+    /// touched square to the surface.
+    ///
+    /// # Cost
+    /// A few hundred samples, and one ray.
+    pub fn beside(&self, patch: &Patch, stand_off: f64, view: &MeshDistance) -> Option<Stand> {
+        let normal = self.frame.map(|r| dot(r, patch.normal));
+        let axis = [0, 1, 2].map(|r| self.turn[r][2]);
+        let Some(m) = self.tool.meridian() else { return self.stand(patch, stand_off, view) };
+        let mut tries = vec![([0.0; 3], [normal, axis, unit(add(normal, scale(axis, 0.99)))])];
+        let deep = m.cutter_length().min(REACHED_ALONG);
+        for height in [0.0, 0.25 * deep, 0.5 * deep] {
+            let radius = m.largest_within(height - 1e-6, height + 1e-6).unwrap_or(0.0);
+            for turn in (0..8).map(|n| TAU * f64::from(n) / 8.0) {
+                let outwards = [turn.cos(), turn.sin(), 0.0];
+                let contact = along([0.0, 0.0, height], outwards, radius);
+                let inwards = outwards.map(|x| -x);
+                tries.push((
+                    contact,
+                    [normal, unit(add(normal, scale(inwards, 0.99))), unit(add(inwards, scale(axis, 0.5)))],
+                ));
+            }
+        }
+        self.search(patch, stand_off, view, &tries)
+    }
+
+    /// The first free pose, step by step away from touching, for any of some points of the cutter and ways to retreat.
+    fn search(&self, patch: &Patch, stand_off: f64, view: &MeshDistance, tries: &[(Vec3, [Vec3; 3])]) -> Option<Stand> {
+        let (at, normal) = (self.frame.map(|r| dot(r, patch.at)), self.frame.map(|r| dot(r, patch.normal)));
+        let grid = self.hit.grid();
+        let h = grid.h();
+        // Nearer than a spacing a tool is hardly ever free of the cubes that the surface touches.
+        for s in 2..=(stand_off / (0.5 * h)) as usize {
+            for (contact, retreats) in tries {
+                for &retreat in retreats {
+                    let wanted = along(sub(at, *contact), retreat, 0.5 * h * s as f64);
+                    let Some(index) = grid.sample_at(wanted).filter(|&i| !self.hit.contains(i)) else { continue };
+                    let tip = grid.position(index);
+                    let touching = add(tip, *contact);
+                    let apart = distance(touching, at);
+                    if apart <= stand_off && dot(sub(touching, at), normal) > 0.0 {
+                        let back = transposed(self.frame);
+                        let [tip, touching] = [tip, touching].map(|p| back.map(|row| dot(row, p)));
+                        let line = scale(sub(touching, patch.at), 1.0 / apart);
+                        if view.first_hit(patch.at, line, 1e-3 * h, apart).is_none() {
+                            return Some(Stand { distance: apart, tip });
+                        }
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// How far along its axis the tool has to be drawn back from touching a patch until it is free, and the tip that would touch.
+    pub fn retreat(&self, patch: &Patch) -> Option<(f64, Vec3)> {
+        self.retreat_from(patch, &self.contacts(self.frame.map(|r| dot(r, patch.normal))))
+    }
+
+    /// As [`Station::retreat`], from standing with the tip in the patch.
+    pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
+        self.retreat_from(patch, &[[0.0; 3]])
+    }
+
+    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3]) -> Option<(f64, Vec3)> {
+        let at = self.frame.map(|r| dot(r, patch.at));
+        let axis = [0, 1, 2].map(|r| self.turn[r][2]);
+        let grid = self.hit.grid();
+        let longest = grid.dims().into_iter().max().unwrap_or(0);
+        let back = transposed(self.frame);
+        let above = grid.dims()[2] as f64 - 0.5;
+        let free = |p: Vec3| match grid.sample_at(p) {
+            Some(index) => !self.hit.contains(index),
+            // Above the grid nothing is in the way of a coaxial tool; beside it and below nothing is known.
+            None => grid.continuous_index(p)[2] >= above,
+        };
+        let from = |contact: &Vec3| {
+            let tip = sub(at, *contact);
+            let back_by = (0..=longest).map(|s| grid.h() * s as f64);
+            let first = back_by.into_iter().find(|&s| free(along(tip, axis, s)));
+            first.map(|s| (s, back.map(|row| dot(row, tip))))
+        };
+        // The points of a flat end are alike: its rim and its middle stand for all.
+        contacts.iter().take(2).filter_map(from).min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Points of the cutter, from the tip, by which it may touch a plane of this normal.
+    fn contacts(&self, normal: Vec3) -> Vec<Vec3> {
+        match &self.tool.body {
+            Body::Solid(_) => {
+                let turned = |p: Vec3| self.turn.map(|row| dot(row, p));
+                self.tool.sharp.iter().map(|s| turned(s.at_mm)).collect()
+            }
+            Body::Coaxial(m) => coaxial_contacts(m, self.tool, normal),
+        }
+    }
+}
+
+/// Points of a coaxial cutter by which it touches a plane; the named ones only, where points are named.
+fn coaxial_contacts(m: &Meridian, tool: &Tool, normal: Vec3) -> Vec<Vec3> {
+    let level = normal[0].hypot(normal[1]);
+    let outwards = if level > 1e-9 { [-normal[0] / level, -normal[1] / level] } else { [1.0, 0.0] };
+    let ring = |r: f64, z: f64| [outwards[0] * r, outwards[1] * r, z];
+    if !tool.sharp.is_empty() {
+        return tool.sharp.iter().map(|s| ring(s.at_mm[0].hypot(s.at_mm[1]), s.at_mm[2])).collect();
+    }
+    let Some(s) = m.support(level, normal[2]) else { return Vec::new() };
+    let mut list = vec![ring(s.radius, s.height)];
+    if s.flat > 0.0 {
+        list.push([0.0, 0.0, s.height]);
+        list.extend((1..8).map(|n| {
+            let turn = TAU * f64::from(n) / 8.0;
+            [s.flat * turn.cos(), s.flat * turn.sin(), s.height]
+        }));
+    }
+    if s.flank > s.height && !m.widens_upwards() {
+        list.push(ring(s.radius, s.flank));
+        list.push(ring(s.radius, 0.5 * (s.height + s.flank)));
+    }
+    list
+}
+
+/// Tips at which a coaxial tool is not known to be free, or not known to get out from.
+fn coaxial_hits(m: &Meridian, setup: &Setup) -> Indicator {
+    let spacing = setup.grid().spacing();
+    if m.widens_upwards() {
+        return Stack::overlapping(m, spacing).dilate(&setup.outer, Sense::Obstacle);
+    }
+    let layers = setup.grid().dims()[2];
+    let hit = Stack::possibly(m, spacing, layers, |_| 0.0).dilate(&setup.outer, Sense::Obstacle);
+    let free = components(&hit.complement(), Adjacency::Face);
+    let outside = free.at_border();
+    free.select(|c| outside[c as usize]).complement()
+}

@@ -1,0 +1,185 @@
+//! AM501: supports that cannot come out again.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, Witness};
+use super::place::{locate, reported};
+use super::tooling::{Tooling, direction_in_file, round};
+use crate::access::{Columns, Keeper, Removal, Stuck, patches, remove};
+use crate::error::Result;
+use crate::geometry::contour::surface;
+use crate::layer::{downward_facets, supports};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{Angle, report_digits, short};
+use std::collections::BTreeMap;
+
+/// AM501 `support-access`.
+pub struct SupportAccess;
+
+static META: Meta = Meta {
+    code: "AM501",
+    name: "support-access",
+    title: "Supports that no tool can take off",
+    what: "Puts columns under all surface flatter than the overhang limit, takes them away in rounds with the listed tools, and \
+           gives what stays for ever: its volume, the contact that no tool reaches, and whether the part or other supports keep it.",
+    why: "A support that cannot be taken off stays in the part; in a cavity it cannot even be seen.",
+    how: "Columns go straight down from every overhang to the part or the plate; a support is what hangs together. It comes off in a \
+          round if each of its contacts with the part is reached: the cutter, free of the part and of all supports that still stand \
+          (cut back by the stand-off from their contacts), comes within 2·√3 spacings of a point of the contact with nothing in \
+          between. This is repeated until nothing more comes off. The part has left the plate, so tools may come from below.",
+    limits: "Where supports stand is an assumption: a slicer makes thinner ones, and soluble supports need no tool. Contacts smaller than four squares of the grid are taken to tear off; up to \
+             30 points of the others are tried, from 26 directions. An estimate, so it warns and never fails.",
+    source: "S. Nelaturi, M. Behandish, A. Mirzendehdel, J. de Kleer, Automatic support removal for additive manufacturing post \
+             processing, 2019.",
+};
+
+/// Separate findings, largest first.
+const MOST_FINDINGS: usize = 4;
+
+impl Check for SupportAccess {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let (Some(limits), Some(hangs)) = (limits_of(process, "support-access"), limits_of(process, "overhang")) else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        if !process.prints_supports || process.tools.removal.is_empty() {
+            return Ok(Outcome::NotApplicable("the process prints no supports that a tool takes off".into()));
+        }
+        let angle = hangs.warn.or(hangs.fail).unwrap_or(0.0);
+        let facets: Vec<u32> =
+            downward_facets(part.mesh(), 0.5 * process.layer_height_mm, Angle::degrees(angle), part.step())
+                .into_iter()
+                .filter(|&f| part.bounds_solid(f as usize))
+                .collect();
+        let mut measured = Measured {
+            cover: format!("No surface is flatter than {}°, so nothing is supported.", short(angle)),
+            rule: Some("support-access"),
+            worst: Some(Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None }),
+            ..Measured::default()
+        };
+        if facets.is_empty() {
+            return Ok(Outcome::Measured(Box::new(measured)));
+        }
+        let tooling = Tooling::new(part, process, context, &process.tools.removal)?;
+        let Some(first) = tooling.setups.first() else { return Ok(Outcome::Measured(Box::new(measured))) };
+        let made = supports(&first.centres, part.mesh(), &facets, 0.0)?;
+        let columns = Columns { all: &made.columns, heads: &made.heads, feet: &made.feet_on_part };
+        let pieces = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
+        let removal = remove(columns, &pieces, &tooling.tools, &tooling.setups, tooling.stand_off, part.distance())?;
+        let judged = Judged { part, context, tooling: &tooling, removal: &removal, limits };
+        measured.cover = judged.cover(angle);
+        measured.spent = tooling.setups.iter().map(|s| s.grid().samples() as u64).sum();
+        let findings = judged.kept().into_values().map(|worst| judged.finding(worst));
+        measured.findings = findings.collect();
+        measured.findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
+        let stays = judged.kept().keys().fold(0.0, |sum, &c| sum + removal.volumes[c as usize]);
+        let at = measured.findings.first().map(|f| part.to_build(f.at_mm));
+        measured.worst = Some(Worst { bracket: Bracket::exact(stays), unit: "mm3", at });
+        judged.gather(&mut measured.findings);
+        if !removal.remaining.is_empty() {
+            measured.shapes.push(ShapeShown {
+                name: "supports-that-stay",
+                title: format!("Supports that stay, {} mm³", short(round(stays))),
+                mesh: surface(&removal.remaining, |_| 0.5)?,
+            });
+        }
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+struct Judged<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    tooling: &'a Tooling<'a>,
+    removal: &'a Removal,
+    limits: Limits,
+}
+
+impl Judged<'_> {
+    /// For each support that stays the largest contact that keeps it.
+    fn kept(&self) -> BTreeMap<u32, &Stuck> {
+        let mut kept: BTreeMap<u32, &Stuck> = BTreeMap::new();
+        for s in &self.removal.stuck {
+            let worst = kept.entry(s.component).or_insert(s);
+            if s.area_mm2 > worst.area_mm2 {
+                *worst = s;
+            }
+        }
+        kept
+    }
+
+    fn cover(&self, angle: f64) -> String {
+        let all = self.removal.volumes.iter().fold(0.0, |sum, v| sum + v);
+        let rounds: Vec<String> = self.removal.rounds.iter().map(|r| r.len().to_string()).collect();
+        let peeled = match rounds.len() {
+            0 => "none comes off".to_string(),
+            1 => format!("{} come off at once", rounds[0]),
+            n => format!("they come off in {n} rounds of {}", rounds.join(", ")),
+        };
+        format!(
+            "{} supports of {} mm³ under surface flatter than {}°: {peeled}, {} stay, by {}, within {} mm, and for these only.",
+            self.removal.supports,
+            short(all.round()),
+            short(angle),
+            self.kept().len(),
+            self.tooling.described(),
+            short(round(self.tooling.stand_off)),
+        )
+    }
+
+    fn finding(&self, worst: &Stuck) -> Finding {
+        let c = worst.component as usize;
+        let volume = self.removal.volumes[c];
+        let mut f =
+            Finding::judged(META.code, "stays", Bracket::exact(volume), Basis::Estimated, self.limits, "mm3", 0.0);
+        f.volume_mm3 = Some(report_digits(volume));
+        f.area_mm2 = Some(report_digits(worst.area_mm2));
+        locate(&mut f, self.part, self.context, worst.contact.at, self.removal.boxes[c]);
+        let keeper = match worst.keeper {
+            Keeper::Part => "the part",
+            Keeper::Supports => "other supports",
+        };
+        f.message = format!(
+            "a support of {} mm³ stays: {keeper} keeps the tools from its contact of {} mm²",
+            short(round(volume)),
+            short(round(worst.area_mm2))
+        );
+        f.fix = format!("turn the part, or slope or remove the {} mm² that hang over", short(round(worst.area_mm2)));
+        if let Some((short_by, tool, direction)) = worst.short {
+            let from = direction_in_file(self.part, direction);
+            let name = &self.tooling.tools[tool].name;
+            f.message += &format!("; {name} stops {} mm short, from {from}", short(round(short_by)));
+        }
+        f.witness = Some(Witness { kind: "contact".into(), points_mm: vec![reported(self.part, worst.contact.at)] });
+        f
+    }
+
+    /// Gathers what is beyond the number of separate findings in the last one.
+    fn gather(&self, findings: &mut Vec<Finding>) {
+        if findings.len() <= MOST_FINDINGS {
+            return;
+        }
+        let rest = findings.split_off(MOST_FINDINGS);
+        let volume: f64 = rest.iter().map(|f| f.value).sum();
+        let Some(mut f) = rest.into_iter().reduce(|mut all, f| {
+            all.count += f.count;
+            all.places.extend(f.places);
+            for a in 0..3 {
+                all.box_mm[0][a] = all.box_mm[0][a].min(f.box_mm[0][a]);
+                all.box_mm[1][a] = all.box_mm[1][a].max(f.box_mm[1][a]);
+            }
+            all
+        }) else {
+            return;
+        };
+        let bracket = Bracket::exact(volume);
+        (f.value, f.low, f.high) = (report_digits(volume), bracket.rounded().low, bracket.rounded().high);
+        f.volume_mm3 = Some(report_digits(volume));
+        f.kind = "stay".into();
+        f.message = format!("{} more supports, {} mm³ in all, stay", f.count, short(round(volume)));
+        findings.push(f);
+    }
+}

@@ -1,0 +1,267 @@
+//! AM502: surface that no tool of the list can touch.
+
+use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
+use super::place::{locate, reported};
+use super::tooling::{Tooling, direction_in_file, round};
+use crate::access::{Patch, Reach, State, patches, reach, strike};
+use crate::error::Result;
+use crate::field::{Field, Indicator};
+use crate::geometry::vector::{Vec3, bounds};
+use crate::grid::Grid;
+use crate::part::Part;
+use crate::process::Process;
+use crate::topology::{Adjacency, components};
+use crate::units::{Length, report_digits, short};
+use std::collections::BTreeMap;
+use std::ops::Add;
+
+/// AM502 `tool-access`.
+pub struct ToolAccess;
+
+static META: Meta = Meta {
+    code: "AM502",
+    name: "tool-access",
+    title: "Surface that no tool can touch",
+    what: "Finds surface that none of the listed tools can touch without running into the part, from any of the listed directions: \
+           its area, how far the best tool stops short of it, and what strikes where. The map shows that distance.",
+    why: "What no tool reaches cannot be blasted, deburred, machined, tapped or measured, and powder on it stays.",
+    how: "The part is turned so that a tool comes from above and cast; a coaxial tool, exact, is laid over the cubes slice by slice. \
+          The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
+          it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
+          cutter comes within 2·√3 spacings of its middle with nothing in between.",
+    limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube; another direction \
+             may do better. Narrow places within about four spacings of a tool's width stay open, and their area is given. Tools \
+             of any shape, and cutters that are not convex, certify what they reach and leave the rest open. Tools that the user \
+             did not name never make a part fail.",
+    source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
+             constraint for multi-axis machining, 2020; obstacles: L. Kavraki, Computation of configuration-space obstacles using \
+             the fast Fourier transform, 1995.",
+};
+
+/// Separate findings, worst first; what remains is gathered in one.
+const MOST_FINDINGS: usize = 4;
+
+impl Check for ToolAccess {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let Some(limits) = limits_of(process, "tool-access") else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        if process.tools.finishing.is_empty() {
+            return Ok(Outcome::NotApplicable("the process lists no finishing tool; name one with --tool".into()));
+        }
+        // Only tools that the user named make a part fail.
+        let limits = if process.tools.named {
+            limits
+        } else {
+            Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits }
+        };
+        let tooling = Tooling::new(part, process, context, &process.tools.finishing)?;
+        let surface = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
+        let found = reach(&surface, &tooling.tools, &tooling.setups, tooling.stand_off, part.distance())?;
+        let regions = regions(&surface, &found, part, tooling.spacing)?;
+        let judged = Judged { part, context, tooling: &tooling, surface: &surface, found: &found, limits };
+        let mut measured = Measured {
+            cover: judged.cover(),
+            rule: Some("tool-access"),
+            map: judged.map()?,
+            spent: tooling.setups.iter().take(found.setups_used).map(|s| s.grid().samples() as u64).sum(),
+            ..Measured::default()
+        };
+        let area = regions.iter().map(|r| r.area).fold(0.0, f64::add);
+        let bracket = Bracket::new(area, area, area + judged.open_area());
+        let worst = regions.first().map(|r| surface[r.worst].at);
+        measured.worst = Some(Worst { bracket, unit: "mm2", at: worst });
+        let (own, rest) = regions.split_at(regions.len().min(MOST_FINDINGS));
+        measured.findings = own.iter().map(|r| judged.finding(r, "unreachable", 1)).collect();
+        if let Some(gathered) = gathered(rest) {
+            measured.findings.push(judged.finding(&gathered, "small-places", rest.len() as u64));
+        }
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// A connected piece of surface that cannot be touched.
+struct Region {
+    /// Area that cannot be touched for certain, and what of its surroundings is open, mm².
+    area: f64,
+    open: f64,
+    /// The patch that the tools stop furthest short of.
+    worst: usize,
+    extent: (Vec3, Vec3),
+}
+
+/// The pieces, largest first: patches whose cells of three spacings touch are joined.
+fn regions(surface: &[Patch], found: &Reach, part: &Part, spacing: f64) -> Result<Vec<Region>> {
+    let never = |p: &usize| found.states[*p] == State::Unreachable;
+    let grid = Grid::covering([0.0; 3], part.extent(), Length::mm(3.0 * spacing), 1, [0.0; 3])?;
+    let mut cells = Indicator::empty(grid);
+    for p in (0..surface.len()).filter(never) {
+        grid.sample_at(surface[p].at).into_iter().for_each(|i| cells.set(i, true));
+    }
+    let joined = components(&cells, Adjacency::Corner);
+    let mut members: BTreeMap<u32, (Vec<usize>, f64)> = BTreeMap::new();
+    for (p, patch) in surface.iter().enumerate() {
+        let Some(index) = grid.sample_at(patch.at) else { continue };
+        match found.states[p] {
+            State::Unreachable => {
+                joined.of(index).into_iter().for_each(|c| members.entry(c).or_default().0.push(p));
+            }
+            State::Open => {
+                let near = (0..27).find_map(|n| {
+                    let step = [n % 3, n / 3 % 3, n / 9].map(|s| s as isize - 1);
+                    let i = [0, 1, 2].map(|a| index[a].checked_add_signed(step[a]));
+                    let [Some(i), Some(j), Some(k)] = i else { return None };
+                    joined.of([i, j, k])
+                });
+                near.into_iter().for_each(|c| members.entry(c).or_default().1 += patch.area);
+            }
+            State::Reached { .. } => {}
+        }
+    }
+    let short = |p: usize| found.short[p].map_or(f64::INFINITY, |s| s.0);
+    let mut list: Vec<Region> = members
+        .into_values()
+        .filter_map(|(patches, open)| {
+            let worst = patches.iter().copied().max_by(|a, b| short(*a).total_cmp(&short(*b)).then(b.cmp(a)))?;
+            let extent = bounds(patches.iter().map(|&p| surface[p].at))?;
+            Some(Region { area: patches.iter().map(|&p| surface[p].area).sum(), open, worst, extent })
+        })
+        .collect();
+    list.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.worst.cmp(&b.worst)));
+    Ok(list)
+}
+
+/// Several pieces as one.
+fn gathered(rest: &[Region]) -> Option<Region> {
+    let first = rest.first()?;
+    let (lo, hi) = bounds(rest.iter().flat_map(|r| [r.extent.0, r.extent.1]))?;
+    let sum = |of: fn(&Region) -> f64| rest.iter().map(of).sum();
+    Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, extent: (lo, hi) })
+}
+
+struct Judged<'a> {
+    part: &'a Part,
+    context: &'a Context,
+    tooling: &'a Tooling<'a>,
+    surface: &'a [Patch],
+    found: &'a Reach,
+    limits: Limits,
+}
+
+impl Judged<'_> {
+    fn area_of(&self, wanted: impl Fn(&State) -> bool) -> f64 {
+        self.surface.iter().zip(&self.found.states).filter(|(_, s)| wanted(s)).map(|(p, _)| p.area).fold(0.0, f64::add)
+    }
+
+    fn open_area(&self) -> f64 {
+        self.area_of(|s| *s == State::Open)
+    }
+
+    fn cover(&self) -> String {
+        let all = self.area_of(|_| true);
+        let share = |area: f64| format!("{:.1} %", 100.0 * area / all.max(1e-12));
+        let mut by: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+        for (p, state) in self.surface.iter().zip(&self.found.states) {
+            if let State::Reached { by: s, .. } = state {
+                *by.entry((s.setup, s.tool)).or_default() += p.area;
+            }
+        }
+        let mut by: Vec<_> = by.into_iter().collect();
+        by.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let best: Vec<String> = by
+            .iter()
+            .take(3)
+            .map(|&((s, t), area)| {
+                let from = direction_in_file(self.part, self.tooling.setups[s].direction);
+                format!("{} by {} from {from}", share(area), self.tooling.tools[t].name)
+            })
+            .collect();
+        let best = if best.is_empty() { String::new() } else { format!(": {} first", best.join(", ")) };
+        format!(
+            "{} of the surface is reached within {} mm{best}; {} cannot be touched and {} is too narrow to tell, by {}, and for \
+             these only.",
+            share(self.area_of(|s| matches!(s, State::Reached { .. }))),
+            short(round(self.tooling.stand_off)),
+            share(self.area_of(|s| *s == State::Unreachable)),
+            share(self.open_area()),
+            self.tooling.described(),
+        )
+    }
+
+    /// How far the best tool stops short, on the surface.
+    fn map(&self) -> Result<Option<MapWanted>> {
+        let Some(setup) = self.tooling.setups.first() else { return Ok(None) };
+        let grid = *setup.grid();
+        let mut field = Field::constant(grid, f32::NAN);
+        let mut longest = self.tooling.stand_off;
+        for (p, patch) in self.surface.iter().enumerate() {
+            let value = match (&self.found.states[p], self.found.short[p]) {
+                (State::Reached { .. }, _) => 0.0,
+                (_, Some((short, _))) => short,
+                (_, None) => continue,
+            };
+            longest = longest.max(value);
+            let base = grid.continuous_index(patch.at).map(|c| c.floor().max(0.0) as usize);
+            for corner in 0..8usize {
+                let index = [0, 1, 2].map(|a| (base[a] + (corner >> a & 1)).min(grid.dims()[a] - 1));
+                let at = grid.offset(index);
+                let cell: &mut f32 = &mut field.values_mut()[at];
+                *cell = if cell.is_nan() { value as f32 } else { cell.max(value as f32) };
+            }
+        }
+        Ok(Some(MapWanted {
+            kind: MapKind::Sampled,
+            title: "How far the tools stop short of the surface",
+            unit: "mm",
+            limits: Limits { fail: None, warn: Some(report_digits(self.tooling.stand_off)), sense: Sense::Max },
+            open_end: longest,
+            facets: Vec::new(),
+            field: Some(field),
+        }))
+    }
+
+    fn finding(&self, region: &Region, kind: &str, count: u64) -> Finding {
+        let bracket = Bracket::new(region.area, region.area, region.area + region.open);
+        let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, self.limits, "mm2", 0.0);
+        f.count = count;
+        f.area_mm2 = Some(report_digits(region.area));
+        let at = self.surface[region.worst].at;
+        locate(&mut f, self.part, self.context, at, region.extent);
+        let places = if count > 1 { format!("{count} places, {}", area(region.area)) } else { area(region.area) };
+        f.message = format!("{places} cannot be touched by {}", self.names());
+        f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
+        if let Some((stops, by)) = self.found.short[region.worst] {
+            let (tool, setup) = (&self.tooling.tools[by.tool], self.tooling.setups[by.setup]);
+            let from = direction_in_file(self.part, setup.direction);
+            f.message += &format!("; at worst {} stops {} mm short of it, from {from}", tool.name, short(round(stops)));
+            let struck = tool.meridian().and_then(|m| strike(m, setup, by.tip).map(|s| (m, s)));
+            let mut points = vec![reported(self.part, at), reported(self.part, by.tip)];
+            if let Some((m, (height, place))) = struck {
+                f.message += &format!(", held off by its {}", m.role_at(height).word());
+                let wide = 2.0 * m.largest_within(-1.0, stops + self.tooling.spacing).unwrap_or(m.cutter_radius());
+                f.fix = format!(
+                    "open a way at least {} mm wide and {} mm deep from {from}, or let {} stay as printed",
+                    short(round(wide)),
+                    short(round(stops)),
+                    area(region.area)
+                );
+                points.push(reported(self.part, place));
+            }
+            f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
+        }
+        f
+    }
+
+    fn names(&self) -> String {
+        self.tooling.tools.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(" or ")
+    }
+}
+
+fn area(mm2: f64) -> String {
+    format!("{} mm²", short((mm2 * 100.0).round() / 100.0))
+}

@@ -1,0 +1,68 @@
+//! The tools of a process and the directions they come from, as the checks of access use them.
+
+use super::contract::Context;
+use crate::access::{Setup, Tool};
+use crate::error::Result;
+use crate::geometry::vector::Vec3;
+use crate::part::Part;
+use crate::process::{Process, ToolChoice};
+use crate::units::{Length, short};
+
+/// Samples along the longest side: access needs no finer grid than the tools are wide.
+const SAMPLES: f64 = 100.0;
+/// The same where the user names the tools.
+const SAMPLES_NAMED: f64 = 192.0;
+
+/// A part before the tools of a list.
+pub struct Tooling<'p> {
+    pub tools: Vec<Tool>,
+    pub setups: Vec<&'p Setup>,
+    pub spacing: f64,
+    /// How near a cutter has to come to count as touching: what a contact needs on a lattice, 2·√3 spacings.
+    pub stand_off: f64,
+}
+
+impl<'p> Tooling<'p> {
+    /// The tools of a list in all setups of the part; all checks share the setups.
+    ///
+    /// # Errors
+    /// As [`Tool::chosen`], [`Tool::fits`] and [`Part::setups`].
+    pub fn new(part: &'p Part, process: &Process, context: &Context, list: &[ToolChoice]) -> Result<Self> {
+        let longest = part.extent().into_iter().fold(0.0, f64::max);
+        let samples = if process.tools.named { SAMPLES_NAMED } else { SAMPLES };
+        let spacing = (longest / samples).max(context.spacing_mm);
+        let stand_off = 2.0 * 3f64.sqrt() * spacing;
+        let read = |list: &[ToolChoice]| list.iter().map(Tool::chosen).collect::<Result<Vec<Tool>>>();
+        let all = [read(&process.tools.removal)?, read(&process.tools.finishing)?];
+        let widest = all.iter().flatten().map(Tool::cutter_width).fold(0.0, f64::max);
+        let margin = 0.5 * widest.min(longest) + stand_off;
+        let tools = read(list)?;
+        if process.tools.named {
+            tools.iter().try_for_each(|t| t.fits(part.extent()))?;
+        }
+        let setups = part.setups(Length::mm(spacing), Length::mm(margin))?.iter().collect();
+        Ok(Tooling { tools, setups, spacing, stand_off })
+    }
+
+    /// The tools, the directions and the spacing, in words.
+    pub fn described(&self) -> String {
+        let names: Vec<&str> = self.tools.iter().map(|t| t.name.as_str()).collect();
+        format!("{} from {} directions at {} mm", names.join(", "), self.setups.len(), short(round(self.spacing)))
+    }
+}
+
+/// A length as texts give it: three decimals.
+pub fn round(mm: f64) -> f64 {
+    (mm * 1e3).round() / 1e3
+}
+
+/// A direction of the build's frame in words, in the frame of the file: `+z`, or its three parts.
+pub fn direction_in_file(part: &Part, direction: Vec3) -> String {
+    let (from, to) = (part.to_file([0.0; 3]), part.to_file(direction));
+    let d = [0, 1, 2].map(|a| to[a] - from[a]);
+    let axis = (0..3).find(|&a| d[a].abs() > 1.0 - 1e-9);
+    match axis {
+        Some(a) => format!("{}{}", if d[a] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][a]),
+        None => format!("({:.2}, {:.2}, {:.2})", d[0], d[1], d[2]),
+    }
+}
