@@ -5,12 +5,15 @@ use crate::geometry::health::{Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
 use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
-use crate::medial::{Features, Side};
+use crate::medial::rod::{Rods, Search, Wanted};
+use crate::medial::section::Adjacency;
+use crate::medial::{Cover, Features, Question, Side};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::Length;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -67,6 +70,9 @@ pub struct Part {
     winding: OnceLock<Winding>,
     material: OnceLock<Features>,
     void: OnceLock<Features>,
+    adjacency: OnceLock<Adjacency>,
+    covers: [OnceLock<(Question, Cover)>; 2],
+    rods: [OnceLock<(Wanted, Rods)>; 2],
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
@@ -124,6 +130,9 @@ impl Part {
             winding: OnceLock::new(),
             material: OnceLock::new(),
             void: OnceLock::new(),
+            adjacency: OnceLock::new(),
+            covers: [const { OnceLock::new() }; 2],
+            rods: [const { OnceLock::new() }; 2],
             pairs: OnceLock::new(),
             solid: OnceLock::new(),
             printed: OnceLock::new(),
@@ -261,6 +270,28 @@ impl Part {
     pub fn features(&self, side: Side) -> &Features {
         let cell = if side == Side::Material { &self.material } else { &self.void };
         cell.get_or_init(|| Features::new(&self.mesh, side, |f| self.bounds_solid(f)))
+    }
+
+    /// The facet across each edge, among those that bound the solid.
+    pub fn adjacency(&self) -> &Adjacency {
+        self.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
+    }
+
+    /// The thin sheets on one side; kept for the first question asked.
+    pub fn cover(&self, side: Side, question: &Question) -> Cow<'_, Cover> {
+        let search = || Cover::search(self.distance(), self.features(side), question);
+        let (kept_for, kept) = self.covers[side as usize].get_or_init(|| (*question, search()));
+        if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
+    }
+
+    /// The rods of material or void; kept for the first width asked for.
+    pub fn rods(&self, wanted: Wanted) -> Cow<'_, Rods> {
+        let search = || {
+            let search = Search { mesh: &self.mesh, distance: self.distance(), next: self.adjacency(), wanted };
+            search.run(|f| self.bounds_solid(f))
+        };
+        let (kept_for, kept) = self.rods[wanted.side as usize].get_or_init(|| (wanted, search()));
+        if *kept_for == wanted { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
     }
 
     /// All pairs of bodies nearer than the part's reach, nearest points and exact distance.
