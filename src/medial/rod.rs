@@ -69,7 +69,7 @@ impl Rod {
             let t = if norm2(d) > 0.0 { (dot(sub(p, w[0].0), d) / norm2(d)).clamp(0.0, 1.0) } else { 0.0 };
             distance(p, along(w[0].0, d, t)) <= 0.25 * (w[0].1.max(w[1].1))
         };
-        self.line.windows(2).any(|w| near(w))
+        self.line.windows(2).any(near)
     }
 }
 
