@@ -66,8 +66,9 @@ impl Rod {
         }
         let near = |w: &[(Vec3, f64)]| {
             let d = sub(w[1].0, w[0].0);
-            let t = if norm2(d) > 0.0 { (dot(sub(p, w[0].0), d) / norm2(d)).clamp(0.0, 1.0) } else { 0.0 };
-            distance(p, along(w[0].0, d, t)) <= 0.25 * (w[0].1.max(w[1].1))
+            let t = if norm2(d) > 0.0 { dot(sub(p, w[0].0), d) / norm2(d) } else { 0.0 };
+            // A little beyond both ends, so that a bent line has no gaps; what follows an end is another rod.
+            (-0.1..=1.1).contains(&t) && distance(p, along(w[0].0, d, t)) <= 0.25 * w[0].1.max(w[1].1)
         };
         self.line.windows(2).any(near)
     }
