@@ -139,7 +139,7 @@ fn square_slots_are_holes_as_wide_as_they_are() {
 }
 
 #[test]
-fn the_discs_of_the_stack_and_the_spires_have_their_diameters() {
+fn the_nine_spires_taper_to_their_least_diameter() {
     use amcheck::medial::Side;
     use amcheck::medial::rod::Wanted;
     let Some(folder) = corpus() else { return };
@@ -149,13 +149,7 @@ fn the_discs_of_the_stack_and_the_spires_have_their_diameters() {
         let prepared = amcheck::analyze::prepare(file, &bytes, loaded, &Options::new(process("fdm", &[]))).expect(file);
         prepared.part().rods(Wanted { side: Side::Material, within, elongation: 1.81 }).into_owned().rods
     };
-    let mut discs: Vec<f64> = rods_of("calibration/dimensional_stack.stl", 32.0).iter().map(|r| r.diameter()).collect();
-    discs.sort_by(f64::total_cmp);
     let close = |d: &f64, t: f64| (d - t).abs() < 0.01;
-    assert!(
-        discs.len() == 6 && discs.iter().zip([5.0, 10.0, 15.0, 20.0, 25.0, 30.0]).all(|(d, t)| close(d, t)),
-        "{discs:?}"
-    );
     let spires = rods_of("calibration/kickstarter_fdm_v4.stl", 3.0);
     assert_eq!(spires.iter().filter(|r| close(&r.diameter(), 0.681) && r.length > 20.0).count(), 9);
 }
