@@ -1,7 +1,9 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
+mod bodies;
 mod up;
 
+pub use bodies::BodyPair;
 pub use up::Up;
 
 use crate::access::Setup;
@@ -10,22 +12,17 @@ use crate::geometry::health::{Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
 use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
-use crate::medial::{Features, Side};
+use crate::medial::rod::{Rods, Search, Wanted};
+use crate::medial::section::Adjacency;
+use crate::medial::{Cover, Features, Question, Side};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::Length;
+use bodies::body_pairs;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
-
-/// Two bodies, how near they come, and where.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BodyPair {
-    pub bodies: [u32; 2],
-    pub distance: f64,
-    pub points: [Vec3; 2],
-}
 
 /// A part in the frame of the build: +z up, its box's least corner at the origin.
 ///
@@ -46,6 +43,9 @@ pub struct Part {
     winding: OnceLock<Winding>,
     material: OnceLock<Features>,
     void: OnceLock<Features>,
+    adjacency: OnceLock<Adjacency>,
+    covers: [OnceLock<(Question, Cover)>; 2],
+    rods: [OnceLock<(Wanted, Rods)>; 2],
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
@@ -104,6 +104,9 @@ impl Part {
             winding: OnceLock::new(),
             material: OnceLock::new(),
             void: OnceLock::new(),
+            adjacency: OnceLock::new(),
+            covers: [const { OnceLock::new() }; 2],
+            rods: [const { OnceLock::new() }; 2],
             pairs: OnceLock::new(),
             solid: OnceLock::new(),
             printed: OnceLock::new(),
@@ -244,6 +247,28 @@ impl Part {
         cell.get_or_init(|| Features::new(&self.mesh, side, |f| self.bounds_solid(f)))
     }
 
+    /// The facet across each edge, among those that bound the solid.
+    pub fn adjacency(&self) -> &Adjacency {
+        self.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
+    }
+
+    /// The thin sheets on one side; kept for the first question asked.
+    pub fn cover(&self, side: Side, question: &Question) -> Cow<'_, Cover> {
+        let search = || Cover::search(self.distance(), self.features(side), question);
+        let (kept_for, kept) = self.covers[side as usize].get_or_init(|| (*question, search()));
+        if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
+    }
+
+    /// The rods of material or void; kept for the first width asked for.
+    pub fn rods(&self, wanted: Wanted) -> Cow<'_, Rods> {
+        let search = || {
+            let search = Search { mesh: &self.mesh, distance: self.distance(), next: self.adjacency(), wanted };
+            search.run(|f| self.bounds_solid(f))
+        };
+        let (kept_for, kept) = self.rods[wanted.side as usize].get_or_init(|| (wanted, search()));
+        if *kept_for == wanted { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
+    }
+
     /// All pairs of bodies nearer than the part's reach, nearest points and exact distance.
     pub fn body_pairs(&self) -> &[BodyPair] {
         self.pairs.get_or_init(|| body_pairs(&self.mesh, &self.health, self.reach))
@@ -356,38 +381,6 @@ fn turn_shells(mesh: &mut TriangleMesh, health: &Health) {
             t.swap(1, 2);
         }
     }
-}
-
-/// Nearest points of all bodies whose boxes come within reach.
-fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
-    let mut facets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (f, &body) in health.facet_body.iter().enumerate().filter(|(_, b)| **b != NO_LABEL) {
-        facets.entry(body).or_default().push(f);
-    }
-    if facets.len() < 2 {
-        return Vec::new();
-    }
-    let boxes: Vec<(u32, Vec3, Vec3)> = facets
-        .keys()
-        .filter_map(|&b| health.bodies.get(b as usize).map(|body| (b, body.box_mm[0], body.box_mm[1])))
-        .collect();
-    let near = |(a, b): &(&(u32, Vec3, Vec3), &(u32, Vec3, Vec3))| {
-        (0..3).all(|x| a.1[x] - b.2[x] < reach && b.1[x] - a.2[x] < reach)
-    };
-    let mut candidates: Vec<(u32, u32)> = Vec::new();
-    for (i, a) in boxes.iter().enumerate() {
-        candidates.extend(boxes[i + 1..].iter().filter(|b| near(&(a, b))).map(|b| (a.0, b.0)));
-    }
-    let needed: std::collections::BTreeSet<u32> = candidates.iter().flat_map(|c| [c.0, c.1]).collect();
-    let trees: BTreeMap<u32, MeshDistance> =
-        needed.into_par_iter().map(|b| (b, MeshDistance::of_facets(mesh, facets[&b].iter().copied()))).collect();
-    candidates
-        .par_iter()
-        .filter_map(|&(a, b)| {
-            let (distance, p, q) = trees[&a].pair_distance(&trees[&b], reach)?;
-            Some(BodyPair { bodies: [a, b], distance, points: [p, q] })
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
 use super::finding::Limits;
+use super::rods::judged;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
 use crate::medial::Side;
@@ -42,7 +43,8 @@ impl Check for NarrowGap {
         let Some(widest) = kinds.iter().map(|k| k.limits).reduce(wider) else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let sheets = Sheets { part, context, code: META.code, side: Side::Void, kinds };
+        let rods = judged(part, process, Side::Void);
+        let sheets = Sheets { part, context, code: META.code, side: Side::Void, kinds, rods };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,

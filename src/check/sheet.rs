@@ -3,11 +3,13 @@
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
-use crate::geometry::vector::{Vec3, add, bounds, sub, unit};
-use crate::medial::chord::PARALLEL;
-use crate::medial::cluster::{group, principal_extents};
+use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
+use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
+use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
+use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
 use crate::medial::refine::thinnest_on;
+use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
 use crate::part::{BodyPair, Part};
@@ -17,8 +19,6 @@ use crate::units::{report_digits, short};
 const TOUCH: f64 = 1e-3;
 /// Facets on which the thinnest places are sought, thinnest sheets first.
 const REFINED: usize = 32;
-/// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
-const RUN_OUT: f64 = 0.05;
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +43,8 @@ pub struct Sheets<'a> {
     pub code: &'static str,
     pub side: Side,
     pub kinds: Vec<Kind>,
+    /// Rods, which are judged by a rule of their own.
+    pub rods: Vec<Rod>,
 }
 
 impl Sheets<'_> {
@@ -55,7 +57,7 @@ impl Sheets<'_> {
         self.kinds.iter().flat_map(|k| [k.limits.fail, k.limits.warn]).flatten().fold(0.0, f64::max)
     }
 
-    fn question(&self) -> Question {
+    pub fn question(&self) -> Question {
         let tie = self.part.step();
         let fail = self.kinds.iter().filter_map(|k| k.limits.fail).fold(0.0, f64::max);
         Question {
@@ -72,7 +74,7 @@ impl Sheets<'_> {
     /// Searches, groups and judges.
     pub fn measure(&self) -> (Measured, Vec<FacetSheet>) {
         let question = self.question();
-        let cover = Cover::search(self.part.distance(), self.part.features(self.side), &question);
+        let cover = self.part.cover(self.side, &question);
         let mut measured =
             Measured { rule: self.kinds.first().map(|k| k.rule), spent: cover.evaluations, ..Measured::default() };
         let mut wedges = cover.samples.iter().filter(|s| s.shape == Shape::Wedge).count();
@@ -88,7 +90,7 @@ impl Sheets<'_> {
             measured.findings.push(open);
         }
         measured.cover = self.cover_text(&question, &cover, wedges);
-        (measured, cover.facets)
+        (measured, cover.facets.clone())
     }
 
     fn body(&self, facet: u32) -> u32 {
@@ -101,6 +103,7 @@ impl Sheets<'_> {
             .samples
             .iter()
             .filter(|s| s.shape == Shape::Sheet && self.body(s.facet) == self.body(s.opposite))
+            .filter(|s| !self.rods.iter().any(|r| r.holds(s.centre)))
             .copied()
             .collect();
         let tie = self.part.step();
@@ -201,8 +204,12 @@ impl Sheets<'_> {
     fn finding(&self, kind: &Kind, sheet: &Sheet) -> Finding {
         let s = &sheet.thinnest;
         let bracket = Bracket::new(s.diameter, sheet.low, s.diameter);
-        let mut f =
-            Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.step());
+        // What is thin over less than its own thickness, or just short of a wall, is a neck: it is shown, but no part fails for it.
+        let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
+        let neck = blunt && sheet.area < s.diameter * s.diameter;
+        let Limits { fail, warn, sense } = kind.limits;
+        let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
+        let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.step());
         if (s.diameter - sheet.low).abs() <= self.part.step() {
             f.basis = Basis::Exact;
         }
@@ -216,10 +223,20 @@ impl Sheets<'_> {
             Form::Rod => format!("rod-like, {long} mm long"),
             Form::Spot => "at one spot".into(),
         };
+        if let Some(ray) = self.along_normal(s) {
+            f.message.push_str(&format!(" ({} mm along the normal)", short((ray * 1e4).round() / 1e4)));
+        }
         if self.part.health().bodies.len() > 1 {
             f.bodies = Some(vec![u64::from(self.body(s.facet)) + 1]);
         }
         f
+    }
+
+    /// The ray definition of thickness: from the first contact straight across, where that differs from the ball's diameter.
+    fn along_normal(&self, s: &Sample) -> Option<f64> {
+        let inward = scale(self.part.mesh().normal(s.facet as usize), -self.side.sign());
+        let (ray, _) = self.part.distance().first_hit(s.contacts[0], inward, 1e-3 * s.diameter, 100.0 * s.diameter)?;
+        ((ray - s.diameter).abs() > TOUCH).then_some(ray)
     }
 
     /// Exact clearances between bodies, one finding for each pair.
@@ -333,6 +350,9 @@ impl Sheets<'_> {
             short(self.widest()),
             short((q.finest() * 1e3).ceil() / 1e3)
         );
+        if !self.rods.is_empty() {
+            text.push_str(&format!(" {} rods are judged by their diameter.", self.rods.len()));
+        }
         if wedges > 0 {
             text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
         }
@@ -341,58 +361,4 @@ impl Sheets<'_> {
         }
         text
     }
-}
-
-/// What the middle surface of a sheet looks like.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Plate,
-    Rod,
-    Spot,
-}
-
-/// A sheet summed up.
-struct Sheet {
-    thinnest: Sample,
-    low: f64,
-    area: f64,
-    extent: (Vec3, Vec3),
-    spans: [f64; 3],
-    form: Form,
-}
-
-/// Sums a group up, or says that it is a wedge: `None`.
-fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
-    if samples.iter().any(|s| s.low < RUN_OUT * scale) {
-        return parallel_sheet(samples, scale);
-    }
-    summed(&samples.iter().collect::<Vec<_>>())
-}
-
-/// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as the limit squared.
-fn parallel_sheet(samples: &[Sample], scale: f64) -> Option<Sheet> {
-    let parallel: Vec<&Sample> = samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale).collect();
-    summed(&parallel).filter(|s| s.area >= scale * scale)
-}
-
-/// Samples as one sheet.
-fn summed(parallel: &[&Sample]) -> Option<Sheet> {
-    let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
-    let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();
-    let spans = principal_extents(&parallel.iter().map(|s| s.centre).collect::<Vec<_>>());
-    let form = if spans[0] < thinnest.diameter {
-        Form::Spot
-    } else if spans[1] < 0.5 * thinnest.diameter {
-        Form::Rod
-    } else {
-        Form::Plate
-    };
-    Some(Sheet {
-        thinnest,
-        low: parallel.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
-        area,
-        extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,
-        spans,
-        form,
-    })
 }

@@ -1,6 +1,7 @@
 //! AM101: walls thinner than the process makes.
 
 use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
+use super::rods::judged;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
 use crate::medial::Side;
@@ -21,8 +22,8 @@ static META: Meta = Meta {
     how: "All pairs of opposing features of the mesh are searched by branch and bound: where no chord between opposing features is \
           shorter than the limit there is no wall that thin, and this is a proof. Where there is one, an empty ball between the \
           two is the witness; it is measured on the mesh, not on voxels. Equal places are one finding with a count.",
-    limits: "A convex edge is no wall. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge and is counted \
-             apart. What is thin over less than a sixteenth of the search resolution is not looked for; the cover line gives the \
+    limits: "A convex edge is no wall. What is thin over less than its own thickness is a neck at one spot and warns only. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge, which knife-edge judges, \
+             and a pin with a free end is judged by thin-pin. What is thin over less than a sixteenth of the search resolution is not looked for; the cover line gives the \
              number. Bodies that cross each other without sharing edges are taken as they are.",
     source: "Medial balls: J. Ma, S. W. Bae, S. Choi, 3D medial axis point approximation using nearest neighbors and the normal field, 2012. \
              Limits: see the profile.",
@@ -43,6 +44,7 @@ impl Check for ThinWall {
             code: META.code,
             side: Side::Material,
             kinds: vec![Kind { name: "wall", rule: "thin-wall", limits, reading: Reading::WithinBody }],
+            rods: judged(part, process, Side::Material),
         };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {

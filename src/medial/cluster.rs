@@ -1,5 +1,6 @@
 //! Samples that belong to one place.
 
+use super::axes::eigenvectors;
 use super::cover::Sample;
 use crate::geometry::vector::{Vec3, bounds, dot, scale, sub, unit};
 use rustc_hash::FxHashMap;
@@ -142,35 +143,6 @@ pub fn principal_extents(points: &[Vec3]) -> [f64; 3] {
     let least = turned.reduce(|best, t| if t[0] * t[1] < best[0] * best[1] - 1e-12 { t } else { best });
     let [a, b] = least.unwrap_or([0.0; 2]);
     [a.max(b), a.min(b), span(across)]
-}
-
-/// Eigenvectors of a symmetric matrix by Jacobi rotations.
-fn eigenvectors(mut m: [[f64; 3]; 3]) -> [Vec3; 3] {
-    let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    for _ in 0..24 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if m[p][q].abs() < 1e-300 {
-                continue;
-            }
-            let theta = 0.5 * (2.0 * m[p][q]).atan2(m[p][p] - m[q][q]);
-            let (s, c) = theta.sin_cos();
-            for row in &mut m {
-                let (a, b) = (row[p], row[q]);
-                (row[p], row[q]) = (c * a + s * b, c * b - s * a);
-            }
-            let (rp, rq) = (m[p], m[q]);
-            for k in 0..3 {
-                m[p][k] = c * rp[k] + s * rq[k];
-                m[q][k] = c * rq[k] - s * rp[k];
-            }
-            let (vp, vq) = (v[p], v[q]);
-            for k in 0..3 {
-                v[p][k] = c * vp[k] + s * vq[k];
-                v[q][k] = c * vq[k] - s * vp[k];
-            }
-        }
-    }
-    v
 }
 
 #[cfg(test)]

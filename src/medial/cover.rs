@@ -28,7 +28,7 @@ const AGREE: f64 = 0.005;
 const FIRST_LOOK: u64 = 256;
 
 /// What is searched for, all lengths in millimetres.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Question {
     /// Below this a wall fails; 0 for no such limit.
     pub fail: f64,

@@ -3,13 +3,19 @@
 //! A wall is a pair of opposing features with an empty ball between them. [`cover`] searches all pairs by branch and
 //! bound, so that *no wall thinner than the limit* is a proof and not a sampling; [`cluster`] turns what it finds into places.
 
+mod axes;
+pub mod axis;
 pub mod chord;
 pub mod cluster;
 pub mod cover;
+pub mod crease;
 pub mod feature;
 pub mod map;
 pub mod refine;
 pub mod reflex;
+pub mod rod;
+pub mod section;
+pub mod thickness;
 
 pub use cover::{Cover, Question, Sample, Shape};
 pub use feature::{Features, Side};

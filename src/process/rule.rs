@@ -94,8 +94,12 @@ pub struct Rule {
 /// Every rule that a check of the registry reads.
 pub const RULES: &[Rule] = &[
     Rule { key: "thin-wall", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "thin-pin", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "thin-pin.slenderness", dimension: Dimension::Number, bound: Bound::Most },
     Rule { key: "narrow-gap", dimension: Dimension::Length, bound: Bound::Least },
     Rule { key: "narrow-gap.between-bodies", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "small-hole", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "knife-edge", dimension: Dimension::Angle, bound: Bound::Least },
     Rule { key: "overhang", dimension: Dimension::Angle, bound: Bound::Least },
     Rule { key: "island", dimension: Dimension::Area, bound: Bound::Most },
     Rule { key: "trapped-volume", dimension: Dimension::Length, bound: Bound::Least },

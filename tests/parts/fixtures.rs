@@ -3,7 +3,8 @@
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
 use crate::shapes::{
-    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, ramp, relief, ribbed, table,
+    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, pin, ramp, relief, ribbed, table, washer,
+    wedge,
 };
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
@@ -41,6 +42,13 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("wall_111_024", leaning(0.24)),
         ("wall_111_200", leaning(2.0)),
         ("wall_080", cuboid([0.0; 3], [20.0, 0.8, 10.0])),
+        ("pin_060", pin(0.6, 4.0)),
+        ("pin_060_tall", pin(0.6, 9.0)),
+        ("pin_400", pin(4.0, 8.0)),
+        ("hole_100", washer(1.0)),
+        ("hole_200", washer(2.0)),
+        ("wedge_20", wedge(20.0)),
+        ("wedge_60", wedge(60.0)),
         ("slits_015", slits),
         ("pair_010", pair(0.1)),
         ("pair_100", pair(1.0)),

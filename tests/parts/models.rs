@@ -112,6 +112,49 @@ fn the_web_and_the_fifteen_slits_of_the_motor_holder_are_found() {
 }
 
 #[test]
+fn hole_test_has_fifteen_holes_and_one_fails_at_2_mm() {
+    let Some(report) = judged("calibration/hole_test.stl", &[]) else { return };
+    let holes = findings(&report, "AM104");
+    assert!(holes.len() == 1 && holes[0].state == State::Fail && (holes[0].value - 1.0).abs() < CLOSE, "{holes:?}");
+    let Some(report) = judged("calibration/hole_test.stl", &["small-hole=15.5mm"]) else { return };
+    let mut holes: Vec<&Finding> = findings(&report, "AM104").iter().collect();
+    holes.sort_by(|a, b| a.value.total_cmp(&b.value));
+    assert_eq!(holes.len(), 15);
+    for (i, f) in holes.iter().enumerate() {
+        // Equal-area diameters of the slice at z = 2.5 go from 1.000 to 14.998.
+        let truth = (i + 1) as f64;
+        assert!((f.value - truth).abs() < CLOSE && f.low <= truth && truth <= f.high + 1e-4, "{truth}: {f:?}");
+    }
+}
+
+#[test]
+fn square_slots_are_holes_as_wide_as_they_are() {
+    let Some(report) = judged("calibration/slop_calibrator.stl", &["small-hole=13mm"]) else { return };
+    let mut holes: Vec<&Finding> = findings(&report, "AM104").iter().collect();
+    holes.sort_by(|a, b| a.value.total_cmp(&b.value));
+    // Clearance of a plug of 10 mm: 0 to 0.45 mm per side.
+    let clearances: Vec<f64> = holes.iter().map(|f| 0.5 * (f.low - 10.0)).collect();
+    assert_eq!(clearances.len(), 10, "{clearances:?}");
+    assert!(clearances.iter().enumerate().all(|(i, c)| (c - 0.05 * i as f64).abs() < 1e-5), "{clearances:?}");
+}
+
+#[test]
+fn the_nine_spires_taper_to_their_least_diameter() {
+    use amcheck::medial::Side;
+    use amcheck::medial::rod::Wanted;
+    let Some(folder) = corpus() else { return };
+    let rods_of = |file: &str, within: f64| {
+        let bytes = std::fs::read(folder.join(file)).expect(file);
+        let loaded = amcheck::io::read(file, &bytes, amcheck::io::Salvage::Refuse).expect(file);
+        let prepared = amcheck::analyze::prepare(file, &bytes, loaded, &Options::new(process("fdm", &[]))).expect(file);
+        prepared.part().rods(Wanted { side: Side::Material, within, elongation: 1.81 }).into_owned().rods
+    };
+    let close = |d: &f64, t: f64| (d - t).abs() < 0.01;
+    let spires = rods_of("calibration/kickstarter_fdm_v4.stl", 3.0);
+    assert_eq!(spires.iter().filter(|r| close(&r.diameter(), 0.681) && r.length > 20.0).count(), 9);
+}
+
+#[test]
 fn bodies_printed_in_place_have_exact_gaps() {
     let cases: [(&str, &[(f64, u64)]); 4] = [
         ("clean/voron2_door_hinge_pip.stl", &[(0.298, 1)]),

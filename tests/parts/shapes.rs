@@ -212,3 +212,46 @@ pub fn angle_bracket(fillet: f64) -> TriangleMesh {
     outline.extend([[4.0, 20.0], [0.0, 20.0]]);
     sweep(&outline, &ears(&outline), 10.0)
 }
+
+/// A closed outline in (r, z) turned about the z axis in `n` steps; points with r = 0 lie on the axis. Circles have the area of true ones.
+pub fn lathe(outline: &[[f64; 2]], n: usize) -> TriangleMesh {
+    let step = std::f64::consts::TAU / n as f64;
+    // A regular polygon has the area of a circle if its corners stand this much further out.
+    let out = (step / step.sin()).sqrt();
+    let at = |[r, z]: [f64; 2], j: usize| {
+        let (s, c) = (step * (j % n) as f64).sin_cos();
+        [out * r * c, out * r * s, z]
+    };
+    let mut facets = Vec::new();
+    for (i, &p) in outline.iter().enumerate() {
+        let q = outline[(i + 1) % outline.len()];
+        for j in 0..n {
+            if q[0] > 0.0 {
+                facets.push([at(p, j), at(q, j + 1), at(q, j)]);
+            }
+            if p[0] > 0.0 {
+                facets.push([at(p, j), at(p, j + 1), at(q, j + 1)]);
+            }
+        }
+    }
+    let mesh = TriangleMesh::weld(facets);
+    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+}
+
+/// A foot of 10 mm with an upright pin.
+pub fn pin(diameter: f64, height: f64) -> TriangleMesh {
+    let r = 0.5 * diameter;
+    lathe(&[[0.0, 0.0], [5.0, 0.0], [5.0, 2.0], [r, 2.0], [r, 2.0 + height], [0.0, 2.0 + height]], 48)
+}
+
+/// A round plate of 10 mm, 4 mm thick, with a hole through it.
+pub fn washer(diameter: f64) -> TriangleMesh {
+    let r = 0.5 * diameter;
+    lathe(&[[r, 0.0], [5.0, 0.0], [5.0, 4.0], [r, 4.0]], 48)
+}
+
+/// A prism 8 mm long whose section is a triangle 10 mm deep with an edge of that angle.
+pub fn wedge(degrees: f64) -> TriangleMesh {
+    let half = 10.0 * (0.5 * degrees).to_radians().tan();
+    sweep(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0)
+}

@@ -1,0 +1,132 @@
+//! AM105: edges so sharp that the material before them is thinner than a wall.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::place::{group_equal, locate, reported};
+use super::rods::plain;
+use crate::error::Result;
+use crate::geometry::vector::bounds;
+use crate::medial::crease::{Crease, Ridge, creases, length, ridges};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+
+/// AM105 `knife-edge`.
+pub struct KnifeEdge;
+
+/// Wedges up to this angle are measured: those whose balls have contacts 120 degrees apart or more.
+const WIDEST: f64 = 60.0;
+/// A wedge that never gets as thick as this share of the wall limit is a nick in the surface, no edge of the part.
+const NICK: f64 = 0.25;
+/// An angle that a step of the coordinates can change by more than this, degrees, is that of a sliver and says nothing.
+const DOUBTFUL: f64 = 5.0;
+
+static META: Meta = Meta {
+    code: "AM105",
+    name: "knife-edge",
+    title: "Angle of sharp edges",
+    what: "Measures the angle of the material at every sharp edge, and how far in from the edge it is thinner than the wall limit.",
+    why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
+    how: "The angle between the two facets of each edge is exact. The depth is where a ball on the bisector, measured on the mesh, first is as \
+          thick as the wall limit. Edges that follow each other are one finding. Walls and wedges share the rule that a ball with contacts \
+          120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; what runs \
+          out, and contacts from 120 to 150 degrees, is a wedge of up to 60 degrees and is measured here.",
+    limits: "A convex right angle, a chamfer and a thread of 60 degrees are no knife edges. What is shorter than the wall limit or never as thick as a \
+             quarter of it is counted and not judged. An edge that was blunted by a narrow face is a wall as thick as that face.",
+    source: "Limits: see the profile.",
+};
+
+impl Check for KnifeEdge {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let Some(limits) = limits_of(process, META.name) else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let wall = limits_of(process, "thin-wall").and_then(|l| l.fail.or(l.warn));
+        let Some(wall) = wall.filter(|w| *w > 0.0) else {
+            return Ok(Outcome::NotApplicable("the process sets no wall limit to measure the edge by".into()));
+        };
+        let found = creases(part.mesh(), part.distance(), part.adjacency(), (WIDEST.to_radians(), wall, part.step()));
+        let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max).to_radians();
+        let is_deep = |c: &Crease| c.thickness >= NICK * wall && c.doubt < DOUBTFUL.to_radians();
+        let deep: Vec<&Crease> = found.iter().filter(|c| is_deep(c)).collect();
+        let worst = deep.iter().min_by(|a, b| a.angle.total_cmp(&b.angle)).map(|c| Worst {
+            bracket: Bracket::exact(c.angle.to_degrees()),
+            unit: "deg",
+            at: Some(middle(part, c)),
+        });
+        let chosen = |c: &Crease| c.angle < widest && is_deep(c);
+        let lines = ridges(&found, chosen);
+        let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
+        let mut findings: Vec<Finding> = lines
+            .iter()
+            .filter(long)
+            .filter_map(|r| sharp(part, context, &found, r, (limits, wall)))
+            .filter(|f| f.state > State::Pass)
+            .collect();
+        let judged = lines.iter().filter(long).count();
+        findings.sort_by(Finding::worst_first);
+        let mut findings = group_equal(findings, 0.05);
+        for f in findings.iter_mut().filter(|f| f.count > 1) {
+            f.message = format!("{} such edges, the first an {}", f.count, f.message);
+        }
+        let cover = format!(
+            "All edges were measured: {} of at most {WIDEST} degrees, {} of them on slivers or nicks never {} mm thick; {} lines of edges below the limit are \
+             shorter than {} mm.",
+            found.len(),
+            found.len() - deep.len(),
+            plain(NICK * wall),
+            lines.len() - judged,
+            plain(wall)
+        );
+        Ok(Outcome::Measured(Box::new(Measured {
+            worst,
+            findings,
+            cover,
+            rule: Some(META.name),
+            spent: 64 * found.len() as u64,
+            ..Measured::default()
+        })))
+    }
+}
+
+fn middle(part: &Part, c: &Crease) -> [f64; 3] {
+    let [a, b] = c.ends.map(|v| part.mesh().vertices[v as usize]);
+    [0, 1, 2].map(|x| 0.5 * (a[x] + b[x]))
+}
+
+/// The finding of a line of sharp edges, at its sharpest.
+fn sharp(
+    part: &Part,
+    context: &Context,
+    found: &[Crease],
+    ridge: &Ridge,
+    (limits, wall): (Limits, f64),
+) -> Option<Finding> {
+    let line: Vec<&Crease> = ridge.creases.iter().map(|&i| &found[i]).collect();
+    let sharpest = line.iter().min_by(|a, b| a.angle.total_cmp(&b.angle))?;
+    let long: f64 = line.iter().map(|c| length(part.mesh(), c)).sum();
+    let area: f64 = line.iter().map(|c| length(part.mesh(), c) * c.depth).sum();
+    let depth = line.iter().map(|c| c.depth).fold(0.0, f64::max);
+    let (degrees, doubt) = (sharpest.angle.to_degrees(), sharpest.doubt.to_degrees());
+    let value = Bracket::new(degrees, (degrees - doubt).max(0.0), degrees + doubt);
+    let mut f = Finding::judged(META.code, "edge", value, Basis::Exact, limits, "deg", doubt.max(1e-6));
+    let corners = line.iter().flat_map(|c| c.ends.map(|v| part.mesh().vertices[v as usize]));
+    let extent = bounds(corners)?;
+    locate(&mut f, part, context, middle(part, sharpest), extent);
+    let points = sharpest.ends.map(|v| reported(part, part.mesh().vertices[v as usize]));
+    f.witness = Some(Witness { kind: "edge".into(), points_mm: points.to_vec() });
+    f.area_mm2 = Some(report_digits(area));
+    f.message = format!(
+        "edge of {}°, {} mm long: up to {} mm in from it the material is thinner than {} mm",
+        short((f.value * 10.0).round() / 10.0),
+        plain(long),
+        plain(depth),
+        plain(wall)
+    );
+    f.fix = format!("cut the edge back by {} mm, where it is {} mm thick, or round it", plain(depth), plain(wall));
+    Some(f)
+}

@@ -1,0 +1,113 @@
+//! Findings from rods of material or void: what AM102 and AM104 share.
+
+use super::contract::{Context, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::place::{locate, reported};
+use crate::medial::Side;
+use crate::medial::rod::{End, Rod, Rods, Wanted};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+use std::borrow::Cow;
+
+/// A pin's section is at most this elongated, circumscribed over inscribed: 1 × 1.5 mm is still a pin.
+const PIN: f64 = 1.81;
+/// A hole's section: squares and hexagons are holes, slots are not.
+const HOLE: f64 = 1.5;
+/// A passage shorter than this share of its width is an edge of something else.
+const SHORTEST: f64 = 0.1;
+
+/// The rule that limits the diameter of rods on a side.
+pub fn rule_of(side: Side) -> &'static str {
+    match side {
+        Side::Material => "thin-pin",
+        Side::Void => "small-hole",
+    }
+}
+
+/// What a process wants to know of the rods on a side, a quarter beyond its widest limit; `None` without a limit.
+fn wanted(process: &Process, side: Side) -> Option<Wanted> {
+    let limits = limits_of(process, rule_of(side))?;
+    let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max);
+    let elongation = if side == Side::Material { PIN } else { HOLE };
+    (widest > 0.0).then_some(Wanted { side, within: 1.25 * widest, elongation })
+}
+
+/// All rods on a side that the process has a limit for.
+pub fn search<'a>(part: &'a Part, process: &Process, side: Side) -> Option<Cow<'a, Rods>> {
+    Some(part.rods(wanted(process, side)?))
+}
+
+/// Whether a rod is judged by its diameter.
+///
+/// A pin has a free end, or is a ring, and is at least as high as wide; a strut held at both ends is a wall. A blind hole is at least as deep
+/// as wide; a passage may be short. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
+pub fn is_judged(side: Side, rod: &Rod) -> bool {
+    let closed = rod.ends.contains(&End::Closed);
+    let least = if side == Side::Void && !closed { SHORTEST } else { 1.0 };
+    let held = side == Side::Material && rod.ends == [End::Open; 2];
+    !held
+        && !rod.ends.contains(&End::Point)
+        && rod.length >= (least - 1e-3) * rod.diameter()
+        && rod.run >= 0.5 * least * rod.diameter()
+}
+
+/// The rods that the rule for their diameter judges, and no other rule does.
+pub fn judged(part: &Part, process: &Process, side: Side) -> Vec<Rod> {
+    let found = search(part, process, side);
+    found.map_or(Vec::new(), |r| r.rods.iter().filter(|r| is_judged(side, r)).cloned().collect())
+}
+
+/// Equal-area diameter between the inscribed and the circumscribed one.
+pub fn bracket(rod: &Rod) -> Bracket {
+    Bracket::new(rod.diameter(), rod.narrowest.inscribed, rod.narrowest.circumscribed)
+}
+
+/// The rod of least diameter, for the report's worst value.
+pub fn worst<'a>(rods: impl IntoIterator<Item = &'a Rod>) -> Option<Worst> {
+    let least = rods.into_iter().min_by(|a, b| a.diameter().total_cmp(&b.diameter()))?;
+    Some(Worst { bracket: bracket(least), unit: "mm", at: Some(least.narrowest.centre) })
+}
+
+/// A finding on a rod's diameter: judged by its equal-area diameter, with the sagitta of a circle's facets as what counts as equal.
+pub fn diameter_finding(
+    (part, context): (&Part, &Context),
+    (code, kind): (&str, &str),
+    rod: &Rod,
+    limits: Limits,
+) -> Finding {
+    let tie = rod.narrowest.sagitta() + part.step();
+    let mut f = Finding::judged(code, kind, Bracket::exact(rod.diameter()), Basis::Exact, limits, "mm", tie);
+    let b = bracket(rod).rounded();
+    (f.low, f.high) = (b.low, b.high);
+    placed(&mut f, part, context, rod);
+    f
+}
+
+/// Puts a finding on a rod, with the points that bear it out.
+pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
+    locate(f, part, context, rod.narrowest.centre, rod.extent);
+    let ends = [rod.line.first(), rod.line.last()].into_iter().flatten().map(|e| e.0);
+    let points = [rod.narrowest.centre].into_iter().chain(ends).map(|p| reported(part, p));
+    f.witness = Some(Witness { kind: "section".into(), points_mm: points.collect() });
+    f.area_mm2 = Some(report_digits(rod.narrowest.area));
+    if part.health().bodies.len() > 1 {
+        let body = part.health().facet_body.get(rod.narrowest.facet as usize).copied().unwrap_or(u32::MAX);
+        f.bodies = Some(vec![u64::from(body) + 1]);
+    }
+}
+
+/// What to change, from the limits that are broken.
+pub fn to_limit(f: &Finding, verb: &str) -> String {
+    let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
+    match (f.state, f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
+        (State::Fail, Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
+        (_, Some(limit), None) | (_, None, Some(limit)) | (_, Some(_), Some(limit)) => to(limit),
+        (_, None, None) => format!("{} mm is as much as the limit asks", short(f.value)),
+    }
+}
+
+/// Millimetres in a sentence.
+pub fn plain(mm: f64) -> String {
+    short((mm * 1e3).round() / 1e3)
+}

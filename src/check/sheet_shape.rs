@@ -1,0 +1,63 @@
+//! What a group of samples makes: a plate, a rod, a spot, or a wedge that runs out to an edge.
+
+use crate::geometry::vector::{Vec3, bounds};
+use crate::medial::Sample;
+use crate::medial::chord::PARALLEL;
+use crate::medial::cluster::principal_extents;
+
+/// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
+const RUN_OUT: f64 = 0.05;
+
+/// What the middle surface of a sheet looks like.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    Plate,
+    Rod,
+    Spot,
+}
+
+/// A sheet summed up.
+pub struct Sheet {
+    pub thinnest: Sample,
+    pub low: f64,
+    pub area: f64,
+    pub extent: (Vec3, Vec3),
+    pub spans: [f64; 3],
+    pub form: Form,
+}
+
+/// Sums a group up, or says that it is a wedge: `None`.
+pub fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
+    if samples.iter().any(|s| s.low < RUN_OUT * scale) {
+        return parallel_sheet(samples, scale);
+    }
+    summed(&samples.iter().collect::<Vec<_>>())
+}
+
+/// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as the limit squared.
+pub fn parallel_sheet(samples: &[Sample], scale: f64) -> Option<Sheet> {
+    let parallel: Vec<&Sample> = samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale).collect();
+    summed(&parallel).filter(|s| s.area >= scale * scale)
+}
+
+/// Samples as one sheet.
+fn summed(parallel: &[&Sample]) -> Option<Sheet> {
+    let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
+    let area = 0.5 * parallel.iter().map(|s| s.area).sum::<f64>();
+    let spans = principal_extents(&parallel.iter().map(|s| s.centre).collect::<Vec<_>>());
+    let form = if spans[0] < thinnest.diameter {
+        Form::Spot
+    } else if spans[1] < 0.5 * thinnest.diameter {
+        Form::Rod
+    } else {
+        Form::Plate
+    };
+    Some(Sheet {
+        thinnest,
+        low: parallel.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
+        area,
+        extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,
+        spans,
+        form,
+    })
+}

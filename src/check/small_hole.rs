@@ -1,0 +1,89 @@
+//! AM104: round passages smaller than the process keeps open.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
+use super::finding::{Finding, State};
+use super::place::group_equal;
+use super::rods::{diameter_finding, is_judged, plain, search, to_limit, worst};
+use crate::error::Result;
+use crate::medial::Side;
+use crate::medial::rod::{End, Rod};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::short;
+
+/// AM104 `small-hole`.
+pub struct SmallHole;
+
+static META: Meta = Meta {
+    code: "AM104",
+    name: "small-hole",
+    title: "Diameter of holes",
+    what: "Measures rod-like void: round, square or hexagonal passages, through and blind. The diameter is that of the circle of equal area \
+           at the narrowest section; the depth is the length over which the section stays alike.",
+    why: "A hole below the limit closes: beads and cured resin shrink inwards, powder sinters in it or cannot be blown out.",
+    how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
+          and circumscribed circle about the centroid. What is judged here is not judged as a slot.",
+    limits: "Diameters that differ from the limit by less than twice the sagitta of a circle's facets are equal to it. Sections more elongated than 1.5 \
+             are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged.",
+    source: "Limits: see the profile.",
+};
+
+impl Check for SmallHole {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let (Some(limits), Some(found)) = (limits_of(process, "small-hole"), search(part, process, Side::Void)) else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let (holes, dimples): (Vec<&Rod>, Vec<&Rod>) = found.rods.iter().partition(|r| is_judged(Side::Void, r));
+        let mut findings: Vec<Finding> = holes
+            .iter()
+            .map(|r| {
+                let mut f = diameter_finding((part, context), (META.code, "hole"), r, limits);
+                f.message = form(r);
+                f
+            })
+            .filter(|f| f.state > State::Pass)
+            .collect();
+        findings.sort_by(Finding::worst_first);
+        let mut findings = group_equal(findings, 0.004);
+        for f in &mut findings {
+            let (place, value) = (std::mem::take(&mut f.message), plain(f.value));
+            f.message = match f.count {
+                1 => format!("hole of {value} mm, {place}"),
+                n => format!("{n} holes of {value} mm, the first {place}"),
+            };
+            f.fix = to_limit(f, "widen");
+        }
+        let mut cover = format!(
+            "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} holes.",
+            found.places,
+            plain(found.spacing),
+            holes.len()
+        );
+        if !dimples.is_empty() {
+            cover.push_str(&format!(" {} dimples less deep than wide were left aside.", dimples.len()));
+        }
+        Ok(Outcome::Measured(Box::new(Measured {
+            worst: worst(holes),
+            findings,
+            cover,
+            rule: Some("small-hole"),
+            spent: found.places,
+            ..Measured::default()
+        })))
+    }
+}
+
+/// Depth, axis and ends in words.
+fn form(rod: &Rod) -> String {
+    let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
+    let kind = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
+        0 => "through",
+        1 => "blind",
+        _ => "closed at both ends",
+    };
+    format!("{kind}, {} mm deep, along ({x}, {y}, {z})", plain(rod.length))
+}

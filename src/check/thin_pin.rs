@@ -1,0 +1,132 @@
+//! AM102: pins and wires thinner or more slender than the process makes.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, State};
+use super::place::group_equal;
+use super::rods::{diameter_finding, is_judged, placed, plain, search, to_limit, worst};
+use crate::error::Result;
+use crate::medial::Side;
+use crate::medial::rod::{End, Rod};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::short;
+
+/// AM102 `thin-pin`.
+pub struct ThinPin;
+
+static META: Meta = Meta {
+    code: "AM102",
+    name: "thin-pin",
+    title: "Diameter of pins",
+    what: "Measures rod-like material: pins and wires with a free end that are about as wide in every direction across an axis and at least as \
+           long as wide. The diameter is that of the circle of equal area at the narrowest section; height over diameter is the slenderness, with the mean diameter where \
+           a pin tapers.",
+    why: "A thin pin has a handful of beads or spots in each layer: it is bent by the next pass, burnt for want of cooling time, or snaps off \
+          when it is cleaned.",
+    how: "From the middle of each facet a ray goes straight across; where one at right angles to it meets two sides about as near, the surface is \
+          cut by the plane of both and the axis turned until the sides along the cut are parallel to it. The curve is exact on the mesh: the \
+          bracket is its inscribed and circumscribed circle about the centroid. The section is followed both ways to where it changes. \
+          What is judged here is not judged as a wall.",
+    limits: "Diameters that differ from the limit by less than twice the sagitta of a circle's facets are equal to it. Sections more elongated than 1.8 \
+             (1 by 1.5 mm) are walls, and so are struts \
+             held at both ends. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
+             A pin none of whose facets has its middle on it is not seen as one; below the wall limit it is then found as a wall.",
+    source: "Limits: see the profile.",
+};
+
+impl Check for ThinPin {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        let (Some(limits), Some(found)) = (limits_of(process, "thin-pin"), search(part, process, Side::Material))
+        else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let pins: Vec<&Rod> = found.rods.iter().filter(|r| is_judged(Side::Material, r)).collect();
+        let points = found.rods.iter().filter(|r| r.ends.contains(&End::Point)).count();
+        let mut findings: Vec<Finding> =
+            pins.iter().map(|r| too_thin(part, context, r, limits)).filter(|f| f.state > State::Pass).collect();
+        if let Some(most) = limits_of(process, "thin-pin.slenderness") {
+            findings.extend(pins.iter().filter_map(|r| too_slender(part, context, r, most)));
+        }
+        findings.sort_by(Finding::worst_first);
+        let mut findings = group_equal(findings, 0.004);
+        findings.iter_mut().for_each(describe);
+        let mut cover = format!(
+            "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} pins.",
+            found.places,
+            plain(found.spacing),
+            pins.len()
+        );
+        let struts = found.rods.iter().filter(|r| r.ends == [End::Open; 2] && r.length >= r.diameter()).count();
+        if struts > 0 {
+            cover.push_str(&format!(" {struts} struts held at both ends are judged as walls."));
+        }
+        if points > 0 {
+            cover.push_str(&format!(" {points} run out to a point, which is no pin."));
+        }
+        Ok(Outcome::Measured(Box::new(Measured {
+            worst: worst(pins),
+            findings,
+            cover,
+            rule: Some("thin-pin"),
+            spent: found.places,
+            ..Measured::default()
+        })))
+    }
+}
+
+fn too_thin(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Finding {
+    let mut f = diameter_finding((part, context), (META.code, "pin"), rod, limits);
+    f.message = form(rod);
+    f
+}
+
+/// A pin with a free end that is too high for its diameter.
+fn too_slender(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Option<Finding> {
+    if !rod.ends.contains(&End::Closed) {
+        return None;
+    }
+    let widest = rod.line.iter().map(|s| s.1).fold(rod.narrowest.circumscribed, f64::max);
+    let [low, high] = [widest, rod.narrowest.inscribed].map(|d| rod.length / d.max(1e-9));
+    let slenderness = rod.length / rod.mean_diameter();
+    let mut f = Finding::judged(META.code, "slender-pin", Bracket::exact(slenderness), Basis::Exact, limits, "1", 1e-6);
+    let b = Bracket::new(slenderness, low, high).rounded();
+    (f.low, f.high) = (b.low, b.high);
+    placed(&mut f, part, context, rod);
+    f.message = format!("{} mm in diameter, {}", plain(rod.mean_diameter()), form(rod));
+    let limit = f.fail.filter(|l| slenderness > *l).or(f.warn)?;
+    f.fix =
+        format!("thicken to {} mm, or shorten to {} mm", plain(rod.length / limit), plain(rod.mean_diameter() * limit));
+    (f.state > State::Pass).then_some(f)
+}
+
+/// Height, axis and ends in words.
+fn form(rod: &Rod) -> String {
+    let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
+    let held = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
+        _ if rod.ends.contains(&End::Ring) => "a closed ring",
+        1 => "free at one end",
+        _ => "loose",
+    };
+    format!("{} mm long, {held}, along ({x}, {y}, {z})", plain(rod.length))
+}
+
+/// Completes message and fix once the count is known.
+fn describe(f: &mut Finding) {
+    let place = std::mem::take(&mut f.message);
+    let value = plain(f.value);
+    let (one, many) = match f.kind.as_str() {
+        "pin" => (format!("pin of {value} mm, {place}"), format!("pins of {value} mm, the first {place}")),
+        _ => (
+            format!("pin {value} times as high as wide, {place}"),
+            format!("pins {value} times as high as wide, the first {place}"),
+        ),
+    };
+    f.message = if f.count == 1 { one } else { format!("{} {many}", f.count) };
+    if f.kind == "pin" {
+        f.fix = to_limit(f, "thicken");
+    }
+}

@@ -1,0 +1,336 @@
+//! Rods: material or void that is about as wide in every direction across an axis. Pins, struts; bores, passages.
+
+use super::feature::Side;
+use super::section::{Adjacency, Plane, Section, across, section};
+use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
+use crate::geometry::{MeshDistance, TriangleMesh};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Steepest taper of a rod, as a sine: its sides draw together by at most 30 degrees.
+const TAPER: f64 = 0.2588;
+/// Stations on either side of the place a rod was found at.
+const STATIONS: usize = 400;
+/// A rod that thins to this share of the width searched for runs out to a point.
+const POINT: f64 = 0.05;
+/// An end this near, in diameters, closes the rod.
+const CLOSED: f64 = 0.75;
+
+/// How a rod ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// With a face across it: the free end of a pin, the bottom of a blind hole.
+    Closed,
+    /// Into something wider.
+    Open,
+    /// It tapers to a point.
+    Point,
+    /// It comes back to where it began.
+    Ring,
+}
+
+/// Material or void round an axis, as long as its sections stay alike.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rod {
+    /// The section of least area.
+    pub narrowest: Section,
+    /// Centres of sections from end to end, with their equal-area diameters.
+    pub line: Vec<(Vec3, f64)>,
+    /// Length of that line, caps included.
+    pub length: f64,
+    /// Length over which sections are alike, caps left out: short for a ball.
+    pub run: f64,
+    pub ends: [End; 2],
+    /// Box of the line, widened by its largest radius.
+    pub extent: (Vec3, Vec3),
+}
+
+impl Rod {
+    /// Equal-area diameter of the narrowest section.
+    pub fn diameter(&self) -> f64 {
+        self.narrowest.diameter()
+    }
+
+    /// Diameter of the cylinder of equal length and volume.
+    pub fn mean_diameter(&self) -> f64 {
+        let volume: f64 =
+            self.line.windows(2).map(|w| distance(w[0].0, w[1].0) * 0.5 * (w[0].1.powi(2) + w[1].1.powi(2))).sum();
+        if self.length > 0.0 { (volume / self.length).sqrt() } else { self.diameter() }
+    }
+
+    /// Whether a point lies in the rod, not nearer to its side than half its radius.
+    pub fn holds(&self, p: Vec3) -> bool {
+        let (lo, hi) = self.extent;
+        if (0..3).any(|a| p[a] < lo[a] || p[a] > hi[a]) {
+            return false;
+        }
+        let near = |w: &[(Vec3, f64)]| {
+            let d = sub(w[1].0, w[0].0);
+            let t = if norm2(d) > 0.0 { dot(sub(p, w[0].0), d) / norm2(d) } else { 0.0 };
+            // A little beyond both ends, so that a bent line has no gaps; what follows an end is another rod.
+            (-0.1..=1.1).contains(&t) && distance(p, along(w[0].0, d, t)) <= 0.25 * w[0].1.max(w[1].1)
+        };
+        self.line.windows(2).any(near)
+    }
+}
+
+/// What rods are searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wanted {
+    pub side: Side,
+    /// Largest equal-area diameter, millimetres.
+    pub within: f64,
+    /// Largest ratio of circumscribed to inscribed diameter: 1.5 takes squares and hexagons and no slots.
+    pub elongation: f64,
+}
+
+/// The surface in which rods are searched.
+pub struct Search<'a> {
+    pub mesh: &'a TriangleMesh,
+    pub distance: &'a MeshDistance,
+    pub next: &'a Adjacency,
+    pub wanted: Wanted,
+}
+
+/// All rods found, and from how many places.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Rods {
+    pub rods: Vec<Rod>,
+    /// Places of the surface from which was looked across.
+    pub places: u64,
+    /// Greatest distance between a facet's middle and a place like it that was looked from instead, millimetres.
+    pub spacing: f64,
+}
+
+impl Search<'_> {
+    /// The rods on whose side the middle of a facet lies, in the order of facets.
+    ///
+    /// From the middle of each facet (one for each cell of an eighth of the width and direction) a ray goes straight across; where a second one, at
+    /// right angles, meets two sides about as near, the plane of both cuts the surface in a closed curve, and the axis is turned until
+    /// the normals along that curve lie in the plane. The section is then followed both ways.
+    ///
+    /// # Cost
+    /// A few rays for each place, and the curves of what is found.
+    pub fn run(&self, counts: impl Fn(usize) -> bool) -> Rods {
+        let cell = 0.125 * self.wanted.within;
+        let mut seen: FxHashMap<([i64; 3], [i8; 3]), ()> = FxHashMap::default();
+        let places: Vec<u32> = (0..self.mesh.triangles.len())
+            .filter(|&f| counts(f) && norm2(self.mesh.area_vector(f)) > 0.0)
+            .filter(|&f| {
+                let at = self.mesh.centroid(f).map(|x| (x / cell).floor() as i64);
+                seen.insert((at, self.mesh.normal(f).map(|x| (2.0 * x).round() as i8)), ()).is_none()
+            })
+            .map(|f| f as u32)
+            .collect();
+        let found: Vec<Section> = places.par_iter().with_min_len(64).filter_map(|&f| self.across(f)).collect();
+        let mut rods: Vec<Rod> = Vec::new();
+        for section in found {
+            if !rods.iter().any(|r| r.holds(section.centre)) {
+                rods.push(self.follow(section));
+            }
+        }
+        Rods { rods, places: places.len() as u64, spacing: cell * 3f64.sqrt() }
+    }
+
+    /// The section across the middle of a facet, if it is a rod's.
+    fn across(&self, facet: u32) -> Option<Section> {
+        let sign = self.wanted.side.sign();
+        let inward = scale(self.mesh.normal(facet as usize), -sign);
+        let from = self.mesh.centroid(facet as usize);
+        let (wide, onto) = self.distance.first_hit(from, inward, 1e-6, self.wanted.elongation * self.wanted.within)?;
+        if sign * dot(self.distance.normal(onto), inward) < 0.5 {
+            return None;
+        }
+        let c = along(from, inward, 0.5 * wide);
+        let [u, v] = across(inward);
+        let most = self.wanted.elongation * wide;
+        // At right angles to the facet's own edges, one of which often runs along the axis, and in four more directions.
+        let corners = self.mesh.corners(facet as usize);
+        let edges = [0, 1, 2].map(|i| unit(cross(inward, sub(corners[(i + 1) % 3], corners[i]))));
+        let lines = edges.into_iter().chain([add(u, v), u, sub(u, v), v].map(unit));
+        let widths = lines.filter_map(|e| {
+            let (ahead, _) = self.distance.first_hit(c, e, 0.0, most)?;
+            let (behind, _) = self.distance.first_hit(c, scale(e, -1.0), 0.0, most - ahead)?;
+            Some((ahead + behind, along(c, e, 0.5 * (ahead - behind)), e))
+        });
+        let (_, middle, e) = widths.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.settled(middle, unit(cross(inward, e)))
+    }
+
+    /// The section of a rod through a point, across the axis that its own side shows.
+    fn settled(&self, point: Vec3, axis: Vec3) -> Option<Section> {
+        let (mut point, mut axis) = (point, axis);
+        let within = 0.5 * self.wanted.elongation * self.wanted.within;
+        for turn in 0..6 {
+            let (_, start) = self.distance.first_hit(point, across(axis)[0], 0.0, within)?;
+            let found = section(self.mesh, self.next, Plane { point, normal: axis }, start, 1.5 * within)?;
+            let off = angle(found.grain, axis);
+            if off < 1e-5 || (turn > 2 && off < 1e-3) {
+                return self.is_rod(&found).then_some(found);
+            }
+            if off > 0.9 {
+                return None;
+            }
+            (point, axis) = (found.centre, found.grain);
+        }
+        None
+    }
+
+    /// Whether a section is round enough, small enough and full.
+    fn is_rod(&self, s: &Section) -> bool {
+        let w = &self.wanted;
+        if s.diameter() > w.within || s.elongation() > w.elongation || s.taper > TAPER {
+            return false;
+        }
+        let [u, v] = across(s.axis);
+        let radius = 0.5 * s.inscribed;
+        (0..8).all(|k| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * k as f64 + 0.1).sin_cos();
+            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
+            // From within, the first side met is the curve's own, and it looks the right way.
+            let met = self.distance.first_hit(s.centre, d, 0.0, s.circumscribed);
+            met.is_some_and(|(at, f)| at >= 0.99 * radius && w.side.sign() * dot(self.distance.normal(f), d) > 0.0)
+        })
+    }
+
+    /// The whole rod that a section belongs to.
+    fn follow(&self, seed: Section) -> Rod {
+        let (back, first) = self.march(&seed, -1.0);
+        let (ahead, last) = if first == End::Ring { (Vec::new(), End::Ring) } else { self.march(&seed, 1.0) };
+        let narrower = |a: Section, b: &Section| if b.area < a.area { b.clone() } else { a };
+        let narrowest = back.iter().chain(&ahead).fold(seed.clone(), narrower);
+        let sections: Vec<Section> = back.into_iter().rev().chain([seed]).chain(ahead).collect();
+        let run = sections.windows(2).map(|w| distance(w[0].centre, w[1].centre)).sum();
+        let mut line: Vec<(Vec3, f64)> = sections.iter().map(|s| (s.centre, s.diameter())).collect();
+        let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)];
+        let [before, after] = caps.map(|(end, inner, kind)| {
+            let (end, inner) = (end?, inner?);
+            let outward = unit(sub(end.centre, inner.centre));
+            let far = self.cap(end, outward)?;
+            let closed =
+                kind == End::Open && !self.widens(along(end.centre, outward, 0.5 * far.min(0.2 * end.diameter())), end);
+            closed.then_some((along(end.centre, outward, far), end.diameter()))
+        });
+        let ends = [(before, first), (after, last)].map(|(cap, kind)| if cap.is_some() { End::Closed } else { kind });
+        line.splice(0..0, before);
+        line.extend(after);
+        let length = line.windows(2).map(|w| distance(w[0].0, w[1].0)).sum();
+        let radius = 0.5 * line.iter().map(|s| s.1).fold(0.0, f64::max);
+        let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
+        Rod { narrowest, line, length, run, ends, extent: (lo.map(|x| x - radius), hi.map(|x| x + radius)) }
+    }
+
+    /// Distance from the end of a rod to a face across it, if one is near.
+    fn cap(&self, end: &Section, outward: Vec3) -> Option<f64> {
+        let [u, v] = across(end.axis);
+        // Beside the axis: a fan of facets has its tip on it, where rays slip through.
+        let hits = [(0.05, 0.011), (-0.031, 0.043), (-0.017, -0.05)].into_iter().filter_map(|(a, b)| {
+            let from = [0, 1, 2].map(|x| end.centre[x] + end.inscribed * (a * u[x] + b * v[x]));
+            self.distance.first_hit(from, outward, 0.0, CLOSED * end.diameter()).map(|(far, _)| far)
+        });
+        hits.reduce(f64::max)
+    }
+
+    /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.
+    fn widens(&self, beyond: Vec3, end: &Section) -> bool {
+        let [u, v] = across(end.axis);
+        let free = (0..8).filter(|k| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * *k as f64 + 0.1).sin_cos();
+            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
+            self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).is_none()
+        });
+        free.count() >= 3
+    }
+
+    /// Sections after a seed in one direction, to where they stop being alike.
+    fn march(&self, seed: &Section, direction: f64) -> (Vec<Section>, End) {
+        let mut sections: Vec<Section> = Vec::new();
+        let mut heading = scale(seed.axis, direction);
+        let mut last = seed.clone();
+        while sections.len() < STATIONS {
+            if last.diameter() < POINT * self.wanted.within {
+                return (sections, End::Point);
+            }
+            let step = 0.25 * last.diameter();
+            let Some(next) = self.next_alike(&last, heading, step) else {
+                // The end lies within this step: halve it.
+                let (mut good, mut bad) = (0.0, step);
+                let mut end = None;
+                for _ in 0..12 {
+                    let half = 0.5 * (good + bad);
+                    match self.next_alike(&last, heading, half) {
+                        Some(s) => (good, end) = (half, Some(s)),
+                        None => bad = half,
+                    }
+                }
+                sections.extend(end);
+                return (sections, End::Open);
+            };
+            heading = if dot(next.axis, heading) < 0.0 { scale(next.axis, -1.0) } else { next.axis };
+            let home = distance(next.centre, seed.centre) < 0.5 * step;
+            last = next.clone();
+            sections.push(next);
+            if sections.len() > 12 && home {
+                return (sections, End::Ring);
+            }
+        }
+        (sections, End::Open)
+    }
+
+    /// The section a step further, if it is much like the last.
+    fn next_alike(&self, last: &Section, heading: Vec3, step: f64) -> Option<Section> {
+        let at = along(last.centre, heading, step);
+        let next = self.settled(at, heading)?;
+        let turned = angle(next.axis, heading);
+        let change = (next.diameter() - last.diameter()).abs();
+        let alike = distance(next.centre, at) <= 0.35 * last.diameter()
+            && turned.min(std::f64::consts::PI - turned) <= 0.55
+            && change <= 0.54 * step + 0.01 * last.diameter();
+        (alike && dot(sub(next.centre, last.centre), heading) > 0.0).then_some(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::units::Length;
+
+    fn rods_of(mesh: &TriangleMesh, side: Side, within: f64) -> Vec<Rod> {
+        let (distance, next) = (MeshDistance::new(mesh), Adjacency::of(mesh, |_| true));
+        let wanted = Wanted { side, within, elongation: 1.5 };
+        Search { mesh, distance: &distance, next: &next, wanted }.run(|_| true).rods
+    }
+
+    #[test]
+    fn a_cylinder_is_one_rod_with_its_diameter_and_height() {
+        let mesh = Primitive::Cylinder { radius: Length::mm(1.0), height: Length::mm(9.0) }.mesh(Length::mm(0.001));
+        let rods = rods_of(&mesh, Side::Material, 3.0);
+        assert_eq!(rods.len(), 1);
+        let rod = &rods[0];
+        assert!((rod.diameter() - 2.0).abs() < 0.002 && rod.narrowest.circumscribed >= 2.0 - 1e-9, "{rod:?}");
+        assert!((rod.length - 9.0).abs() < 1e-6 && rod.ends == [End::Closed; 2], "{} {:?}", rod.length, rod.ends);
+        assert!(rods_of(&mesh, Side::Void, 3.0).is_empty() && rods_of(&mesh, Side::Material, 1.9).is_empty());
+    }
+
+    #[test]
+    fn a_plate_and_a_ball_are_no_rods() {
+        let edges = [6.0, 5.0, 2.0].map(Length::mm);
+        assert!(rods_of(&Primitive::Box { edges }.mesh(Length::mm(0.1)), Side::Material, 4.0).is_empty());
+        let ball = Primitive::Ball { radius: Length::mm(1.0) }.mesh(Length::mm(0.01));
+        assert!(rods_of(&ball, Side::Material, 4.0).iter().all(|r| r.run < 0.5 * r.diameter()));
+    }
+
+    #[test]
+    fn a_square_bar_in_any_direction_is_a_rod_of_equal_area() {
+        let edges = [2.0, 2.0, 12.0].map(Length::mm);
+        let (s, c) = 0.7f64.sin_cos();
+        let turn = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]];
+        let mesh = Primitive::Box { edges }.mesh(Length::mm(0.1)).transformed(turn, [0.3, 0.1, 0.2]);
+        let rods = rods_of(&mesh, Side::Material, 3.0);
+        assert_eq!(rods.len(), 1, "{rods:?}");
+        let n = &rods[0].narrowest;
+        assert!((n.inscribed - 2.0).abs() < 1e-9 && (n.circumscribed - 8f64.sqrt()).abs() < 1e-9 && n.sagitta() == 0.0);
+        assert!((n.area - 4.0).abs() < 1e-9 && (rods[0].length - 12.0).abs() < 1e-6, "{n:?}");
+    }
+}

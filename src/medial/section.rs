@@ -1,0 +1,205 @@
+//! Plane sections of a surface: the closed curve around a point.
+
+use super::axes::least_axis;
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
+use rayon::prelude::*;
+
+/// Facets that a curve may cross before it is given up.
+const LONGEST_CURVE: usize = 20_000;
+/// Corners from which on a closed curve counts as a circle drawn with facets, if it is round.
+const ROUND_CORNERS: usize = 8;
+/// A round curve's circumscribed circle is at most this much larger than its inscribed one (an octagon: 1.082).
+const ROUND: f64 = 1.09;
+
+/// The facet across each edge of each facet.
+pub struct Adjacency {
+    across: Vec<[u32; 3]>,
+}
+
+/// No facet across an edge.
+const NONE: u32 = u32::MAX;
+
+impl Adjacency {
+    /// The neighbours among the facets for which `counts` holds; an edge without exactly two of them leads nowhere.
+    ///
+    /// # Cost
+    /// One sort of the edges.
+    pub fn of(mesh: &TriangleMesh, counts: impl Fn(usize) -> bool + Sync) -> Self {
+        let mut edges: Vec<(u64, u32)> = (0..mesh.triangles.len())
+            .into_par_iter()
+            .filter(|&f| counts(f))
+            .flat_map_iter(|f| {
+                let t = mesh.triangles[f];
+                (0..3).map(move |e| {
+                    let (a, b) = (t[e], t[(e + 1) % 3]);
+                    (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), 4 * f as u32 + e as u32)
+                })
+            })
+            .collect();
+        edges.par_sort_unstable();
+        let mut across = vec![[NONE; 3]; mesh.triangles.len()];
+        for pair in edges.chunk_by(|a, b| a.0 == b.0) {
+            if let [(_, a), (_, b)] = *pair {
+                across[(a / 4) as usize][(a % 4) as usize] = b / 4;
+                across[(b / 4) as usize][(b % 4) as usize] = a / 4;
+            }
+        }
+        Adjacency { across }
+    }
+
+    /// The facet across edge `e` (from corner e to the next) of a facet.
+    pub fn across(&self, facet: u32, e: usize) -> Option<u32> {
+        self.across.get(facet as usize).map(|f| f[e]).filter(|&f| f != NONE)
+    }
+}
+
+/// A closed curve in which a plane cuts the surface, summed up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// Centroid of the area within the curve.
+    pub centre: Vec3,
+    /// Unit normal of the plane.
+    pub axis: Vec3,
+    /// Area within the curve, mm².
+    pub area: f64,
+    /// Diameter of the largest circle about the centroid within the curve.
+    pub inscribed: f64,
+    /// Diameter of the least circle about the centroid around the curve.
+    pub circumscribed: f64,
+    /// Corners of the curve that bend by more than a degree.
+    pub corners: usize,
+    /// The direction to which the normals along the curve are most nearly at right angles.
+    pub grain: Vec3,
+    /// Root mean square of the sine of the angle between the surface along the curve and that direction.
+    pub taper: f64,
+    /// A facet on the curve.
+    pub facet: u32,
+}
+
+impl Section {
+    /// Diameter of the circle of equal area.
+    pub fn diameter(&self) -> f64 {
+        2.0 * (self.area / std::f64::consts::PI).sqrt()
+    }
+
+    /// Circumscribed over inscribed diameter: 1 for a circle, 1.41 for a square, large for a slot.
+    pub fn elongation(&self) -> f64 {
+        self.circumscribed / self.inscribed.max(1e-12)
+    }
+
+    /// What the facets of a circle take from its diameter: twice their sagitta; 0 for what is no circle.
+    pub fn sagitta(&self) -> f64 {
+        let round = self.corners >= ROUND_CORNERS && self.elongation() <= ROUND;
+        if round { self.circumscribed - self.inscribed } else { 0.0 }
+    }
+}
+
+/// The plane of a section.
+#[derive(Debug, Clone, Copy)]
+pub struct Plane {
+    pub point: Vec3,
+    pub normal: Vec3,
+}
+
+/// The closed curve in which a plane cuts the surface, followed from a facet that it crosses.
+///
+/// `None` if the curve leaves the ball of radius `within` about the plane's point, ends at an edge without neighbour, or does not go
+/// round the plane's point once.
+///
+/// # Cost
+/// The facets along the curve.
+pub fn section(mesh: &TriangleMesh, next: &Adjacency, plane: Plane, start: u32, within: f64) -> Option<Section> {
+    let height = |v: u32| dot(sub(mesh.vertices[v as usize], plane.point), plane.normal);
+    let mut points: Vec<Vec3> = Vec::new();
+    let mut facets: Vec<u32> = Vec::new();
+    let (mut facet, mut from) = (start, None);
+    loop {
+        let t = mesh.triangles.get(facet as usize)?;
+        let h = t.map(height);
+        // A corner in the plane is taken to stand just above it, so that two edges are crossed or none.
+        let crossed = |e: &usize| (h[*e] >= 0.0) != (h[(e + 1) % 3] >= 0.0);
+        let out = (0..3).filter(crossed).find(|&e| Some(e) != from && (from.is_some() || h[e] >= 0.0))?;
+        let (a, b) = (mesh.vertices[t[out] as usize], mesh.vertices[t[(out + 1) % 3] as usize]);
+        let p = along(a, sub(b, a), h[out] / (h[out] - h[(out + 1) % 3]));
+        if distance(p, plane.point) > within || points.len() > LONGEST_CURVE {
+            return None;
+        }
+        points.push(p);
+        facets.push(facet);
+        let onto = next.across(facet, out)?;
+        let ends = [t[out], t[(out + 1) % 3]];
+        let u = mesh.triangles.get(onto as usize)?;
+        from = (0..3).find(|&e| ends.contains(&u[e]) && ends.contains(&u[(e + 1) % 3]));
+        from?;
+        facet = onto;
+        if facet == start {
+            return summed_up(mesh, plane, &points, &facets);
+        }
+    }
+}
+
+/// Measures of a closed curve in a plane; `None` unless it goes once round the plane's point.
+fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32]) -> Option<Section> {
+    let u = unit(sub(points[0], along(plane.point, plane.normal, dot(sub(points[0], plane.point), plane.normal))));
+    let v = cross(plane.normal, u);
+    let flat: Vec<[f64; 2]> = points.iter().map(|p| sub(*p, plane.point)).map(|d| [dot(d, u), dot(d, v)]).collect();
+    let n = flat.len();
+    let side = |i: usize| (flat[i], flat[(i + 1) % n]);
+    let (mut twice, mut moment, mut turns) = (0.0, [0.0; 2], 0.0);
+    for (p, q) in (0..n).map(side) {
+        let c = p[0] * q[1] - p[1] * q[0];
+        twice += c;
+        moment = [moment[0] + c * (p[0] + q[0]), moment[1] + c * (p[1] + q[1])];
+        turns += c.atan2(p[0] * q[0] + p[1] * q[1]);
+    }
+    if (turns.abs() - std::f64::consts::TAU).abs() > 0.1 || twice == 0.0 {
+        return None;
+    }
+    let middle = moment.map(|m| m / (3.0 * twice));
+    let to = |p: [f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]);
+    let inner = (0..n).map(side).map(|(p, q)| to(nearest_on(p, q, middle))).fold(f64::INFINITY, f64::min);
+    let outer = flat.iter().map(|&p| to(p)).fold(0.0, f64::max);
+    let mut m = [[0.0; 3]; 3];
+    let (mut corners, mut around) = (0, 0.0);
+    for i in 0..n {
+        // Facet i+1 holds the stretch from point i to point i+1.
+        let f = facets[(i + 1) % n] as usize;
+        let (normal, length) = (mesh.normal(f), distance(points[i], points[(i + 1) % n]));
+        (0..3).for_each(|r| (0..3).for_each(|c| m[r][c] += length * normal[r] * normal[c]));
+        around += length;
+        let before = mesh.normal(facets[i] as usize);
+        corners += usize::from(angle(before, normal) > 1f64.to_radians());
+    }
+    let grain = least_axis(m);
+    let grain = if dot(grain, plane.normal) < 0.0 { scale(grain, -1.0) } else { grain };
+    let form = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
+    Some(Section {
+        centre: [0, 1, 2].map(|a| plane.point[a] + middle[0] * u[a] + middle[1] * v[a]),
+        axis: plane.normal,
+        area: 0.5 * twice.abs(),
+        inscribed: 2.0 * inner,
+        circumscribed: 2.0 * outer,
+        corners,
+        grain,
+        taper: (form / around).max(0.0).sqrt(),
+        facet: facets[0],
+    })
+}
+
+/// The point of the segment pq nearest to c.
+fn nearest_on(p: [f64; 2], q: [f64; 2], c: [f64; 2]) -> [f64; 2] {
+    let d = [q[0] - p[0], q[1] - p[1]];
+    let length2 = d[0] * d[0] + d[1] * d[1];
+    let t = if length2 > 0.0 { ((c[0] - p[0]) * d[0] + (c[1] - p[1]) * d[1]) / length2 } else { 0.0 };
+    let t = t.clamp(0.0, 1.0);
+    [p[0] + t * d[0], p[1] + t * d[1]]
+}
+
+/// Two unit vectors at right angles to a third and to each other.
+pub fn across(axis: Vec3) -> [Vec3; 2] {
+    let side = if axis[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+    let u = cross(axis, side);
+    let u = scale(u, 1.0 / norm(u));
+    [u, cross(axis, u)]
+}
