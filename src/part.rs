@@ -1,9 +1,9 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
 use crate::error::{Error, Result};
-use crate::geometry::health::{Fault, NO_LABEL, crossings};
+use crate::geometry::health::{self, Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
-use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
+use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::medial::{Features, Side};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
@@ -11,7 +11,6 @@ use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::Length;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 /// Which way of the file points up in the build.
@@ -40,19 +39,12 @@ impl Up {
     }
 }
 
-/// Two bodies, how near they come, and where.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BodyPair {
-    pub bodies: [u32; 2],
-    pub distance: f64,
-    pub points: [Vec3; 2],
-}
-
 /// A part in the frame of the build: +z up, its box's least corner at the origin.
 ///
 /// Trees and fields are made when first asked for and shared by all checks.
 pub struct Part {
     mesh: TriangleMesh,
+    as_read: Health,
     health: Health,
     rotation: [Vec3; 3],
     translation: Vec3,
@@ -90,7 +82,7 @@ const INSIDE: f64 = 0.5;
 impl Part {
     /// A part from a mesh in millimetres in the frame of the file.
     ///
-    /// Shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
+    /// Facets are turned to agree with their neighbours and shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
     /// side of greater winding number is inside, and facets that do not bound the solid are set aside. `step_mm` is the
     /// resolution of the file's coordinates.
     ///
@@ -106,13 +98,23 @@ impl Part {
         }
         let translation = lo.map(|x| 0.0 - x);
         let mut mesh = turned.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation);
-        let health = Health::of(&mesh);
-        let notices = health.notices();
+        let as_read = Health::of(&mesh);
+        let mut notices = as_read.notices();
+        let mut health = None;
+        if as_read.miswound_edges.count > 0 {
+            let (agreed, turned) = health::agreed(&mesh);
+            let text = format!("{turned} facets were turned to agree with their neighbours");
+            notices.push(Notice::new("turned-facets", text).counted(turned as u64));
+            health = Some(Health::of(&agreed));
+            mesh = agreed;
+        }
+        let health = health.unwrap_or_else(|| as_read.clone());
         turn_shells(&mut mesh, &health);
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
             crossings: Fault::default(),
             mesh,
+            as_read,
             health,
             rotation,
             translation,
@@ -134,6 +136,14 @@ impl Part {
 
     /// Decides which facets bound the solid, and which way round.
     fn choose_bounding_facets(&mut self) -> Result<()> {
+        // Closed, and no thicker than what the file resolves: a sheet with two sides.
+        if self.health.is_solid() && self.health.volume_mm3().abs() <= 0.5 * self.step * self.mesh.area() {
+            return Err(Error::NotSolid {
+                problem: "it is closed and holds no volume".into(),
+                at_mm: None,
+                remedy: "give the sheet a thickness and export the part again".into(),
+            });
+        }
         let bodies = &self.health.facet_body;
         let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
         let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
@@ -189,6 +199,11 @@ impl Part {
     }
 
     /// Health of the mesh as it was read.
+    pub fn health_as_read(&self) -> &Health {
+        &self.as_read
+    }
+
+    /// Health of the mesh as it is judged, its facets turned to agree with their neighbours.
     pub fn health(&self) -> &Health {
         &self.health
     }
@@ -364,38 +379,6 @@ fn turn_shells(mesh: &mut TriangleMesh, health: &Health) {
             t.swap(1, 2);
         }
     }
-}
-
-/// Nearest points of all bodies whose boxes come within reach.
-fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
-    let mut facets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (f, &body) in health.facet_body.iter().enumerate().filter(|(_, b)| **b != NO_LABEL) {
-        facets.entry(body).or_default().push(f);
-    }
-    if facets.len() < 2 {
-        return Vec::new();
-    }
-    let boxes: Vec<(u32, Vec3, Vec3)> = facets
-        .keys()
-        .filter_map(|&b| health.bodies.get(b as usize).map(|body| (b, body.box_mm[0], body.box_mm[1])))
-        .collect();
-    let near = |(a, b): &(&(u32, Vec3, Vec3), &(u32, Vec3, Vec3))| {
-        (0..3).all(|x| a.1[x] - b.2[x] < reach && b.1[x] - a.2[x] < reach)
-    };
-    let mut candidates: Vec<(u32, u32)> = Vec::new();
-    for (i, a) in boxes.iter().enumerate() {
-        candidates.extend(boxes[i + 1..].iter().filter(|b| near(&(a, b))).map(|b| (a.0, b.0)));
-    }
-    let needed: std::collections::BTreeSet<u32> = candidates.iter().flat_map(|c| [c.0, c.1]).collect();
-    let trees: BTreeMap<u32, MeshDistance> =
-        needed.into_par_iter().map(|b| (b, MeshDistance::of_facets(mesh, facets[&b].iter().copied()))).collect();
-    candidates
-        .par_iter()
-        .filter_map(|&(a, b)| {
-            let (distance, p, q) = trees[&a].pair_distance(&trees[&b], reach)?;
-            Some(BodyPair { bodies: [a, b], distance, points: [p, q] })
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
+use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, add, bounds, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::{group, principal_extents};
@@ -10,7 +11,7 @@ use crate::medial::cover::FacetSheet;
 use crate::medial::refine::thinnest_on;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
-use crate::part::{BodyPair, Part};
+use crate::part::Part;
 use crate::units::{report_digits, short};
 
 /// Bound and ball that differ by less than this are one, millimetres.
