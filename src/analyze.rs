@@ -3,8 +3,11 @@
 use crate::check::registry::CHECKS;
 use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
 use crate::error::Result;
-use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
+use crate::geometry::health::repaired;
+use crate::geometry::{TriangleMesh, health};
+use crate::grid::{Fitting, Grid};
 use crate::io::Loaded;
+use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::part::{Part, Up};
 use crate::process::{Date, Dimension, Process, rule};
@@ -20,6 +23,16 @@ use std::time::Instant;
 /// Bytes that the default grid may take, whatever memory the machine has: the same part gets the same grid everywhere.
 pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
 
+/// Whether a mesh is mended before it is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Repair {
+    /// Judged as it was read.
+    #[default]
+    Leave,
+    /// What can be mended without inventing surface is mended, said and handed back.
+    Mend,
+}
+
 /// What is asked of a part.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -27,12 +40,13 @@ pub struct Options {
     pub up: Up,
     /// Unit of the file's numbers and its millimetres, where the user says so.
     pub units: Option<(String, f64)>,
+    pub repair: Repair,
     /// Spacing, where the user gives one.
     pub voxel: Option<Length>,
     /// Budget for deciding what is open, in samples.
     pub refine: u64,
-    /// Bytes that fields may take.
-    pub memory_bytes: u128,
+    /// What judging may take.
+    pub memory: Allowance,
     /// Names of the checks to run; empty for all.
     pub only: Vec<String>,
     /// Names of the checks to leave out.
@@ -50,9 +64,10 @@ impl Options {
             process,
             up: Up::PlusZ,
             units: None,
+            repair: Repair::Leave,
             voxel: None,
             refine: 64_000_000,
-            memory_bytes: 4 << 30,
+            memory: Allowance { bytes: 4 << 30, ceiling: None },
             only: Vec::new(),
             skip: Vec::new(),
             today: None,
@@ -65,6 +80,8 @@ impl Options {
 pub struct Analysis {
     pub report: Report,
     pub exhibit: Exhibit,
+    /// The mended mesh, millimetres in the frame of the file; none where nothing was to be mended.
+    pub mended: Option<TriangleMesh>,
     /// Stage and seconds; apart from the report, which is the same on every machine.
     pub timings: Vec<(String, f64)>,
 }
@@ -77,6 +94,7 @@ pub struct Prepared {
     sha256: String,
     units: (String, &'static str),
     notices: Vec<Notice>,
+    mended: Option<TriangleMesh>,
     timings: Vec<(String, f64)>,
 }
 
@@ -95,21 +113,26 @@ impl Prepared {
 /// Reads units, poses the part and chooses the grid; nothing large is allocated.
 ///
 /// # Errors
-/// [`crate::Error::TooLarge`] if an explicit spacing needs more memory than allowed, with the spacing that fits; otherwise as
-/// [`Part::new`].
+/// [`crate::Error::TooLarge`] if the triangles or an explicit spacing need more memory than allowed, with the spacing that
+/// fits; otherwise as [`Part::new`].
 pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
     let start = Instant::now();
+    options.memory.admit_triangles(loaded.mesh.triangles.len() as u64)?;
     let (units, scale) = match (&options.units, loaded.unit_mm) {
         (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
         (None, Some(mm)) => (("file".to_string(), "file"), mm),
         (None, None) => (("mm".to_string(), "assumed"), 1.0),
     };
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
+    let repaired = (options.repair == Repair::Mend).then(|| repaired(&mesh, health::repair_tolerance(&mesh)));
+    let mut notices = repaired.as_ref().map_or(Vec::new(), |r| r.said());
+    let mended = repaired.map(|r| r.mesh).filter(|m| *m != mesh);
+    let mesh = mended.clone().unwrap_or(mesh);
     let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.iter().chain(&hi).fold(0.0f64, |m, x| m.max(x.abs())));
     let reach = 1.25 * widest_gap(&options.process);
     let part = Part::new(mesh, options.up, largest * loaded.relative_step, reach)?;
     let fitting = choose_spacing(&part, options)?;
-    let mut notices = loaded.notices;
+    notices.extend(loaded.notices);
     if units.1 == "assumed" {
         notices
             .push(Notice::new("units-assumed", format!("{} carries no unit; millimetres were assumed", loaded.format)));
@@ -121,6 +144,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
         sha256: Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect(),
         units,
         notices,
+        mended,
         timings: Vec::new(),
     };
     prepared.timings.push(("prepare".into(), start.elapsed().as_secs_f64()));
@@ -219,7 +243,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     told("mount");
     let exhibit = mount(part, &report, &wanted, shapes);
     lap("mount");
-    Ok(Analysis { report, exhibit, timings })
+    Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
 }
 
 /// The widest gap the process limits: how far bodies are looked for around each other.
@@ -244,10 +268,12 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
         .filter(|x| *x > 0.0)
         .fold(f64::INFINITY, f64::min);
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
-    match options.voxel {
-        None => Ok(Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES.min(options.memory_bytes))),
-        Some(spacing) => Fitting::within(part.extent(), spacing, BYTES_PER_SAMPLE, options.memory_bytes),
-    }
+    let triangles = part.mesh().triangles.len() as u64;
+    let spacing = options.voxel.unwrap_or_else(|| {
+        let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
+        Fitting::with_samples(part.extent(), default, options.memory.samples(triangles)).spacing
+    });
+    options.memory.admit_spacing(part.extent(), spacing, triangles)
 }
 
 /// One check's line of the report, and what it measured.
@@ -338,7 +364,7 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
         area_mm2: report_digits(part.mesh().area()),
         units: prepared.units.0.clone(),
         units_from: prepared.units.1.into(),
-        watertight: part.health().is_watertight(),
+        watertight: part.health_as_read().is_watertight(),
         pose: part.pose().map(|row| row.map(report_digits)),
     })
 }

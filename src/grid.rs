@@ -228,6 +228,11 @@ impl Fitting {
         })
     }
 
+    /// The same box at the least spacing, not below this one by more than rounding, that has at most so many samples.
+    pub fn with_samples(extent_mm: [f64; 3], spacing: Length, samples: u128) -> Self {
+        Fitting::coarsened(extent_mm, spacing, samples.max(64).saturating_mul(BYTES_PER_SAMPLE))
+    }
+
     /// The same box at the least spacing, not below this one by more than rounding, that fits the budget.
     pub fn coarsened(extent_mm: [f64; 3], spacing: Length, budget_bytes: u128) -> Self {
         let mut fitting = Fitting::of(extent_mm, spacing);

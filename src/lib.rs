@@ -36,6 +36,8 @@ pub mod grid;
 pub mod io;
 pub mod layer;
 pub mod medial;
+#[cfg(feature = "report")]
+pub mod memory;
 pub mod morphology;
 pub mod notice;
 pub mod operate;

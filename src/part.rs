@@ -1,16 +1,14 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
-mod bodies;
 mod up;
 
-pub use bodies::BodyPair;
 pub use up::Up;
 
 use crate::access::Setup;
 use crate::error::{Error, Result};
-use crate::geometry::health::{Fault, NO_LABEL, crossings};
+use crate::geometry::health::{self, Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
-use crate::geometry::{Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, voxelize};
+use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::section::Adjacency;
@@ -19,7 +17,6 @@ use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::Length;
-use bodies::body_pairs;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
@@ -29,6 +26,7 @@ use std::sync::{Arc, OnceLock};
 /// Trees and fields are made when first asked for and shared by all checks.
 pub struct Part {
     mesh: TriangleMesh,
+    as_read: Health,
     health: Health,
     rotation: [Vec3; 3],
     translation: Vec3,
@@ -70,7 +68,7 @@ const INSIDE: f64 = 0.5;
 impl Part {
     /// A part from a mesh in millimetres in the frame of the file.
     ///
-    /// Shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
+    /// Facets are turned to agree with their neighbours and shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
     /// side of greater winding number is inside, and facets that do not bound the solid are set aside. `step_mm` is the
     /// resolution of the file's coordinates.
     ///
@@ -86,13 +84,23 @@ impl Part {
         }
         let translation = lo.map(|x| 0.0 - x);
         let mut mesh = turned.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation);
-        let health = Health::of(&mesh);
-        let notices = health.notices();
+        let as_read = Health::of(&mesh);
+        let mut notices = as_read.notices();
+        let mut health = None;
+        if as_read.miswound_edges.count > 0 {
+            let (agreed, turned) = health::agreed(&mesh);
+            let text = format!("{turned} facets were turned to agree with their neighbours");
+            notices.push(Notice::new("turned-facets", text).counted(turned as u64));
+            health = Some(Health::of(&agreed));
+            mesh = agreed;
+        }
+        let health = health.unwrap_or_else(|| as_read.clone());
         turn_shells(&mut mesh, &health);
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
             crossings: Fault::default(),
             mesh,
+            as_read,
             health,
             rotation,
             translation,
@@ -118,6 +126,14 @@ impl Part {
 
     /// Decides which facets bound the solid, and which way round.
     fn choose_bounding_facets(&mut self) -> Result<()> {
+        // Closed, and no thicker than what the file resolves: a sheet with two sides.
+        if self.health.is_solid() && self.health.volume_mm3().abs() <= 0.5 * self.step * self.mesh.area() {
+            return Err(Error::NotSolid {
+                problem: "it is closed and holds no volume".into(),
+                at_mm: None,
+                remedy: "give the sheet a thickness and export the part again".into(),
+            });
+        }
         let bodies = &self.health.facet_body;
         let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
         let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
@@ -173,6 +189,11 @@ impl Part {
     }
 
     /// Health of the mesh as it was read.
+    pub fn health_as_read(&self) -> &Health {
+        &self.as_read
+    }
+
+    /// Health of the mesh as it is judged, its facets turned to agree with their neighbours.
     pub fn health(&self) -> &Health {
         &self.health
     }

@@ -150,11 +150,14 @@ fn words_that_make_no_sense_are_refused() {
     with(&["--limit", "thinwall=0.4mm"], "E002", &["`thinwall`", "`thin-wall`"]);
     with(&["--limit", "thin-wall=0.4deg"], "E001", &["0.4deg"]);
     with(&["--limit", "thin-wall"], "E001", &["thin-wall=0.4mm"]);
-    for voxel in ["0", "0mm", "nan", "-1", "-1mm", "inf", "1e99mm", ""] {
+    for voxel in ["0", "0mm", "nan", "-1", "-1mm", "inf", "1e99mm", "1e-9", ""] {
         with(&["--voxel", voxel], "E001", &[voxel]);
     }
     for count in ["0", "-1", "x", "1TiB"] {
         with(&[&format!("--memory={count}")], "E001", &[count]);
+    }
+    for limit in ["overhang=91deg", "thin-wall=nan", "thin-wall=-1mm", "thin-wall=0.8mm,0.4mm", "narrow-gap=infmm"] {
+        with(&["--limit", limit], "E001", &[]);
     }
     with(&["--only", "thinwall"], "E002", &["`thin-wall`"]);
     with(&["--skip", "AM999"], "E002", &["AM999"]);
@@ -203,6 +206,8 @@ fn what_cannot_be_read_is_named() {
     }
     s.refused(&["block.stl", "--baseline", "text.stl"], 4, "E011", &["text.stl", "line 1"]);
     s.refused(&["compare", "text.stl", "none.json"], 4, "E011", &["text.stl", "line 1"]);
+    s.write("later.json", "{\"schema\": \"amcheck-report/2\", \"verdicts\": []}");
+    s.refused(&["compare", "later.json", "later.json"], 2, "E001", &["amcheck-report/2", "amcheck-report/1"]);
     let ran = s.run(&["cut.stl", "--salvage", "--json", "--format", "json"]);
     assert!(ran.exit != 70 && ran.err.lines().count() <= 5, "{}{}", ran.out, ran.err);
 }
@@ -210,12 +215,12 @@ fn what_cannot_be_read_is_named() {
 #[test]
 fn a_grid_that_is_too_large_says_which_spacing_fits() {
     let s = Scratch::new();
-    let (block, budget) = (fixture("block"), ["--memory", "64MiB", "--format", "json", "--quiet"]);
+    let (block, budget) = (fixture("block"), ["--memory", "256MiB", "--format", "json", "--quiet"]);
     let ran = s.refused(
         &[&[block.as_str(), "--voxel", "0.001mm"], &budget[..]].concat(),
         5,
         "E020",
-        &["needs ", " bytes", "67108864", "0.001 mm"],
+        &["needs ", " bytes", "268435456", "0.001 mm"],
     );
     let fits = ran.err.split_whitespace().skip_while(|w| *w != "--voxel").nth(1).expect("a spacing");
     assert_eq!(s.run(&[&[block.as_str(), "--voxel", fits], &budget[..]].concat()).exit, 0, "{fits} does not fit");

@@ -3,6 +3,9 @@
 //! The rows are hand-made, one for each fault that files in the wild are known for; the mutations are seeded
 //! and take small good files apart without knowing what they mean.
 
+#[cfg(feature = "report")]
+#[path = "faults/geometry.rs"]
+mod geometry;
 #[path = "faults/good.rs"]
 mod good;
 #[path = "faults/mutations.rs"]

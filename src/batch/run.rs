@@ -122,7 +122,7 @@ fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start
     row.folder = Some(folder.clone());
     spent(&mut row, start);
     // What may come out otherwise next time is not kept.
-    if [6, 70, 130].contains(&row.code) {
+    if [5, 6, 70, 130].contains(&row.code) {
         row.folder = None;
         return row;
     }

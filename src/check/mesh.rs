@@ -1,15 +1,23 @@
 //! AM001: the mesh as the boundary of a solid.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst};
-use super::finding::{Basis, Bracket, Finding, Limits, Sense};
+use super::finding::{Basis, Bracket, Finding, Limits, Sense, State};
 use super::place::{locate, reported};
 use crate::error::Result;
-use crate::geometry::health::Fault;
+use crate::geometry::Health;
+use crate::geometry::health::{self, Fault};
 use crate::part::Part;
 use crate::process::Process;
 
+/// A kind of fault: name, what was read, words, remedy, and where it stands in another mesh's health.
+type Kind = (&'static str, Fault, &'static str, &'static str, fn(&Health) -> Fault);
+
 /// AM001 `mesh`.
 pub struct Mesh;
+
+/// Share of the tried places where inside may be uncertain: beyond it what was judged may not be the part that was meant. A convention:
+/// half of the top of a box missing leaves 7 %, all of it 17 %.
+const MOST_DOUBT: f64 = 0.1;
 
 static META: Meta = Meta {
     code: "AM001",
@@ -36,32 +44,50 @@ impl Check for Mesh {
     }
 
     fn run(&self, part: &Part, _: &Process, context: &Context) -> Result<Outcome> {
-        let h = part.health();
-        let faults = [
-            ("open-edges", h.open_edges, "open edges", "close the holes with a mesh repair, or export the solid again"),
+        let h = part.health_as_read();
+        let faults: [Kind; 5] = [
+            (
+                "open-edges",
+                h.open_edges,
+                "open edges",
+                "close the holes with a mesh repair, or export the solid again",
+                |h| h.open_edges,
+            ),
             (
                 "non-manifold",
                 h.non_manifold_edges,
                 "edges with more than two facets",
                 "unite the bodies that share them, or move them apart by 0.01 mm",
+                |h| h.non_manifold_edges,
             ),
             (
                 "miswound",
                 h.miswound_edges,
                 "edges whose facets are wound against each other",
                 "make the normals consistent and export again",
+                |h| h.miswound_edges,
             ),
-            ("duplicate-facets", h.duplicate_facets, "facets that repeat another", "delete the doubled surface"),
+            ("duplicate-facets", h.duplicate_facets, "facets that repeat another", "delete the doubled surface", |h| {
+                h.duplicate_facets
+            }),
+            // Mending cuts no crossing: as many would be left.
             (
                 "self-crossing",
                 part.crossings(),
                 "pairs of facets that pass through each other",
                 "unite the body with itself, so that no surface lies inside the material",
+                |_| Fault { count: u64::MAX, at_mm: None },
             ),
         ];
         let limits = Limits { fail: None, warn: Some(0.0), sense: Sense::Max };
         let mut measured = Measured { cover: cover(part), ..Measured::default() };
-        for (kind, Fault { count, at_mm }, text, fix) in faults {
+        let all: u64 = faults.iter().map(|f| f.1.count).sum();
+        // What mending would leave is tried, so that the hint is no guess.
+        let mended = (all > 0).then(|| {
+            let mesh = part.mesh();
+            Health::of(&health::repaired(mesh, health::repair_tolerance(mesh)).mesh)
+        });
+        for (kind, Fault { count, at_mm }, text, fix, left) in faults {
             if count == 0 {
                 continue;
             }
@@ -75,17 +101,39 @@ impl Check for Mesh {
                 h.largest_hole.filter(|_| kind == "open-edges").map_or((at, at), |r| (r.box_mm[0], r.box_mm[1])),
             );
             f.message = format!("{count} {text}, worst at {}", at_text(reported(part, at)));
-            f.fix = fix.into();
+            f.fix = match mended.as_ref().map(|h| left(h).count) {
+                Some(rest) if rest < count => format!("--repair leaves {rest} of them; or {fix}"),
+                _ => fix.into(),
+            };
             measured.findings.push(f);
         }
-        let all: u64 = faults.iter().map(|f| f.1.count).sum();
+        measured.findings.extend(uncertain(part, context)?);
         measured.worst = Some(Worst { bracket: Bracket::exact(all as f64), unit: "1", at: None });
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
 
+/// Says that the part stays undecided where the winding number tells inside from outside at too few places.
+fn uncertain(part: &Part, context: &Context) -> Result<Option<Finding>> {
+    let Some(doubt) = part.solid()?.doubt.filter(|d| d.share > MOST_DOUBT) else { return Ok(None) };
+    let limits = Limits { fail: Some(MOST_DOUBT), warn: None, sense: Sense::Max };
+    let bracket = Bracket::new(doubt.share, 0.0, 1.0);
+    let mut f = Finding::judged(META.code, "uncertain-inside", bracket, Basis::Estimated, limits, "1", 0.0);
+    f.state = State::Undecided;
+    f.decided = false;
+    let at = doubt.at_mm;
+    locate(&mut f, part, context, at, (at, at));
+    let share = 100.0 * doubt.share;
+    f.message = format!(
+        "inside cannot be told from outside at {share:.0} % of the places that were tried, least at {}",
+        at_text(reported(part, at))
+    );
+    f.fix = "make the normals consistent and close the holes, with --repair or a mesh repair".into();
+    Ok(Some(f))
+}
+
 fn cover(part: &Part) -> String {
-    let h = part.health();
+    let h = part.health_as_read();
     format!(
         "{} facets in {} shells, {} bodies; every edge was counted, and every facet was tried on those \
          it may cross.",

@@ -4,6 +4,7 @@ use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
+use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
 use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
 use crate::medial::cluster::group;
@@ -12,7 +13,7 @@ use crate::medial::refine::thinnest_on;
 use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
-use crate::part::{BodyPair, Part};
+use crate::part::Part;
 use crate::units::{report_digits, short};
 
 /// Bound and ball that differ by less than this are one, millimetres.

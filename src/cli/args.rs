@@ -108,6 +108,10 @@ pub struct Judging {
     /// Read what is whole of a damaged file, and say what was dropped
     #[arg(long)]
     pub salvage: bool,
+
+    /// Close cracks, drop doubled facets and turn facets before judging; says what was done and writes repaired.3mf
+    #[arg(long)]
+    pub repair: bool,
 }
 
 /// The commands beside judging a part.

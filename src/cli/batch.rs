@@ -9,6 +9,7 @@ use crate::batch::{
 };
 use crate::error::Result;
 use crate::io::{Salvage, read};
+use crate::memory::Allowance;
 use crate::report::render::thumbnail;
 use crate::units::short;
 use std::io::Write;
@@ -35,8 +36,8 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     let store = Store::open(&b.out)?;
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
-        settings: format!("{:?} {:?} {:?} {:?}", how.options, how.formats, how.fail_on, how.salvage),
-        limit_bytes: MOST_FILE_BYTES,
+        settings: how.settings(),
+        limit_bytes: MOST_FILE_BYTES.min(how.options.memory.file_bytes()),
         jobs: jobs.max(1),
         earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
     };
@@ -97,6 +98,13 @@ impl How<'_> {
             fail_on,
             salvage: if b.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse },
         })
+    }
+
+    /// Everything that a result depends on; what the machine allows decides only whether there is one.
+    fn settings(&self) -> String {
+        let memory = Allowance { ceiling: None, ..self.options.memory.clone() };
+        let options = Options { memory, ..self.options.clone() };
+        format!("{options:?} {:?} {:?} {:?}", self.formats, self.fail_on, self.salvage)
     }
 
     fn judge(&self, entry: &Entry, bytes: &[u8]) -> Result<Finished> {

@@ -4,14 +4,15 @@ use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::progress::{Progress, Weights, Wished};
 use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxel};
-use crate::analyze::{Analysis, Options, Stage, prepare, run_told};
+use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
-use crate::io::{Salvage, read_path};
+use crate::io::{Salvage, machine, read_path, threemf};
+use crate::memory::Allowance;
 use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
-use crate::report::{Report, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
+use crate::report::{Report, SCHEMA, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -56,7 +57,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
     told("prepare");
     let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
-    let (content, loaded) = read_path(&part, MOST_FILE_BYTES, salvage)?;
+    let (content, loaded) = read_path(&part, MOST_FILE_BYTES.min(options.memory.file_bytes()), salvage)?;
     let prepared = prepare(&part.to_string_lossy(), &content, loaded, &options)?;
     drop(content);
     let mut analysis = run_told(prepared, &options, &told)?;
@@ -90,7 +91,7 @@ pub fn said(a: &Arguments, judged: &Judged) -> String {
 /// A report that was written before.
 ///
 /// # Errors
-/// [`Error::CannotRead`] or [`Error::Damaged`] naming the file.
+/// [`Error::CannotRead`] or [`Error::Damaged`] naming the file; [`Error::Usage`] for a report of another major version.
 pub fn read_report(path: &Path) -> Result<Report> {
     let shown = printable(&path.to_string_lossy());
     let text = std::fs::read_to_string(path).map_err(|e| Error::CannotRead {
@@ -98,6 +99,16 @@ pub fn read_report(path: &Path) -> Result<Report> {
         reason: e.to_string(),
         remedy: "name the report.json of an earlier run".into(),
     })?;
+    #[derive(serde::Deserialize)]
+    struct Head {
+        schema: String,
+    }
+    if let Ok(head) = serde_json::from_str::<Head>(&text)
+        && head.schema != SCHEMA
+    {
+        let problem = format!("{shown} is of schema {}; this amcheck reads {SCHEMA}", printable(&head.schema));
+        return Err(usage(&problem, "name a report.json that this major version of amcheck wrote"));
+    }
     serde_json::from_str(&text).map_err(|e| Error::Damaged {
         format: "report",
         place: crate::error::Place::Line(e.line() as u64),
@@ -136,6 +147,12 @@ pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: O
     }
     if formats.contains(&"glb") {
         files.push("model", "report.glb", glb::write(&analysis.exhibit));
+    }
+    if let Some(mesh) = &analysis.mended {
+        let mut bytes = Vec::new();
+        // Writing to memory cannot fail.
+        let _ = threemf::write(mesh, &mut bytes);
+        files.push("repaired", "repaired.3mf", bytes);
     }
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
         ("markdown", "report.md", &|| markdown::write(report, comparison)),
@@ -179,10 +196,11 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
-    o.memory_bytes = bytes(&a.memory)?;
+    o.memory = Allowance { bytes: bytes(&a.memory)?, ceiling: machine::ceiling() };
     for name in a.only.iter().chain(&a.skip) {
         registry::find(name)?;
     }
+    o.repair = if a.repair { Repair::Mend } else { Repair::Leave };
     o.only = a.only.clone();
     o.skip = a.skip.clone();
     Ok(o)

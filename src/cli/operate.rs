@@ -10,7 +10,7 @@ use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::grid::Fitting;
-use crate::io::{bytes_of, toolpath};
+use crate::io::{bytes_of, machine, toolpath};
 use crate::notice::Notice;
 use crate::operate::{self, Element, Operated};
 use crate::units::{Length, short};
@@ -95,7 +95,8 @@ impl Job {
     fn new(operation: &str, part: &Path, how: &How) -> Answer<Self> {
         let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
         let spacing = how.voxel.as_deref().map(voxel).transpose()?;
-        let memory = bytes(&how.memory)?;
+        let ceiling = machine::ceiling().map_or(u128::MAX, |c| u128::from(c.bytes));
+        let memory = bytes(&how.memory)?.min(ceiling);
         let to = Outputs::open(how)?;
         let part = Operand::read(part, unit_mm)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?;

@@ -1,5 +1,7 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
+mod body_pairs;
+mod box_pairs;
 pub mod bvh;
 pub mod cavity;
 pub mod contour;
@@ -14,11 +16,13 @@ pub mod vector;
 pub mod voxelize;
 pub mod winding;
 
+pub use body_pairs::{BodyPair, body_pairs};
+pub use box_pairs::{LabelledBox, box_pairs};
 pub use cavity::{Cavity, cavities};
 pub use distance::MeshDistance;
 pub use health::Health;
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;
 pub use solid::{Doubt, Enclosure, InsideRule, Solid};
-pub use voxelize::{enclose, occupancy, voxelize};
+pub use voxelize::{enclose, occupancy, voxelize, voxelize_layers};
 pub use winding::Winding;

@@ -19,11 +19,17 @@ pub struct Ceiling {
 /// Linux: `proc(5)`, the kernel's documents on control groups versions 1 and 2.
 pub fn ceiling() -> Option<Ceiling> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
-    let own = of_process(&read("/proc/self/limits"));
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get() as u64);
+    let own = of_process(&read("/proc/self/limits")).into_iter().map(|c| usable(c, threads));
     let groups = of_groups(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup"));
     let whole = kib(&read("/proc/meminfo"), "MemTotal:");
     let whole = whole.map(|bytes| Ceiling { bytes, whose: "the memory of this machine".into() });
-    own.into_iter().chain(groups).chain(whole).min_by_key(|c| c.bytes)
+    own.chain(groups).chain(whole).min_by_key(|c| c.bytes)
+}
+
+/// What is left of a limit on addresses: each thread reserves a stack and an arena of the allocator that it hardly fills.
+fn usable(limit: Ceiling, threads: u64) -> Ceiling {
+    Ceiling { bytes: limit.bytes - (threads * (66 << 20)).min(limit.bytes / 2), ..limit }
 }
 
 /// The soft limits on address space and data in `/proc/self/limits`.

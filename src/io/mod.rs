@@ -6,6 +6,7 @@
 //! `std::io::Write`; to a file it goes through [`write_atomically`], so that no half-written file is ever left.
 
 // What comes from outside is neither unwrapped nor indexed.
+#![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, clippy::panic))]
 
 mod accept;

@@ -314,3 +314,47 @@ fn zip64_end_records_are_read() {
     // Disk numbers of 0xffff too, as one widespread writer has them.
     noticed(&bytes, &[]);
 }
+
+#[test]
+fn a_damaged_megabyte_is_refused_at_once() {
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let stl_text = format!("solid\n{}facet normal 0 0 1\nouter loop\nvertex 0 0 blah\n", facet.repeat(12_000));
+    let mut stl_binary = vec![1u8; 84 + 50 * 20_000];
+    stl_binary[80..84].copy_from_slice(&20_000u32.to_le_bytes());
+    let last = stl_binary.len() - 30;
+    stl_binary[last..last + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let obj = format!("{}f 1 2 99999999\n", "v 0.5 0.25 0.125\nf -1 -1 -1\n".repeat(35_000));
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 70000\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+         property list uchar int vertex_indices\nend_header\n{}3 0 1 70000\n",
+        "0.5 0.25 0.125\n".repeat(70_000)
+    );
+    let vertices = "<vertex x=\"0.5\" y=\"0.25\" z=\"0,5\"/>".repeat(28_000);
+    let model =
+        good::model("", "", "<item objectid=\"1\"/>").replacen("<vertices>", &format!("<vertices>{vertices}"), 1);
+    let threemf = good::stored(&[("_rels/.rels", RELATIONS.as_bytes()), (MODEL, model.as_bytes())]);
+    for (name, bytes) in [
+        ("stl text", stl_text.into_bytes()),
+        ("stl binary", stl_binary),
+        ("obj", obj.into_bytes()),
+        ("ply", ply.into_bytes()),
+        ("3mf", threemf),
+        ("zeros", vec![0; 1 << 20]),
+        ("noise", (0..1u32 << 20).map(|i| (i.wrapping_mul(2654435761) >> 13) as u8).collect()),
+        ("brackets", vec![b'<'; 1 << 20]),
+    ] {
+        assert!(bytes.len() > 900_000 && bytes.len() < 1_300_000, "{name}: {} bytes", bytes.len());
+        // The best of a few: other tests run beside this one.
+        let best = (0..4)
+            .map(|_| {
+                let start = std::time::Instant::now();
+                assert!(load(&bytes).is_err(), "{name} was read");
+                start.elapsed().as_millis()
+            })
+            .min();
+        println!("{name}: refused in {best:?} ms");
+        if !cfg!(debug_assertions) {
+            assert!(best < Some(100), "{name}: {best:?} ms");
+        }
+    }
+}

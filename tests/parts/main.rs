@@ -4,6 +4,7 @@ mod fixtures;
 mod golden;
 mod metamorphic;
 mod models;
+mod same_answer;
 mod shapes;
 mod table;
 mod voids;

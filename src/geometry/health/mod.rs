@@ -18,5 +18,5 @@ mod shells;
 pub use bodies::{Body, NO_LABEL, Role};
 pub use crossing::crossings;
 pub use measure::{Fault, Health, Hole};
-pub use repair::{Repaired, repaired};
+pub use repair::{Repaired, agreed, repair_tolerance, repaired};
 pub use shells::Shell;

@@ -15,6 +15,29 @@ pub struct Repaired {
     pub notices: Vec<Notice>,
 }
 
+impl Repaired {
+    /// What was done, or that there was nothing to do.
+    pub fn said(&self) -> Vec<Notice> {
+        if !self.notices.is_empty() {
+            return self.notices.clone();
+        }
+        let faults = Health::of(&self.mesh).notices().len();
+        let text = if faults == 0 {
+            "nothing was to be repaired"
+        } else {
+            "nothing could be repaired without inventing surface"
+        };
+        vec![Notice::new("repaired", text)]
+    }
+}
+
+/// How far apart vertices of a crack may lie to be joined, in the unit of the mesh: 10⁻⁵ of the longest side, a dozen steps of
+/// float32 coordinates, and at most 10⁻⁴.
+pub fn repair_tolerance(mesh: &TriangleMesh) -> f64 {
+    let longest = mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max));
+    (1e-5 * longest).min(1e-4)
+}
+
 /// The mesh with cracks closed, doubled walls removed and facets wound alike.
 ///
 /// In this order: vertices on open edges that lie within `tolerance_mm` of each other become one; facets
@@ -55,6 +78,17 @@ pub fn repaired(mesh: &TriangleMesh, tolerance_mm: f64) -> Repaired {
     let turned = health.shells.iter().filter(|s| s.role == Role::Inverted || health.inverted).count();
     say(turned, "shells were turned outward");
     Repaired { mesh: health.outward(&mesh).into_owned(), notices }
+}
+
+/// The mesh with facets turned so that neighbours over edges of two facets agree, and how many were turned: of each connected piece
+/// the smaller part.
+///
+/// # Cost
+/// O(facets).
+pub fn agreed(mesh: &TriangleMesh) -> (TriangleMesh, usize) {
+    let mut mesh = mesh.clone();
+    let turned = agree(&mut mesh);
+    (mesh, turned)
 }
 
 /// Directed edges without a partner the other way.

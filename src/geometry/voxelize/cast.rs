@@ -49,7 +49,34 @@ use std::ops::Range;
 /// # Ok::<(), amcheck::Error>(())
 /// ```
 pub fn voxelize(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<Solid> {
-    let lattice = Lattice::new(mesh, grid)?;
+    cast(mesh, Lattice::new(mesh, grid)?, grid, rule)
+}
+
+/// A slab of what [`voxelize()`] makes: the layers `range` of the grid along z, for grids that do not fit into memory.
+///
+/// With [`InsideRule::Crossings`] every bit and every density is that of the whole; the slab's grid is a window of the whole one.
+///
+/// # Errors
+/// As [`voxelize()`]; [`crate::Error::Operand`] for no layers or layers beyond the grid.
+///
+/// # Cost
+/// As [`voxelize()`], but samples and cubes of the slab only; memory grows with the slab.
+pub fn voxelize_layers(mesh: &TriangleMesh, grid: &Grid, range: Range<usize>, rule: InsideRule) -> Result<Solid> {
+    let [nx, ny, nz] = grid.dims();
+    if range.is_empty() || range.end > nz {
+        return Err(crate::Error::Operand {
+            operation: "voxelize",
+            problem: format!("layers {range:?} are not in a grid of {nz}"),
+            remedy: "choose layers of the grid".into(),
+        });
+    }
+    let slab = Grid::new(grid.position([0, 0, range.start]), grid.spacing(), [nx, ny, range.len()])?;
+    let lattice = Lattice::new(mesh, grid)?.seen_from(range.start, range.len());
+    cast(mesh, lattice, &slab, rule)
+}
+
+/// Casts onto a grid whose first sample is the origin of the lattice.
+fn cast(mesh: &TriangleMesh, lattice: Lattice, grid: &Grid, rule: InsideRule) -> Result<Solid> {
     let layers = slab_layers(grid);
     let mut parts = Parts::new(grid);
     let doubt = match rule {

@@ -51,6 +51,17 @@ impl<'a> Lattice<'a> {
         Ok(Lattice { vertices, triangles: &mesh.triangles, bits, dims: grid.dims() })
     }
 
+    /// The same lattice as seen from a layer: what stood at `first` stands at 0, and `layers` are left.
+    ///
+    /// Corners keep the rounding they had, so that a slab is cast exactly as it is in the whole.
+    pub fn seen_from(mut self, first: usize, layers: usize) -> Self {
+        // Both fit: a layer's index has at most 25 bits, and `bits` more make 29.
+        let shift = (first as i32) << self.bits;
+        self.vertices.par_iter_mut().for_each(|v| v[2] -= shift);
+        self.dims[2] = layers;
+        self
+    }
+
     /// The corners of a facet.
     #[inline]
     pub fn corners(&self, facet: u32) -> [[i32; 3]; 3] {

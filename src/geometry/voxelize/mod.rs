@@ -9,4 +9,4 @@ mod shell;
 pub(super) mod tests;
 mod winding;
 
-pub use cast::{enclose, occupancy, voxelize};
+pub use cast::{enclose, occupancy, voxelize, voxelize_layers};

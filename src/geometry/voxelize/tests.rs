@@ -1,7 +1,7 @@
 //! The cast against plain oracles: solid angles, separating axes, clipped tetrahedra.
 
 use super::lattice::Lattice;
-use super::{occupancy, shell, voxelize};
+use super::{occupancy, shell, voxelize, voxelize_layers};
 use crate::geometry::solid::InsideRule::{Crossings, Winding};
 use crate::geometry::vector::{Vec3, add, cross, dot, norm, scale, sub};
 use crate::geometry::{Solid, TriangleMesh};
@@ -415,5 +415,37 @@ fn torn_surfaces_are_classified_like_every_sample_by_itself() {
             .count();
         // What is not evaluated lies within a few samples of a hole's edge.
         assert!(wrong * 2000 <= grid.samples(), "{n}: {wrong} of {}", grid.samples());
+    }
+}
+
+#[test]
+fn slabs_are_the_whole_bit_for_bit() {
+    let mut random = Lcg(11);
+    for case in 0..6 {
+        // Turned, overlapping and with a cavity, at a size that is no multiple of the spacing.
+        let turned = sphere(4.3, 4).joined(&sphere(2.1, 3).flipped());
+        let part =
+            turned.transformed(random.rotation(), random.point(-3.0, 3.0)).joined(&block([0.3; 3], [5.1, 4.0, 6.2]));
+        let (lo, hi) = part.bounds().unwrap();
+        let grid = Grid::covering(lo, hi, Length::mm(0.137), 1, [0.1 * case as f64, 0.2, 0.3]).unwrap();
+        let whole = voxelize(&part, &grid, Crossings).unwrap();
+        let [nx, ny, nz] = grid.dims();
+        for thick in [1, 7, 32, nz] {
+            for first in (0..nz).step_by(thick) {
+                let range = first..(first + thick).min(nz);
+                let slab = voxelize_layers(&part, &grid, range.clone(), Crossings).unwrap();
+                let words =
+                    range.start * ny * whole.inner.words_per_row()..range.end * ny * whole.inner.words_per_row();
+                assert_eq!(slab.inner.words(), &whole.inner.words()[words.clone()], "inner, {range:?}");
+                assert_eq!(slab.centres.words(), &whole.centres.words()[words.clone()], "centres, {range:?}");
+                assert_eq!(slab.outer.words(), &whole.outer.words()[words], "outer, {range:?}");
+                let samples = nx * ny * range.start..nx * ny * range.end;
+                let [own, all] = [&slab, &whole].map(|s| s.density.field().values().to_vec());
+                let same = own.iter().zip(&all[samples]).all(|(a, b)| a.to_bits() == b.to_bits());
+                assert!(same, "density, {range:?}");
+            }
+        }
+        assert!(voxelize_layers(&part, &grid, 3..3, Crossings).is_err());
+        assert!(voxelize_layers(&part, &grid, 0..nz + 1, Crossings).is_err());
     }
 }

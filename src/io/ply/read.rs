@@ -50,7 +50,9 @@ pub fn read(bytes: &[u8]) -> Result<Loaded> {
     let mut notices = faces.notices();
     let mesh = faces.mesh(&vertices.points, &mut notices)?;
     let mesh = accept::with_extent(mesh, "PLY")?;
-    let relative_step = if vertices.doubles { f64::EPSILON / 2.0 } else { f64::powi(2.0, -24) };
+    // Doubles that are all floats came from a format of floats and resolve no more.
+    let finer = vertices.doubles && vertices.points.iter().flatten().any(|&x| f64::from(x as f32) != x);
+    let relative_step = if finer { f64::EPSILON / 2.0 } else { f64::powi(2.0, -24) };
     let format = if header.encoding == Encoding::Text { "PLY (ASCII)" } else { "PLY (binary)" };
     Ok(Loaded { mesh, format, unit_mm: None, notices, relative_step })
 }

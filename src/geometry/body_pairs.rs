@@ -1,8 +1,8 @@
-//! How near the bodies of a part come to each other.
+//! Which bodies of a mesh come near each other, how near, and where.
 
-use crate::geometry::health::NO_LABEL;
-use crate::geometry::vector::Vec3;
-use crate::geometry::{Health, MeshDistance, TriangleMesh};
+use super::health::NO_LABEL;
+use super::vector::Vec3;
+use super::{Health, LabelledBox, MeshDistance, TriangleMesh, box_pairs};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ pub struct BodyPair {
 }
 
 /// Nearest points of all bodies whose boxes come within reach.
-pub(super) fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
+pub fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
     let mut facets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (f, &body) in health.facet_body.iter().enumerate().filter(|(_, b)| **b != NO_LABEL) {
         facets.entry(body).or_default().push(f);
@@ -23,17 +23,11 @@ pub(super) fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Ve
     if facets.len() < 2 {
         return Vec::new();
     }
-    let boxes: Vec<(u32, Vec3, Vec3)> = facets
+    let boxes: Vec<LabelledBox> = facets
         .keys()
         .filter_map(|&b| health.bodies.get(b as usize).map(|body| (b, body.box_mm[0], body.box_mm[1])))
         .collect();
-    let near = |(a, b): &(&(u32, Vec3, Vec3), &(u32, Vec3, Vec3))| {
-        (0..3).all(|x| a.1[x] - b.2[x] < reach && b.1[x] - a.2[x] < reach)
-    };
-    let mut candidates: Vec<(u32, u32)> = Vec::new();
-    for (i, a) in boxes.iter().enumerate() {
-        candidates.extend(boxes[i + 1..].iter().filter(|b| near(&(a, b))).map(|b| (a.0, b.0)));
-    }
+    let candidates = box_pairs(boxes, reach);
     let needed: std::collections::BTreeSet<u32> = candidates.iter().flat_map(|c| [c.0, c.1]).collect();
     let trees: BTreeMap<u32, MeshDistance> =
         needed.into_par_iter().map(|b| (b, MeshDistance::of_facets(mesh, facets[&b].iter().copied()))).collect();
