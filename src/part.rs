@@ -1,8 +1,6 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
-mod up;
-
-pub use up::Up;
+pub use crate::access::Up;
 
 use crate::access::Setup;
 use crate::error::{Error, Result};

@@ -1,12 +1,15 @@
-//! What a tool, a nozzle or a probe can reach: tools, setups, obstacles, inaccessibility, reach, removal of supports.
+//! What a tool, a nozzle or a probe can reach: tools, setups, obstacles, inaccessibility, reach, removal of supports,
+//! and which way to print.
 //!
 //! A tool T at rotation R and translation t is *free* if vol(X ∩ (R·T + t)) = 0: touching is no collision. What is said of
 //! a pose is certified by the part's inner and outer cubes; what is said of a place holds for the directions listed.
 
+mod direction;
 mod disc;
 mod measure;
 mod meridian;
 mod obstacle;
+mod orient;
 mod pose;
 mod reach;
 mod removal;
@@ -16,11 +19,13 @@ mod stack;
 mod station;
 mod surface;
 mod tool;
+mod up;
 
 pub use disc::Disc;
 pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
 pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio, obstacle_of_solid};
+pub use orient::{Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support};
 pub use pose::{
     Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, super_fibonacci, within_tilt,
 };
@@ -32,3 +37,4 @@ pub use stack::{Run, Sense, Stack};
 pub use station::{Stand, Station};
 pub use surface::{Patch, patches};
 pub use tool::{Basis, Body, SharpPoint, Tool};
+pub use up::Up;

@@ -5,12 +5,15 @@
 
 mod acceptance;
 mod as_printed;
+mod bed_contact;
 mod blend;
+mod bridge;
 mod build_volume;
 mod contract;
 mod detail;
 mod drain;
 mod finding;
+mod hanging;
 mod island;
 mod knife_edge;
 mod lost_feature;
@@ -24,7 +27,9 @@ mod rods;
 mod sheet;
 mod sheet_shape;
 mod small_hole;
+mod support;
 mod support_access;
+mod tall_feature;
 mod thin_pin;
 mod thin_wall;
 mod tool_access;

@@ -1,9 +1,10 @@
-//! The direction of the file that points up in the build.
+//! Which way of the file points up.
 
+use super::orient::upright;
 use crate::geometry::vector::Vec3;
 
 /// Which way of the file points up in the build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Up {
     #[default]
     PlusZ,
@@ -12,6 +13,8 @@ pub enum Up {
     MinusX,
     PlusY,
     MinusY,
+    /// Any direction of the file; it need not be a unit vector.
+    Along(Vec3),
 }
 
 impl Up {
@@ -24,6 +27,7 @@ impl Up {
             Up::MinusX => [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
             Up::PlusY => [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
             Up::MinusY => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+            Up::Along(direction) => upright(direction),
         }
     }
 }
