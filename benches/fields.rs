@@ -4,8 +4,9 @@ use amcheck::distance::{nearest_sample, signed_distance, squared_distance, union
 use amcheck::field::Indicator;
 use amcheck::geometry::{InsideRule, TriangleMesh, occupancy, voxelize};
 use amcheck::grid::Grid;
+use amcheck::layer::{downward_facets, support_volume, supports};
 use amcheck::topology::{Adjacency, Side, betti, border, chambers, components};
-use amcheck::units::Length;
+use amcheck::units::{Angle, Length};
 use divan::{Bencher, black_box};
 
 const SIZES: [usize; 3] = [128, 256, 512];
@@ -109,6 +110,25 @@ fn nearest_samples(bencher: Bencher, n: usize) {
 fn balls(bencher: Bencher, n: usize) {
     let set = cast(n);
     bencher.bench(|| union_of_balls(set.grid(), |at| set.contains(set.grid().index(at)).then_some(at as u32 % 60)));
+}
+
+/// Supports of the part as it lies, by columns with bounds and as samples.
+#[divan::bench(args = [128, 256], sample_count = 10)]
+fn support_columns_with_bounds(bencher: Bencher, n: usize) {
+    let mesh = part();
+    let h = grid(&mesh, n).h();
+    let plate = mesh.bounds().map_or(0.0, |b| b.0[2]);
+    let wanted = downward_facets(&mesh, plate, Angle::degrees(45.0), 1e-6);
+    bencher.bench(|| support_volume(black_box(&mesh), |_| true, &wanted, plate, h));
+}
+
+#[divan::bench(args = [128, 256], sample_count = 10)]
+fn support_samples(bencher: Bencher, n: usize) {
+    let mesh = part();
+    let set = cast(n);
+    let plate = mesh.bounds().map_or(0.0, |b| b.0[2]);
+    let wanted = downward_facets(&mesh, plate, Angle::degrees(45.0), 1e-6);
+    bencher.bench(|| supports(black_box(&set), &mesh, &wanted, plate));
 }
 
 #[divan::bench(args = [128, 256], sample_count = 10)]

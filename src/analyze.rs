@@ -1,8 +1,10 @@
 //! The one pipeline: mesh, process and options in; report and exhibit out.
 
+use crate::access::{Question, orientations};
 use crate::check::registry::CHECKS;
 use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
 use crate::error::Result;
+use crate::geometry::TriangleMesh;
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::io::Loaded;
 use crate::notice::Notice;
@@ -24,7 +26,8 @@ pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
 #[derive(Debug, Clone)]
 pub struct Options {
     pub process: Process,
-    pub up: Up,
+    /// Direction of the file that points up; `None` for the best of `amcheck orient`.
+    pub up: Option<Up>,
     /// Unit of the file's numbers and its millimetres, where the user says so.
     pub units: Option<(String, f64)>,
     /// Spacing, where the user gives one.
@@ -48,7 +51,7 @@ impl Options {
     pub fn new(process: Process) -> Self {
         Options {
             process,
-            up: Up::PlusZ,
+            up: Some(Up::PlusZ),
             units: None,
             voxel: None,
             refine: 64_000_000,
@@ -107,7 +110,9 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
     let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.iter().chain(&hi).fold(0.0f64, |m, x| m.max(x.abs())));
     let reach = 1.25 * widest_gap(&options.process);
-    let part = Part::new(mesh, options.up, largest * loaded.relative_step, reach)?;
+    let step = largest * loaded.relative_step;
+    let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
+    let part = Part::new(mesh, up, step, reach)?;
     let fitting = choose_spacing(&part, options)?;
     let mut notices = loaded.notices;
     if units.1 == "assumed" {
@@ -220,6 +225,14 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     let exhibit = mount(part, &report, &wanted, shapes);
     lap("mount");
     Ok(Analysis { report, exhibit, timings })
+}
+
+/// The best orientation of a mesh for a process.
+fn best_up(mesh: TriangleMesh, step: f64, process: &Process) -> Result<Up> {
+    let part = Part::new(mesh, Up::PlusZ, step, 0.0)?;
+    let question = Question::of(process, part.step());
+    let best = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    Ok(best.list.first().map_or(Up::PlusZ, |o| Up::Along(o.up)))
 }
 
 /// The widest gap the process limits: how far bodies are looked for around each other.

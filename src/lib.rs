@@ -19,6 +19,7 @@
 //! error and notice, units, grid, field, {geometry, distance, convolution}, {io, morphology, medial, topology,
 //! layer, process}, access, part, check, report, {analyze, batch}, cli.
 
+pub mod access;
 #[cfg(feature = "report")]
 pub mod analyze;
 #[cfg(feature = "report")]

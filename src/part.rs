@@ -1,5 +1,6 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
+pub use crate::access::Up;
 use crate::error::{Error, Result};
 use crate::geometry::health::{Fault, NO_LABEL, crossings};
 use crate::geometry::vector::{Vec3, along, dot, sub};
@@ -13,32 +14,6 @@ use crate::units::Length;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
-
-/// Which way of the file points up in the build.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Up {
-    #[default]
-    PlusZ,
-    MinusZ,
-    PlusX,
-    MinusX,
-    PlusY,
-    MinusY,
-}
-
-impl Up {
-    /// The rotation that brings this direction to +z.
-    pub fn rotation(self) -> [Vec3; 3] {
-        match self {
-            Up::PlusZ => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            Up::MinusZ => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
-            Up::PlusX => [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
-            Up::MinusX => [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
-            Up::PlusY => [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
-            Up::MinusY => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
-        }
-    }
-}
 
 /// Two bodies, how near they come, and where.
 #[derive(Debug, Clone, Copy, PartialEq)]

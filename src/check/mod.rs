@@ -5,12 +5,15 @@
 
 mod acceptance;
 mod as_printed;
+mod bed_contact;
 mod blend;
+mod bridge;
 mod build_volume;
 mod contract;
 mod detail;
 mod drain;
 mod finding;
+mod hanging;
 mod island;
 mod lost_feature;
 mod mesh;
@@ -20,6 +23,8 @@ mod overhang;
 mod place;
 pub mod registry;
 mod sheet;
+mod support;
+mod tall_feature;
 mod thin_wall;
 mod topology;
 mod trapped_volume;

@@ -2,10 +2,10 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::hanging::{needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
-use crate::geometry::vector::along;
-use crate::layer::{DownwardRegion, downward_regions};
+use crate::layer::{DownwardRegion, downward_regions, supports};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Angle, report_digits, short};
@@ -23,7 +23,8 @@ static META: Meta = Meta {
     how: "The slope of every facet decides, so angle and area are exact. Facets that hang together over edges bent by less than 20 \
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
           equal to the limit, and passes.",
-    limits: "Slope alone is judged: a short ledge or a bridge between two anchors may print well without support all the same. \
+    limits: "A bridge between two anchors, a ledge or the crown of a lying hole that is within its own limit holds itself: it is left to \
+             `bridge`. For the rest slope alone is judged. \
              Where the process prints supports an overhang warns; it fails only if the profile or the user gives a fail limit.",
     source: "The limit's sources stand in the profile; `amcheck processes` lists them.",
 };
@@ -40,13 +41,18 @@ impl Check for Overhang {
         let Some(limits) = limits_of(process, "overhang") else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let widest = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
-        let regions =
-            downward_regions(part.mesh(), 0.5 * process.layer_height_mm, Angle::degrees(widest), part.step(), |f| {
-                covered(part, f)
-            });
+        let widest = support_angle(process).unwrap_or(0.0);
+        let wanted = needing_support(part, process);
+        let mut needs = vec![false; part.mesh().triangles.len()];
+        wanted.iter().for_each(|&f| needs[f as usize] = true);
+        let regions = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
+            !needs[f as usize]
+        });
         let mut measured = Measured {
-            cover: format!("Every facet that looks down at less than {}° was judged by its own slope.", short(widest)),
+            cover: format!(
+                "Every facet that looks down at less than {}° was judged by its own slope; what holds itself is judged by `bridge`.",
+                short(widest)
+            ),
             rule: Some("overhang"),
             map: Some(MapWanted {
                 kind: MapKind::Slope,
@@ -65,11 +71,23 @@ impl Check for Overhang {
             unit: "deg",
             at: Some(r.worst.0),
         });
+        let columns = match process.prints_supports {
+            true => Some(supports(&part.solid()?.centres, part.mesh(), &wanted, 0.0)?),
+            false => None,
+        };
+        let below = |r: &DownwardRegion| {
+            let samples = columns.as_ref()?.samples_below(part.mesh(), &r.facets);
+            Some(report_digits(samples as f64 * context.spacing_mm.powi(3)))
+        };
         // What is smaller than a dot of the process is gathered in one finding.
         let dot = process.element.width_mm * process.element.width_mm;
         let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().partition(|r| r.area_mm2 < dot);
         let judged = |list: &[&DownwardRegion], kind: &str| -> Vec<Finding> {
-            let mut all: Vec<Finding> = list.iter().map(|r| finding(part, process, context, r, limits, kind)).collect();
+            let one = |r: &&DownwardRegion| Finding {
+                volume_mm3: below(r),
+                ..finding(part, process, context, r, limits, kind)
+            };
+            let mut all: Vec<Finding> = list.iter().map(one).collect();
             all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
             all
         };
@@ -80,18 +98,6 @@ impl Check for Overhang {
             f.fix = fix(process, f);
         }
         Ok(Outcome::Measured(Box::new(measured)))
-    }
-}
-
-/// Whether material touches a facet from below.
-fn covered(part: &Part, facet: u32) -> bool {
-    if !part.bounds_solid(facet as usize) {
-        return true;
-    }
-    !part.is_plain() && {
-        let f = facet as usize;
-        let below = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
-        part.winding().at(below) >= 0.5
     }
 }
 
@@ -136,7 +142,13 @@ fn fix(process: &Process, f: &Finding) -> String {
     let limit = f.warn.or(f.fail).unwrap_or(0.0);
     let slope = format!("slope it to {}° or more", short(limit));
     if process.prints_supports {
-        format!("{slope}, turn the part, or let {} mm² be supported", short(f.area_mm2.unwrap_or(0.0)))
+        let area = short(f.area_mm2.unwrap_or(0.0));
+        match f.volume_mm3.filter(|v| *v >= 0.5) {
+            Some(v) => {
+                format!("{slope}, turn the part, or let {area} mm² be supported by about {} mm³", short(v.round()))
+            }
+            None => format!("{slope}, turn the part, or let {area} mm² be supported"),
+        }
     } else {
         format!("{slope}, or turn the part; this process prints no supports")
     }

@@ -54,7 +54,7 @@ pub struct Judging {
     pub units: Option<String>,
 
     /// Direction of the file that points up in the build
-    #[arg(long, default_value = "+z", allow_hyphen_values = true, value_name = "+z|-z|+x|-x|+y|-y")]
+    #[arg(long, default_value = "+z", allow_hyphen_values = true, value_name = "+z|-z|+x|-x|+y|-y|X,Y,Z|best")]
     pub up: String,
 
     /// Set a limit: thin-wall=0.4mm fails below, thin-wall=0.4mm,0.6mm warns below the second; repeatable
@@ -134,6 +134,8 @@ pub enum Command {
     },
     #[command(flatten)]
     Make(Operation),
+    /// Which way to print: many directions compared by support, height, steps, liquid and contact
+    Orient(Orienting),
     /// The built-in processes with their limits and sources
     Processes,
     /// The JSON Schema of report.json
@@ -175,6 +177,42 @@ pub struct Batch {
 
     #[command(flatten)]
     pub how: Judging,
+}
+
+/// What orientations are compared.
+#[derive(Debug, Args)]
+pub struct Orienting {
+    /// The part
+    #[arg(value_name = "PART")]
+    pub part: PathBuf,
+
+    /// Process to print by: its overhang angle, bridges and build volume count
+    #[arg(long, default_value = "fdm", value_name = "NAME|FILE.toml")]
+    pub process: String,
+
+    /// Unit of the file's numbers; STL has none
+    #[arg(long, value_name = "mm|cm|m|in|um")]
+    pub units: Option<String>,
+
+    /// Directions spread over the sphere, beside the axes and the part's own faces
+    #[arg(long, default_value_t = 400, value_name = "N")]
+    pub directions: usize,
+
+    /// How many of them are measured in full
+    #[arg(long, default_value_t = 20, value_name = "N")]
+    pub best: usize,
+
+    /// Folder for the results; reports/ and the name of the part if left out
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// What to write: json, html, png, stl (the best pose)
+    #[arg(long, value_delimiter = ',', default_value = "json,html,stl", value_name = "LIST")]
+    pub format: Vec<String>,
+
+    /// Print only the JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// The commands that make a shape from shapes.

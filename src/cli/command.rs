@@ -2,7 +2,7 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{batch, judge, lists, operate, watch};
+use super::{batch, judge, lists, operate, orient, watch};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -22,6 +22,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         Some(Command::Compare { old, new }) => judge::compare_reports(old, new).map_err(Complaint::from),
         Some(Command::Batch(options)) => batch::batch(options).map_err(Complaint::from),
         Some(Command::Merge { folders, out }) => batch::merge_tables(folders, out.as_deref()).map_err(Complaint::from),
+        Some(Command::Orient(how)) => orient::orient(how).map(|text| (text, 0)),
         Some(Command::Make(operation)) => operate::operate(operation).map(|text| (text, 0)),
         Some(Command::Processes) => Ok((lists::processes(), 0)),
         Some(Command::Schema) => Ok((crate::report::json::SCHEMA_TEXT.to_string(), 0)),

@@ -185,7 +185,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     Ok(o)
 }
 
-fn process(name: &str) -> Result<Process> {
+pub(super) fn process(name: &str) -> Result<Process> {
     if BUILTIN.iter().any(|(n, _)| *n == name) || !(name.ends_with(".toml") || Path::new(name).exists()) {
         return Process::named(name);
     }

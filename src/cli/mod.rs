@@ -10,6 +10,7 @@ mod lists;
 mod made;
 mod operand;
 mod operate;
+mod orient;
 mod progress;
 mod toolpath;
 mod watch;

@@ -7,16 +7,23 @@ use crate::units::Length;
 /// A file larger than this is refused before it is read.
 pub const MOST_FILE_BYTES: u64 = 16 << 30;
 
-/// A direction of the file.
-pub fn up(text: &str) -> Result<Up> {
-    match text {
-        "+z" | "z" => Ok(Up::PlusZ),
-        "-z" => Ok(Up::MinusZ),
-        "+x" | "x" => Ok(Up::PlusX),
-        "-x" => Ok(Up::MinusX),
-        "+y" | "y" => Ok(Up::PlusY),
-        "-y" => Ok(Up::MinusY),
-        _ => Err(usage(&format!("`{}` is no direction", printable(text)), "use one of +z -z +x -x +y -y")),
+/// A direction of the file; `None` for `best`.
+pub fn up(text: &str) -> Result<Option<Up>> {
+    let parts: Vec<Option<f64>> =
+        text.split(',').map(|c| c.trim().parse().ok().filter(|c: &f64| c.is_finite())).collect();
+    match (text, parts.as_slice()) {
+        ("best", _) => Ok(None),
+        ("+z" | "z", _) => Ok(Some(Up::PlusZ)),
+        ("-z", _) => Ok(Some(Up::MinusZ)),
+        ("+x" | "x", _) => Ok(Some(Up::PlusX)),
+        ("-x", _) => Ok(Some(Up::MinusX)),
+        ("+y" | "y", _) => Ok(Some(Up::PlusY)),
+        ("-y", _) => Ok(Some(Up::MinusY)),
+        (_, &[Some(x), Some(y), Some(z)]) if x != 0.0 || y != 0.0 || z != 0.0 => Ok(Some(Up::Along([x, y, z]))),
+        _ => Err(usage(
+            &format!("`{}` is no direction", printable(text)),
+            "use one of +z -z +x -x +y -y, three numbers such as 1,0,1, or best",
+        )),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Places where a layer starts with nothing beneath.
 
+use super::section::clip_below;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, bounds, cross, sub};
 use rustc_hash::FxHashMap;
@@ -141,22 +142,6 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
     }
     let extent = bounds(points)?;
     (area > 0.0).then_some(Island { lowest, rise_mm: birth.rise, first_layer_area_mm2: area, extent, facet: facet? })
-}
-
-/// The part of a triangle below a height.
-fn clip_below(t: [Vec3; 3], top: f64) -> Vec<Vec3> {
-    let mut out = Vec::with_capacity(4);
-    for i in 0..3 {
-        let (p, q) = (t[i], t[(i + 1) % 3]);
-        if p[2] <= top {
-            out.push(p);
-        }
-        if (p[2] < top && q[2] > top) || (p[2] > top && q[2] < top) {
-            let s = (top - p[2]) / (q[2] - p[2]);
-            out.push([0, 1, 2].map(|a| p[a] + s * (q[a] - p[a])));
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -1,9 +1,20 @@
-//! What a layer rests on: downward surface, islands, supports.
+//! What a layer rests on: downward surface, islands, bridges, supports, pillars; sections, sight and liquid by layers.
 
+mod bridge;
+mod column;
 mod downward;
 mod island;
+mod plan;
+mod section;
+mod sight;
 mod support;
+mod tall;
 
+pub use bridge::{Ceiling, Reach, SelfHolding, ceilings};
+pub use column::{SupportVolume, shadow_area, support_volume};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
+pub use section::{Hull, Point, section_area, section_points};
+pub use sight::{hidden_from_outside, retained};
 pub use support::{Supports, supports};
+pub use tall::{TallFeature, tall_features};

@@ -122,8 +122,8 @@ impl Process {
         let mut parts = values.splitn(2, ',');
         let fail = named.dimension.parse(parts.next().unwrap_or(""))?;
         let warn = parts.next().map(|w| named.dimension.parse(w)).transpose()?;
-        let is_kind = |r: &&Rule| r.key.strip_prefix(key).is_some_and(|k| k.starts_with('.'));
-        for r in RULES.iter().filter(|r| r.key == key || (is_kind(r) && r.dimension == named.dimension)) {
+        let same = |r: &&Rule| r.key == key || r.dimension == named.dimension;
+        for r in RULES.iter().filter(|r| r.follows(key)).filter(same) {
             let stricter = |w: f64| if r.bound == super::rule::Bound::Least { w > fail } else { w < fail };
             if let Some(w) = warn
                 && !stricter(w)

@@ -91,6 +91,17 @@ pub struct Rule {
     pub bound: Bound,
 }
 
+/// Kinds that measure something else than their check: a limit of the check is not one of theirs.
+const APART: &[&str] = &["bridge.ledge", "bridge.horizontal-hole", "tall-feature.topple"];
+
+impl Rule {
+    /// Whether a limit given for `key` is also one of this rule: its own key, or a kind of that check.
+    pub fn follows(&self, key: &str) -> bool {
+        let kind = self.key.strip_prefix(key).is_some_and(|k| k.starts_with('.'));
+        self.key == key || (kind && !APART.contains(&self.key))
+    }
+}
+
 /// Every rule that a check of the registry reads.
 pub const RULES: &[Rule] = &[
     Rule { key: "thin-wall", dimension: Dimension::Length, bound: Bound::Least },
@@ -112,6 +123,13 @@ pub const RULES: &[Rule] = &[
     Rule { key: "as-printed", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "as-printed.filled", dimension: Dimension::Volume, bound: Bound::Most },
     Rule { key: "blend", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "bridge", dimension: Dimension::Length, bound: Bound::Most },
+    Rule { key: "bridge.ledge", dimension: Dimension::Length, bound: Bound::Most },
+    Rule { key: "bridge.horizontal-hole", dimension: Dimension::Length, bound: Bound::Most },
+    Rule { key: "support", dimension: Dimension::Number, bound: Bound::Most },
+    Rule { key: "tall-feature", dimension: Dimension::Number, bound: Bound::Most },
+    Rule { key: "tall-feature.topple", dimension: Dimension::Length, bound: Bound::Least },
+    Rule { key: "bed-contact", dimension: Dimension::Number, bound: Bound::Least },
 ];
 
 /// The rule of a key.

@@ -15,6 +15,7 @@ pub mod junit;
 pub mod markdown;
 pub mod markup;
 pub mod mount;
+pub mod orient;
 pub mod phrase;
 pub mod render;
 pub mod sarif;

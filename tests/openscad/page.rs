@@ -132,12 +132,12 @@ fn html(rows: &[Row]) -> String {
          border:1px solid #cdd4da}h2{margin:0 0 .25rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:0 1rem;\
          margin:.5rem 0}dt{color:#586370}dd{margin:0}a{color:#0b5394}</style>\n<h1>amcheck against OpenSCAD</h1>\n",
     );
-    let _ = write!(
+    let _ = writeln!(
         text,
         "<p>Each fixture is rendered by OpenSCAD's <code>minkowski()</code> from <code>fixtures/openscad/*.scad</code> and \
          made by amcheck from the rendered operands A and B. Left OpenSCAD's result, in the middle amcheck's surface, right \
          the samples that lie in one and not in the other; all at {SHOWN_MM} mm. Numbers below are those at {FINE_MM} mm, \
-         user seconds of two threads. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>\n"
+         user seconds of two threads. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>"
     );
     for r in rows {
         let [estimate, low, high] = r.found;

@@ -3,7 +3,8 @@
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
 use crate::shapes::{
-    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, ramp, relief, ribbed, table,
+    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, gallows, ramp, relief, ribbed, table,
+    tunnel,
 };
 use amcheck::geometry::TriangleMesh;
 use std::path::PathBuf;
@@ -45,6 +46,12 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("pair_100", pair(1.0)),
         ("table", table(0.0)),
         ("table_hanging", table(4.0)),
+        ("table_40", crate::shapes::bench(40.0)),
+        ("gallows", gallows()),
+        ("tunnel_10", tunnel(10.0)),
+        ("tunnel_05", tunnel(5.0)),
+        ("pillar_24", cuboid([0.0; 3], [2.0, 2.0, 24.0])),
+        ("pillar_12", cuboid([0.0; 3], [2.0, 2.0, 12.0])),
         ("ramp_30", ramp(30.0)),
         ("ramp_45", ramp(45.0)),
         ("finned_bracket", finned_bracket()),

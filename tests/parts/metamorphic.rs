@@ -71,6 +71,33 @@ fn a_convex_block_raises_no_alarm_in_any_process_and_any_turn() {
 }
 
 #[test]
+fn a_solid_block_on_the_plate_needs_nothing_in_any_process() {
+    for name in amcheck::process::BUILTIN.iter().map(|p| p.0) {
+        for degrees in [0.0, 30.0, 45.0] {
+            let part = cuboid([0.0; 3], [20.0; 3]).transformed(about_z(degrees), [0.0; 3]);
+            let report = judge_mesh(part, &Options::new(process(name, &[])));
+            let raised: Vec<_> = report.findings().into_iter().filter(|f| f.code.starts_with("AM20")).collect();
+            assert!(raised.is_empty(), "{name}: {raised:?}");
+        }
+    }
+}
+
+#[test]
+fn the_best_orientation_is_taken_and_any_direction_can_be() {
+    let mut options = Options::new(process("fdm", &[]));
+    let t = || cuboid([8.0, 8.0, 0.0], [12.0, 12.0, 20.0]).joined(&cuboid([0.0, 0.0, 20.0], [20.0, 20.0, 23.0]));
+    let support =
+        |o: &Options| judge_mesh(t(), o).checks.iter().find(|c| c.code == "AM204").and_then(|c| c.worst.clone());
+    // The plate hangs over by 384 mm² at 20 mm, beside a stem that it touches.
+    let upright = support(&options).expect("a value").value;
+    assert!(upright > 3.0, "{upright}");
+    options.up = None;
+    assert_eq!(support(&options).expect("a value").value, 0.0);
+    options.up = Some(amcheck::part::Up::Along([0.0, 0.0, -2.0]));
+    assert_eq!(support(&options).expect("a value").value, 0.0);
+}
+
+#[test]
 fn two_runs_and_any_number_of_threads_give_the_same_bytes() {
     let part = || ball([0.0; 3], 5.0, 20).joined(&wall());
     let options = Options::new(process("fdm", &[]));

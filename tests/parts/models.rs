@@ -91,6 +91,27 @@ fn overhang_has_four_plates_below_45_degrees() {
 }
 
 #[test]
+fn bridges_and_cantilevers_have_their_spans() {
+    let Some(report) = judged("calibration/bridge_40.obj", &[]) else { return };
+    let f = &findings(&report, "AM203")[0];
+    assert!(f.kind == "bridge" && (f.value - 40.0).abs() < CLOSE && f.low <= 40.0 && f.high >= 40.0, "{f:?}");
+    assert!(f.high - f.low < CLOSE && f.state == State::Warn);
+    // Every bridge that is longer than the limit is found, at its exact length.
+    let Some(report) = judged("calibration/kickstarter_fdm_v4.stl", &["bridge=60mm,5mm"]) else { return };
+    let spans: Vec<f64> = findings(&report, "AM203").iter().filter(|f| f.kind == "bridge").map(|f| f.value).collect();
+    for span in [10.0, 20.0, 30.0, 40.0, 50.0] {
+        assert!(spans.iter().any(|s| (s - span).abs() < CLOSE), "{span}: {spans:?}");
+    }
+    // A strip of 60 mm whose end is bounded by a facet of no width: the bridge goes on to the wall behind it.
+    let Some(report) = judged("clean/openflexure_stand.stl", &[]) else { return };
+    let long = findings(&report, "AM203").iter().find(|f| f.kind == "bridge" && (f.value - 60.0).abs() < 0.6);
+    assert!(long.is_some(), "{:?}", findings(&report, "AM203"));
+    let Some(report) = judged("calibration/u_overhang.obj", &[]) else { return };
+    let f = &findings(&report, "AM203")[0];
+    assert!(f.kind == "ledge" && f.low <= 9.0 && 9.0 <= f.high && f.low > 8.5, "{f:?}");
+}
+
+#[test]
 fn obj_parts_give_their_truths() {
     let Some(report) = judged("calibration/u_overhang.obj", &["thin-wall=1.1mm"]) else { return };
     assert!((findings(&report, "AM101")[0].value - 1.0).abs() < CLOSE);

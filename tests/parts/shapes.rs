@@ -212,3 +212,47 @@ pub fn angle_bracket(fillet: f64) -> TriangleMesh {
     outline.extend([[4.0, 20.0], [0.0, 20.0]]);
     sweep(&outline, &ears(&outline), 10.0)
 }
+
+/// A bench of 8 mm height on two legs of 5 mm, `span` apart, 10 mm deep, its top 3 mm thick.
+pub fn bench(span: f64) -> TriangleMesh {
+    let (a, b) = (5.0, 5.0 + span);
+    let outline = [[0.0, 0.0], [a, 0.0], [a, 5.0], [b, 5.0], [b, 0.0], [b + 5.0, 0.0], [b + 5.0, 8.0], [0.0, 8.0]];
+    sweep(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 10.0)
+}
+
+/// A post of 4 × 4 × 30 mm with an arm of 16 mm at its top: it topples, and its arm takes a support of 1664 mm³.
+pub fn gallows() -> TriangleMesh {
+    let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 26.0], [20.0, 26.0], [20.0, 30.0], [0.0, 30.0]];
+    sweep(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 4.0)
+}
+
+/// A block with a round tunnel of 48 sides along y, corners on the circle of that diameter.
+pub fn tunnel(diameter: f64) -> TriangleMesh {
+    let (n, half, r) = (24, diameter, 0.5 * diameter);
+    // The left half from the floor up the tunnel's side and around; the right half is its mirror image.
+    let mut left = vec![[0.0, 0.0]];
+    left.extend((0..=n).map(|i| {
+        let (s, c) = (std::f64::consts::PI * i as f64 / n as f64).sin_cos();
+        [if i == 0 || i == n { 0.0 } else { -r * s }, diameter - r * c]
+    }));
+    left.extend([[0.0, 2.0 * diameter], [-half, 2.0 * diameter], [-half, 0.0]]);
+    let right: Vec<[f64; 2]> = left.iter().rev().map(|p| [-p[0], p[1]]).collect();
+    let mut facets = Vec::new();
+    for outline in [left, right] {
+        let at = |i: usize, y: f64| [outline[i][0] + 0.0, y, outline[i][1]];
+        for i in 0..outline.len() {
+            let j = (i + 1) % outline.len();
+            // The halves meet without a wall.
+            if outline[i][0] != 0.0 || outline[j][0] != 0.0 {
+                facets.push([at(i, 0.0), at(j, 0.0), at(j, 12.0)]);
+                facets.push([at(i, 0.0), at(j, 12.0), at(i, 12.0)]);
+            }
+        }
+        for [a, b, c] in ears(&outline) {
+            facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+            facets.push([at(a, 12.0), at(b, 12.0), at(c, 12.0)]);
+        }
+    }
+    let mesh = TriangleMesh::weld(facets);
+    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+}

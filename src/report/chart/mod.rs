@@ -6,6 +6,8 @@
 mod drawing;
 mod gauge;
 mod histogram;
+mod scatter;
 
 pub use gauge::{Gauge, gauge};
 pub use histogram::histogram;
+pub use scatter::orientations;

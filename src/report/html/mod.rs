@@ -5,6 +5,7 @@
 
 mod cards;
 mod method;
+mod orient;
 mod overview;
 mod page;
 mod stage;
@@ -12,4 +13,5 @@ mod verdict;
 mod viewer;
 mod volume;
 
+pub use orient::orientations;
 pub use page::page;

@@ -29,18 +29,21 @@ impl Context<'_> {
 
     /// A picture by its name, as an image that carries its own bytes; nothing where there is none.
     pub(super) fn image(&self, name: &str) -> Markup {
-        self.pictures.iter().find(|p| p.name == name).map_or(Markup::default(), |p| {
-            let [w, h] = dimensions(&p.png);
-            let data = Markup::made(STANDARD.encode(&p.png));
-            markup!(
-                "<img src=\"data:image/png;base64,{}\" width=\"{}\" height=\"{}\" alt=\"{}\">",
-                data,
-                w.to_string(),
-                h.to_string(),
-                p.alt
-            )
-        })
+        self.pictures.iter().find(|p| p.name == name).map_or(Markup::default(), image_of)
     }
+}
+
+/// A picture as an image that carries its own bytes.
+pub(super) fn image_of(p: &Picture) -> Markup {
+    let [w, h] = dimensions(&p.png);
+    let data = Markup::made(STANDARD.encode(&p.png));
+    markup!(
+        "<img src=\"data:image/png;base64,{}\" width=\"{}\" height=\"{}\" alt=\"{}\">",
+        data,
+        w.to_string(),
+        h.to_string(),
+        p.alt
+    )
 }
 
 /// The page of a report.

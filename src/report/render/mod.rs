@@ -16,8 +16,10 @@ mod png;
 mod raster;
 mod section;
 mod sides;
+mod stance;
 mod summary;
 mod view;
 
 pub use pair::{Panel, side_by_side};
 pub use picture::{Picture, pictures, thumbnail};
+pub use stance::stance;

@@ -1,0 +1,153 @@
+//! Directions to stand a part up, and a quick score of each from the mesh alone.
+
+use super::orient::Question;
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, angle, dot, norm, scale, unit};
+use rayon::prelude::*;
+
+/// The largest flat faces whose normals are tried.
+const FACES: usize = 24;
+/// Within 1° of the horizontal a facet leaves no steps and stands on the plate.
+pub(super) const LEVEL: f64 = 0.999_847_695_156_391_2;
+
+/// A direction's score on the mesh alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Score {
+    pub up: Vec3,
+    pub from: &'static str,
+    pub cost: f64,
+}
+
+/// The facets that count, in a form that is quick to score.
+pub(super) struct Facets {
+    area: Vec<Vec3>,
+    pub size: Vec<f64>,
+    centroid: Vec<Vec3>,
+    hull: Vec<Vec3>,
+}
+
+/// Measures of the part that costs are relative to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Whole {
+    pub volume: f64,
+    pub area: f64,
+    pub diagonal: f64,
+}
+
+/// Directions to be scored: axes first, then faces, then the sphere; each once.
+pub(super) fn candidates(facets: &Facets, directions: usize) -> Vec<(Vec3, &'static str)> {
+    let mut found: Vec<(Vec3, &'static str)> = Vec::new();
+    let mut offer = |d: Vec3, from: &'static str| {
+        if norm(d) > 0.5 && found.iter().all(|(e, _)| angle(*e, d) > 1e-3) {
+            found.push((d, from));
+        }
+    };
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut d = [0.0; 3];
+            d[axis] = sign;
+            offer(d, "axis");
+        }
+    }
+    facets.face_normals().into_iter().for_each(|n| offer(scale(n, -1.0), "face"));
+    sphere(directions).into_iter().for_each(|d| offer(d, "sphere"));
+    found
+}
+
+/// `n` directions spread evenly over the sphere: the Fibonacci lattice.
+pub(super) fn sphere(n: usize) -> Vec<Vec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..n)
+        .map(|i| {
+            let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;
+            let r = (1.0 - z * z).sqrt();
+            let (s, c) = (golden * i as f64).sin_cos();
+            [r * c, r * s, z]
+        })
+        .collect()
+}
+
+impl Facets {
+    /// The facets that bound the solid.
+    pub(super) fn of(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync)) -> Self {
+        let mut f = Facets { area: Vec::new(), size: Vec::new(), centroid: Vec::new(), hull: Vec::new() };
+        let mut used = vec![false; mesh.vertices.len()];
+        for t in (0..mesh.triangles.len()).filter(|&t| bounding(t)) {
+            let area = scale(mesh.area_vector(t), 0.5);
+            f.size.push(norm(area));
+            f.area.push(area);
+            f.centroid.push(mesh.centroid(t));
+            mesh.triangles[t].iter().for_each(|&v| used[v as usize] = true);
+        }
+        let points: Vec<Vec3> = mesh.vertices.iter().zip(used).filter(|(_, u)| *u).map(|(p, _)| *p).collect();
+        f.hull = outermost(&points);
+        f
+    }
+
+    /// Normals of the largest flat pieces: facets gathered by direction, the largest sums first.
+    fn face_normals(&self) -> Vec<Vec3> {
+        let mut bins: std::collections::BTreeMap<[i32; 3], Vec3> = Default::default();
+        for (a, s) in self.area.iter().zip(&self.size).filter(|(_, s)| **s > 0.0) {
+            let key = a.map(|c| (c / s * 2000.0).round() as i32);
+            let sum = bins.entry(key).or_default();
+            *sum = crate::geometry::vector::add(*sum, *a);
+        }
+        let mut sums: Vec<Vec3> = bins.into_values().collect();
+        sums.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
+        sums.into_iter().take(FACES).map(unit).collect()
+    }
+
+    /// The score of a direction: the cost as if every support reached the plate.
+    pub(super) fn score(&self, up: Vec3, from: &'static str, q: &Question, whole: &Whole) -> Score {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for p in &self.hull {
+            let z = dot(*p, up);
+            low = low.min(z);
+            high = high.max(z);
+        }
+        let least = q.support_angle.map_or(f64::INFINITY, |a| a.as_radians().cos());
+        let on_plate = low + 0.5 * q.layer_mm;
+        let (mut support, mut contact, mut steps, mut bed) = (0.0, 0.0, 0.0, 0.0);
+        for ((a, s), c) in self.area.iter().zip(&self.size).zip(&self.centroid) {
+            let up_part = dot(*a, up);
+            let level = up_part.abs() >= LEVEL * s;
+            if !level {
+                steps += up_part.abs();
+            }
+            if -up_part > least.min(LEVEL) * s {
+                let z = dot(*c, up);
+                if z > on_plate {
+                    if -up_part > least * s {
+                        support -= up_part * (z - low);
+                        contact += s;
+                    }
+                } else if level {
+                    bed += s;
+                }
+            }
+        }
+        let steps = 0.5 * q.layer_mm * steps;
+        let cost = support / whole.volume
+            + contact / whole.area
+            + steps / whole.volume
+            + 0.2 * (high - low) / whole.diagonal
+            + (1.0 - 10.0 * bed / whole.area).max(0.0);
+        Score { up, from, cost }
+    }
+}
+
+/// The vertices that are farthest in some direction: every extreme of a fine set of directions, so heights are right to a part in a
+/// thousand.
+fn outermost(points: &[Vec3]) -> Vec<Vec3> {
+    const MANY: usize = 4096;
+    if points.len() <= MANY {
+        return points.to_vec();
+    }
+    let mut kept: Vec<usize> = sphere(1500)
+        .par_iter()
+        .filter_map(|d| (0..points.len()).max_by(|&i, &j| dot(points[i], *d).total_cmp(&dot(points[j], *d))))
+        .collect();
+    kept.sort_unstable();
+    kept.dedup();
+    kept.into_iter().map(|i| points[i]).collect()
+}

@@ -1,0 +1,33 @@
+//! Which way of the file points up.
+
+use super::orient::upright;
+use crate::geometry::vector::Vec3;
+
+/// Which way of the file points up in the build.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Up {
+    #[default]
+    PlusZ,
+    MinusZ,
+    PlusX,
+    MinusX,
+    PlusY,
+    MinusY,
+    /// Any direction of the file; it need not be a unit vector.
+    Along(Vec3),
+}
+
+impl Up {
+    /// The rotation that brings this direction to +z.
+    pub fn rotation(self) -> [Vec3; 3] {
+        match self {
+            Up::PlusZ => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            Up::MinusZ => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
+            Up::PlusX => [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
+            Up::MinusX => [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+            Up::PlusY => [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+            Up::MinusY => [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+            Up::Along(direction) => upright(direction),
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! AM203: ceilings between anchors.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, State, Witness};
+use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of, hanging};
+use super::place::{group_equal, locate, reported};
+use crate::error::Result;
+use crate::geometry::vector::{Vec3, along, scale};
+use crate::layer::{Ceiling, Reach};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{report_digits, short};
+
+/// AM203 `bridge`.
+pub struct Bridge;
+
+static META: Meta = Meta {
+    code: "AM203",
+    name: "bridge",
+    title: "Ceilings between anchors: free spans, ledges, crowns of lying holes",
+    what: "Measures every piece of downward surface that needs an anchor: how far a flat ceiling spans freely from anchor to opposite \
+           anchor (bridge), how far it reaches out from its only anchor (ledge, or cantilever), and the diameter of a round passage \
+           across the build direction whose crown hangs over (horizontal-hole).",
+    why: "A strand drawn from anchor to anchor holds over a short way and sags over a long one; a ledge holds while it is no wider than \
+          what the layer below grips; the crown of a small hole closes by itself. What is within these limits is no overhang and needs \
+          no support: `overhang` and `support` leave it out.",
+    how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void, \
+          where it lies on the plate, or on another body. The bridge at a place is the shortest straight line through it, inside the \
+          ceiling, with an anchor at both ends, among lines every 15 degrees and across the longest anchors; the ceiling's span is the greatest \
+          over its places. Places with no such line reach out: their distance to the nearest anchor counts. Squares of places are \
+          bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
+          out. The crown's diameter follows from its chord and the slopes on both sides of its border.",
+    limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
+             one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
+             Sloped surface that reaches out is judged by `overhang` alone.",
+    source: "The limits' sources stand in the profile; `amcheck processes` lists them.",
+};
+
+impl Check for Bridge {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        if process.powder_supports && limits_of(process, BRIDGE).is_none() {
+            return Ok(Outcome::NotApplicable("loose powder holds the part up in this process".into()));
+        }
+        if limits_of(process, BRIDGE).is_none() {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        }
+        let all = ceilings_of(part, process, &hanging(part, process));
+        let longest = all
+            .iter()
+            .filter(|c| c.flat_share >= 0.5)
+            .filter_map(|c| c.bridge)
+            .max_by(|a, b| a.low_mm.total_cmp(&b.low_mm));
+        let mut measured = Measured {
+            cover: format!("All {} pieces of downward surface below the overhang angle were measured.", all.len()),
+            rule: Some(BRIDGE),
+            worst: Some(longest.map_or(Worst { bracket: Bracket::exact(0.0), unit: "mm", at: None }, |b| Worst {
+                bracket: bracket(&b),
+                unit: "mm",
+                at: Some(b.at),
+            })),
+            ..Measured::default()
+        };
+        let mut findings: Vec<Finding> = all.iter().flat_map(|c| judged(part, process, context, c)).collect();
+        findings.sort_by(Finding::worst_first);
+        measured.findings = group_equal(findings, 0.05);
+        for f in measured.findings.iter_mut().filter(|f| f.count > 1) {
+            f.message = format!("{} places: {}", f.count, f.message);
+        }
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+fn bracket(r: &Reach) -> Bracket {
+    Bracket::new(r.low_mm, r.low_mm, r.high_mm)
+}
+
+/// What a ceiling breaks: its bridge and its ledge if it is flat, its diameter if it is a crown.
+fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let flat = c.flat_share >= 0.5;
+    if let Some(b) = c.bridge.filter(|b| flat && b.low_mm > 0.0) {
+        found.extend(place(part, process, context, c, "bridge", BRIDGE, bracket(&b), b.ends));
+    }
+    if let Some(b) = c.cantilever.filter(|b| flat && b.low_mm > 0.0) {
+        found.extend(place(part, process, context, c, "ledge", LEDGE, bracket(&b), b.ends));
+    }
+    if let (Some([low, high]), Some(b)) = (c.crown_mm, c.bridge) {
+        let diameter = Bracket::new(0.5 * (low + high), low, high);
+        found.extend(place(part, process, context, c, "horizontal-hole", CROWN, diameter, b.ends));
+    }
+    found
+}
+
+#[allow(clippy::too_many_arguments)]
+fn place(
+    part: &Part,
+    process: &Process,
+    context: &Context,
+    c: &Ceiling,
+    kind: &str,
+    rule: &str,
+    bracket: Bracket,
+    ends: [Vec3; 2],
+) -> Option<Finding> {
+    let limits = limits_of(process, rule)?;
+    let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, limits, "mm", 4.0 * part.step() + 1e-6);
+    if f.state == State::Pass {
+        return None;
+    }
+    f.area_mm2 = Some(report_digits(c.area_mm2));
+    locate(&mut f, part, context, scale(along(ends[0], ends[1], 1.0), 0.5), c.extent);
+    let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
+    f.layers = Some([layer(c.extent.0[2]), layer(c.extent.1[2])]);
+    f.witness = Some(Witness { kind: "span".into(), points_mm: ends.map(|p| reported(part, p)).to_vec() });
+    let limit = short(limits.warn.or(limits.fail).unwrap_or(0.0));
+    let value = short((bracket.value * 100.0).round() / 100.0);
+    let support = if process.prints_supports { "or let it be supported" } else { "this process prints no supports" };
+    (f.message, f.fix) = match kind {
+        "bridge" => (
+            format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round())),
+            format!("put a wall or rib under it so that no span exceeds {limit} mm, {support}"),
+        ),
+        "ledge" => (
+            format!("flat ledge reaches {value} mm out from its only anchor"),
+            format!("keep it within {limit} mm, put a chamfer under it, {support}"),
+        ),
+        _ => (
+            format!("crown of a lying hole of about {value} mm hangs over"),
+            format!("make it {limit} mm or less, or give it a teardrop or a flat roof, {support}"),
+        ),
+    };
+    Some(f)
+}

@@ -1,0 +1,62 @@
+//! What hangs over in a process, and what of it holds itself: read by overhang, bridge, support and support-access.
+
+use super::contract::limits_of;
+use crate::access::self_holding;
+use crate::geometry::vector::along;
+use crate::layer::{Ceiling, ceilings, downward_facets};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::Angle;
+
+/// The rule of the longest bridge.
+pub const BRIDGE: &str = "bridge";
+/// The rule of the farthest ledge.
+pub const LEDGE: &str = "bridge.ledge";
+/// The rule of the widest round passage that lies across the build direction.
+pub const CROWN: &str = "bridge.horizontal-hole";
+
+/// The angle from the horizontal below which downward surface needs support, degrees: the stricter of the overhang limits.
+pub fn support_angle(process: &Process) -> Option<f64> {
+    let limits = limits_of(process, "overhang")?;
+    Some(limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0)))
+}
+
+/// The facets of the solid that look down at less than the process' angle, off the plate, with no body right below them.
+pub fn hanging(part: &Part, process: &Process) -> Vec<u32> {
+    let Some(angle) = support_angle(process) else { return Vec::new() };
+    let mut facets = downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step());
+    facets.retain(|&f| !covered(part, f));
+    facets
+}
+
+/// Up to this height a layer lies on the plate: half a layer.
+pub fn plate_z(process: &Process) -> f64 {
+    0.5 * process.layer_height_mm
+}
+
+/// The ceilings that hanging facets make, measured between their anchors.
+pub fn ceilings_of(part: &Part, process: &Process, hanging: &[u32]) -> Vec<Ceiling> {
+    let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
+    ceilings(part.mesh(), hanging, plate_z(process), ledge, |f| covered(part, f))
+}
+
+/// The facets that need support: what hangs over and does not hold itself, in increasing order.
+pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
+    let (all, holding) = (hanging(part, process), self_holding(process));
+    let mut facets: Vec<u32> =
+        ceilings_of(part, process, &all).into_iter().filter(|c| !holding.holds(c)).flat_map(|c| c.facets).collect();
+    facets.sort_unstable();
+    facets
+}
+
+/// Whether material touches a facet from below, or the facet does not bound the solid.
+pub fn covered(part: &Part, facet: u32) -> bool {
+    if !part.bounds_solid(facet as usize) {
+        return true;
+    }
+    !part.is_plain() && {
+        let f = facet as usize;
+        let below = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
+        part.winding().at(below) >= 0.5
+    }
+}

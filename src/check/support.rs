@@ -1,0 +1,168 @@
+//! AM204: what supports cost.
+
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, State};
+use super::hanging::{needing_support, support_angle};
+use super::place::locate;
+use crate::error::Result;
+use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::{TriangleMesh, contour, occupancy};
+use crate::grid::Grid;
+use crate::layer::{SupportVolume, downward_facets, support_volume, supports};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::{Angle, Length, report_digits, short};
+
+/// AM204 `support`.
+pub struct Support;
+
+/// The supports that are shown are cast with this many samples along the longest side.
+const SHOWN: f64 = 96.0;
+
+static META: Meta = Meta {
+    code: "AM204",
+    name: "support",
+    title: "Volume of supports and where they touch",
+    what: "Measures the volume between the surface that needs support and the part or the plate below it, the area of the part that supports \
+           touch from below, and the area on which they stand, on the plate and on the part. The value is the volume over that of the part.",
+    why: "Supports cost material and time, leave marks where they touch, and have to come off; those that stand on the part mark it twice.",
+    how: "What hangs over at less than the overhang angle, and is no bridge, ledge or crown that holds itself, is followed straight down. The plane is \
+          cut into square columns and every facet is clipped to them exactly. Walking down a column, the area below hanging surface is known \
+          between two bounds, which are equal wherever one kind of surface is met; volumes follow from moments. The contact on the \
+          part is the exact area of the facets.",
+    limits: "Columns are straight, as wide as what they hold up, and solid: slicers thin supports out, widen them or let them branch. The share at which \
+             it warns is a convention.",
+    source: "Divergence theorem, column by column; the limit is a convention of this program.",
+};
+
+impl Check for Support {
+    fn meta(&self) -> &'static Meta {
+        &META
+    }
+
+    fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
+        if process.powder_supports {
+            return Ok(Outcome::NotApplicable("loose powder holds the part up in this process".into()));
+        }
+        if !process.prints_supports {
+            return Ok(Outcome::NotApplicable("this process prints no supports".into()));
+        }
+        let (Some(limits), Some(angle)) = (limits_of(process, "support"), support_angle(process)) else {
+            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+        };
+        let mesh = part.mesh();
+        let wanted = needing_support(part, process);
+        let found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
+        let volume = if part.is_plain() { mesh.signed_volume() } else { part.solid()?.density.volume().as_mm3() };
+        let [low, high] = found.volume_mm3.map(|v| v / volume.max(f64::MIN_POSITIVE));
+        let bracket = Bracket::new(0.5 * (low + high), low, high);
+        let at = heaviest(mesh, &wanted);
+        let contact: f64 = wanted.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+        let mut measured = Measured {
+            worst: Some(Worst { bracket, unit: "1", at }),
+            cover: if found.is_empty() {
+                format!("No surface below {}° needs support.", short(angle))
+            } else {
+                format!(
+                    "Supports of {}, for all surface below {}° that does not hold itself.",
+                    amount(&found),
+                    short(angle)
+                )
+            },
+            rule: Some("support"),
+            ..Measured::default()
+        };
+        if let (Some(at), Some(extent)) = (at, bounds(wanted.iter().flat_map(|&f| mesh.corners(f as usize)))) {
+            measured.shapes.extend(shown(part, &wanted, &found));
+            let basis = if part.is_plain() { Basis::Certified } else { Basis::Estimated };
+            let mut f = Finding::judged(META.code, "volume", bracket, basis, limits, "1", 0.0);
+            if f.state != State::Pass {
+                f.volume_mm3 = Some(report_digits(0.5 * (found.volume_mm3[0] + found.volume_mm3[1])));
+                f.area_mm2 = Some(report_digits(contact));
+                locate(&mut f, part, context, at, ([extent.0[0], extent.0[1], 0.0], extent.1));
+                let [plate, on_part] =
+                    [found.on_plate_mm2, found.on_part_mm2].map(|b| short((0.5 * (b[0] + b[1])).round()));
+                f.message = format!(
+                    "supports of {} touch {} mm² of the part and stand with {plate} mm² on the plate and {on_part} mm² on the part",
+                    amount(&found),
+                    short(contact.round())
+                );
+                f.fix = turned(part, angle, context.spacing_mm, &found);
+                measured.findings.push(f);
+            }
+        }
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// The volume with its unit and, where they differ, its bounds.
+fn amount(found: &SupportVolume) -> String {
+    let [low, high] = found.volume_mm3.map(|v| v / 1000.0);
+    let digits = |v: f64| short((v * 1000.0).round() / 1000.0);
+    if high - low < 0.005 * high {
+        format!("{} cm³", digits(0.5 * (low + high)))
+    } else {
+        format!("{} to {} cm³", digits(low), digits(high))
+    }
+}
+
+/// Middle of the facet over the highest column: area times height is greatest.
+fn heaviest(mesh: &TriangleMesh, facets: &[u32]) -> Option<Vec3> {
+    let weight = |&f: &u32| -mesh.area_vector(f as usize)[2] * mesh.centroid(f as usize)[2];
+    facets.iter().max_by(|a, b| weight(a).total_cmp(&weight(b))).map(|&f| mesh.centroid(f as usize))
+}
+
+/// The supports as a shape, coarser than the check's own columns; none where the part cannot be cast so.
+fn shown(part: &Part, wanted: &[u32], found: &SupportVolume) -> Option<ShapeShown> {
+    let extent = part.extent();
+    let h = extent.into_iter().fold(0.0, f64::max) / SHOWN;
+    let grid = Grid::covering([0.0; 3], extent, Length::mm(h), 1, [0.0; 3]).ok()?;
+    let centres = occupancy(part.mesh(), &grid).ok()?;
+    let made = supports(&centres, part.mesh(), wanted, 0.0).ok()?;
+    let mesh = contour::surface(&made.columns, |_| 0.5).ok()?;
+    (!made.is_empty()).then(|| ShapeShown { name: "supports", title: format!("Supports, {}", amount(found)), mesh })
+}
+
+/// The turn by 90° that takes the least support, measured again in that pose.
+fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> String {
+    let turns: [[Vec3; 3]; 5] = [
+        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
+        [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]],
+        [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+    ];
+    let longest = part.extent().into_iter().fold(0.0, f64::max);
+    let best = turns
+        .into_iter()
+        .filter_map(|rotation| {
+            let mesh = part.mesh().transformed(rotation, [0.0; 3]);
+            let plate = mesh.bounds()?.0[2];
+            let facets = downward_facets(&mesh, plate, Angle::degrees(angle), part.step());
+            let bounding = |f: usize| part.bounds_solid(f);
+            let wanted: Vec<u32> = facets.into_iter().filter(|&f| bounding(f as usize)).collect();
+            let found = support_volume(&mesh, bounding, &wanted, plate, column_mm.max(longest / SHOWN));
+            Some((found.volume_mm3[1], named(part, rotation[2])))
+        })
+        .min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((volume, up)) if volume < 0.8 * now.volume_mm3[0] => {
+            format!("with --up {up} it takes at most {} cm³", short((volume.round()) / 1000.0))
+        }
+        _ => format!(
+            "no turn by 90° takes less than {} cm³; `amcheck orient` tries all directions",
+            short((0.8 * now.volume_mm3[0]).round() / 1000.0)
+        ),
+    }
+}
+
+/// A direction of the build in the frame of the file, as `--up` takes it.
+fn named(part: &Part, direction: Vec3) -> String {
+    let (tip, tail) = (part.to_file(direction), part.to_file([0.0; 3]));
+    let d = crate::geometry::vector::sub(tip, tail);
+    let axis = (0..3).find(|&a| d[a].abs() > 1.0 - 1e-9);
+    match axis {
+        Some(a) => format!("{}{}", if d[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
+        None => d.map(|c| format!("{c:.6}")).join(","),
+    }
+}

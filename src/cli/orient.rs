@@ -1,0 +1,96 @@
+//! `amcheck orient`: the ways to stand a part up, compared.
+
+use super::args::Orienting;
+use super::complaint::{Answer, Complaint};
+use super::deliver::{Delivery, Files};
+use super::judge::process;
+use super::words::{MOST_FILE_BYTES, one_of, units, usage};
+use crate::access::{Orientation, Question, orientations, standing, wanting_support};
+use crate::error::{Error, Result};
+use crate::io::{Salvage, read_path, stl};
+use crate::part::{Part, Up};
+use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
+use crate::report::render::{Picture, stance};
+use crate::report::{Tool, html};
+use rayon::prelude::*;
+
+/// Formats that the orientations can be written in.
+const FORMATS: &[&str] = &["json", "html", "png", "stl"];
+/// The orientations that get a thumbnail.
+const PICTURED: usize = 12;
+/// Most directions and orientations in full that may be asked for.
+const MOST: [usize; 2] = [100_000, 1000];
+
+/// Compares the orientations, writes the answer and returns what goes to stdout.
+pub fn orient(a: &Orienting) -> Answer<String> {
+    run(a).map_err(|e| Complaint::about(Some(&a.part), e))
+}
+
+fn run(a: &Orienting) -> Result<String> {
+    let formats = one_of("format", &a.format, FORMATS)?;
+    if !(1..=MOST[0]).contains(&a.directions) || !(1..=MOST[1]).contains(&a.best) {
+        return Err(usage(
+            "--directions or --best is out of range",
+            "give 1 to 100000 directions, the best 1 to 1000 in full",
+        ));
+    }
+    let process = process(&a.process)?;
+    let scale = a.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
+    let stem = a.part.file_stem().map_or_else(|| "part".into(), |s| s.to_string_lossy().into_owned());
+    let stem = if stem == "-" { "stdin".into() } else { stem };
+    let folder = a.out.clone().unwrap_or_else(|| std::path::Path::new("reports").join(&stem));
+    let delivery = Delivery::open(&folder)?;
+    let (_, loaded) = read_path(&a.part, MOST_FILE_BYTES, Salvage::Refuse)?;
+    let file = loaded.mesh.scaled(scale.or(loaded.unit_mm).unwrap_or(1.0));
+    let largest = file.vertices.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
+    let part = Part::new(file, Up::PlusZ, largest * loaded.relative_step, 0.0)?;
+    let question = Question { directions: a.directions, best: a.best, ..Question::of(&process, part.step()) };
+    let found = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    let name = a.part.file_name().map_or_else(|| stem.clone(), |n| n.to_string_lossy().into_owned());
+    let report = OrientReport {
+        schema: ORIENT_SCHEMA.into(),
+        tool: Tool { name: "amcheck".into(), version: env!("CARGO_PKG_VERSION").into() },
+        file: name,
+        process: process.name.clone(),
+        volume_mm3: crate::units::report_digits(part.mesh().signed_volume()),
+        orientations: found,
+    };
+    let mut files = Files::default();
+    let list = &report.orientations.list;
+    let pictures: Vec<Picture> = if formats.iter().any(|f| ["html", "png"].contains(f)) {
+        let picture = |(n, o): (usize, &Orientation)| {
+            let posed = standing(part.mesh(), &o.rotation);
+            let mut needs = vec![false; posed.triangles.len()];
+            wanting_support(&posed, |f| part.bounds_solid(f), &question)
+                .into_iter()
+                .for_each(|f| needs[f as usize] = true);
+            stance(&(n + 1).to_string(), &posed, &needs)
+        };
+        list.par_iter().take(PICTURED).enumerate().map(picture).collect()
+    } else {
+        Vec::new()
+    };
+    if formats.contains(&"html") {
+        files.push("orientations", "orientations.html", html::orientations(&report, &pictures).into_bytes());
+    }
+    if formats.contains(&"json") {
+        files.push("data", "orientations.json", orient::json(&report).into_bytes());
+    }
+    if let Some(best) = list.first().filter(|_| formats.contains(&"stl")) {
+        let mut bytes = Vec::new();
+        let refused = |e: std::io::Error| Error::CannotWrite { path: "best.stl".into(), reason: e.to_string() };
+        stl::write(&standing(part.mesh(), &best.rotation), &mut bytes).map_err(refused)?;
+        files.push("best pose", "best.stl", bytes);
+    }
+    if formats.contains(&"png") {
+        for p in pictures {
+            files.push("picture", &format!("orientation-{}.png", p.name), p.png);
+        }
+    }
+    let written = delivery.deliver(files)?;
+    if a.json {
+        return Ok(orient::json(&report));
+    }
+    let places: Vec<String> = written.into_iter().filter(|w| w.0 != "picture").map(|w| w.1).collect();
+    Ok(format!("{}written: {}\n", orient::text(&report), places.join(", ")))
+}

@@ -1,0 +1,404 @@
+//! Overhangs between anchors: bridges, arches and cantilevers.
+
+use super::plan::{Farthest, Plan, Side, Spans};
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, sub};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+/// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
+pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A connected piece of downward surface, and how far it spans.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ceiling {
+    /// Facets in increasing order.
+    pub facets: Vec<u32>,
+    /// Area, mm².
+    pub area_mm2: f64,
+    /// Share of the area that is flatter than [`FLAT`].
+    pub flat_share: f64,
+    pub extent: (Vec3, Vec3),
+    /// The greatest free span from anchor to anchor, with the points between which it was measured.
+    pub bridge: Option<Reach>,
+    /// The farthest that material reaches out from its only anchor.
+    pub cantilever: Option<Reach>,
+    /// Between these lies the diameter of the round passage whose crown this is; `None` for flat ceilings and for cantilevers.
+    pub crown_mm: Option<[f64; 2]>,
+}
+
+/// A length with bounds, and where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    pub low_mm: f64,
+    pub high_mm: f64,
+    pub at: Vec3,
+    pub ends: [Vec3; 2],
+}
+
+/// What prints without support although it hangs over; `None` where the process does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SelfHolding {
+    /// Longest bridge between anchors.
+    pub bridge_mm: Option<f64>,
+    /// Farthest ledge from an anchor.
+    pub ledge_mm: Option<f64>,
+    /// Widest round passage across the build direction.
+    pub crown_mm: Option<f64>,
+}
+
+impl SelfHolding {
+    /// Whether a ceiling holds itself for certain, as a bridge, the crown of a lying hole, or a ledge.
+    pub fn holds(&self, ceiling: &Ceiling) -> bool {
+        let within = |high: f64, limit: Option<f64>| limit.is_some_and(|l| high <= l + 1e-6);
+        match (ceiling.cantilever, ceiling.bridge, ceiling.crown_mm) {
+            (Some(_), _, _) => false,
+            (None, None, _) => self.ledge_mm.is_some(),
+            (None, Some(_), Some([_, high])) => within(high, self.crown_mm),
+            (None, Some(b), None) => ceiling.flat_share >= 0.5 && within(b.high_mm, self.bridge_mm),
+        }
+    }
+}
+
+/// The ceilings that the facets `hanging` make, joined over common edges.
+///
+/// The edge to a facet that is not hanging is an anchor where the surface folds towards the void (the dihedral angle of the void is
+/// below 180°: a wall or a self-supporting slope goes down from it), where it lies on the plate, up to `plate_z`, and where the neighbour is
+/// `resting` on another body. All other edges are free. The spans are those of the region's plan
+/// (lines every 15° and across the longest anchors); places within `ledge_mm` of an anchor hold themselves. Ceilings that overlap themselves in
+/// plan, as in a screw, are measured as if they did not.
+///
+/// # Cost
+/// O(facets), and for each ceiling wider than `ledge_mm` a bounded search over its boundary.
+pub fn ceilings(
+    mesh: &TriangleMesh,
+    hanging: &[u32],
+    plate_z: f64,
+    ledge_mm: f64,
+    resting: impl Fn(u32) -> bool + Sync,
+) -> Vec<Ceiling> {
+    let joined = with_slivers(mesh, hanging);
+    let boundary = Boundary::of(mesh, &joined);
+    let mut members: std::collections::BTreeMap<usize, Vec<usize>> = Default::default();
+    let mut parent: Vec<usize> = (0..joined.len()).collect();
+    for &(i, j) in &boundary.inner {
+        let (a, b) = (root(&mut parent, i), root(&mut parent, j));
+        parent[a.max(b)] = a.min(b);
+    }
+    for i in 0..hanging.len() {
+        members.entry(root(&mut parent, i)).or_default().push(i);
+    }
+    let mut rims: std::collections::BTreeMap<usize, Vec<&Rim>> = Default::default();
+    for rim in &boundary.rims {
+        rims.entry(root(&mut parent, rim.member)).or_default().push(rim);
+    }
+    let pieces: Vec<(usize, Vec<usize>)> = members.into_iter().collect();
+    pieces
+        .into_par_iter()
+        .filter_map(|(of, members)| {
+            // Slivers only carry the boundary on: they come behind the hanging facets.
+            let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();
+            let rims = rims.get(&of).map_or(&[][..], |r| r);
+            describe(mesh, facets, rims, plate_z, ledge_mm, &resting)
+        })
+        .collect()
+}
+
+/// A facet narrower than this, in millimetres, has no direction worth judging.
+const SLIVER: f64 = 0.01;
+
+/// The hanging facets with their normals, and behind them the slivers that continue them: each with the normal of the facet it
+/// continues.
+fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
+    let mut list: Vec<(u32, Vec3)> = hanging.iter().map(|&f| (f, mesh.normal(f as usize))).collect();
+    let mut taken = vec![false; mesh.triangles.len()];
+    hanging.iter().for_each(|&f| taken[f as usize] = true);
+    let narrow = |f: usize| {
+        let [a, b, c] = mesh.corners(f);
+        let longest = norm(sub(b, a)).max(norm(sub(c, b))).max(norm(sub(a, c)));
+        2.0 * mesh.facet_area(f) < SLIVER * longest
+    };
+    let slivers: Vec<usize> = (0..mesh.triangles.len()).filter(|&f| !taken[f] && narrow(f)).collect();
+    if slivers.is_empty() {
+        return list;
+    }
+    let mut normals: FxHashMap<(u32, u32), Vec3> = FxHashMap::default();
+    let edges = |f: usize| {
+        let t = mesh.triangles[f];
+        [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)))
+    };
+    for &f in hanging {
+        normals.extend(edges(f as usize).map(|e| (e, mesh.normal(f as usize))));
+    }
+    // A chain of slivers is followed for a few links.
+    for _ in 0..4 {
+        for &f in &slivers {
+            let continued = edges(f).into_iter().find_map(|e| normals.get(&e).copied());
+            let looks_down = mesh.facet_area(f) == 0.0 || slope(mesh, f as u32) < std::f64::consts::FRAC_PI_4;
+            if let Some(normal) = continued.filter(|_| !taken[f] && looks_down) {
+                taken[f] = true;
+                list.push((f as u32, normal));
+                normals.extend(edges(f).map(|e| (e, normal)));
+            }
+        }
+    }
+    list
+}
+
+/// An edge between a hanging facet and one that is not.
+struct Rim {
+    /// Place of the hanging facet in the list.
+    member: usize,
+    normal: Vec3,
+    from: Vec3,
+    to: Vec3,
+    neighbour: Option<u32>,
+}
+
+/// Edges inside and around a set of facets.
+struct Boundary {
+    inner: Vec<(usize, usize)>,
+    rims: Vec<Rim>,
+}
+
+impl Boundary {
+    fn of(mesh: &TriangleMesh, hanging: &[(u32, Vec3)]) -> Self {
+        let mut at = vec![u32::MAX; mesh.triangles.len()];
+        let mut touched = vec![false; mesh.vertices.len()];
+        for (i, &(f, _)) in hanging.iter().enumerate() {
+            at[f as usize] = i as u32;
+            mesh.triangles[f as usize].iter().for_each(|&v| touched[v as usize] = true);
+        }
+        let mut others: FxHashMap<(u32, u32), u32> = FxHashMap::default();
+        let mut of_edge: FxHashMap<(u32, u32), Vec<usize>> = FxHashMap::default();
+        for (f, t) in mesh.triangles.iter().enumerate() {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                if !touched[a as usize] || !touched[b as usize] {
+                    continue;
+                }
+                let key = (a.min(b), a.max(b));
+                if at[f] == u32::MAX {
+                    others.insert(key, f as u32);
+                } else {
+                    of_edge.entry(key).or_default().push(at[f] as usize);
+                }
+            }
+        }
+        let mut boundary = Boundary { inner: Vec::new(), rims: Vec::new() };
+        // In the order of the facets, so that the result does not depend on the hash.
+        for (i, &(f, normal)) in hanging.iter().enumerate() {
+            let t = mesh.triangles[f as usize];
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                let key = (a.min(b), a.max(b));
+                let sharing = &of_edge[&key];
+                boundary.inner.extend(sharing.iter().filter(|&&j| j < i).map(|&j| (j, i)));
+                if sharing.len() == 1 {
+                    let [from, to] = [a, b].map(|v| mesh.vertices[v as usize]);
+                    boundary.rims.push(Rim { member: i, normal, from, to, neighbour: others.get(&key).copied() });
+                }
+            }
+        }
+        boundary
+    }
+}
+
+fn root(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+/// Angle of a facet from the horizontal.
+fn slope(mesh: &TriangleMesh, f: u32) -> f64 {
+    angle(mesh.normal(f as usize), [0.0, 0.0, -1.0])
+}
+
+fn describe(
+    mesh: &TriangleMesh,
+    facets: Vec<u32>,
+    rims: &[&Rim],
+    plate_z: f64,
+    ledge_mm: f64,
+    resting: &impl Fn(u32) -> bool,
+) -> Option<Ceiling> {
+    let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
+    let area = |f: &u32| mesh.facet_area(*f as usize);
+    let area_mm2: f64 = facets.iter().map(area).sum();
+    let flat: f64 = facets.iter().filter(|&&f| slope(mesh, f) <= FLAT).map(area).sum();
+    let mut next = f64::INFINITY;
+    let mut sides = Vec::with_capacity(rims.len());
+    for rim in rims {
+        let folded = rim.neighbour.filter(|&g| folds_to_void(mesh, rim, g));
+        if let Some(g) = folded {
+            next = next.min(slope(mesh, g));
+        }
+        let on_plate = rim.from[2].max(rim.to[2]) <= plate_z;
+        let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(resting);
+        let plan = |p: Vec3| [p[0], p[1]];
+        sides.push(Side { from: plan(rim.from), to: plan(rim.to), anchored });
+    }
+    // What is smaller than a ledge in every direction is one.
+    let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
+    let small = diagonal <= ledge_mm && sides.iter().any(|s| s.anchored);
+    let spans = if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm)).unwrap_or_default() };
+    let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
+    let lift = |f: Farthest| reach(mesh, &facets, f);
+    let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
+    let crown_mm = match (spans.bridge, spans.cantilever) {
+        // The border of the crown is the corner between the last facet that hangs and the first that does not.
+        (Some(b), None) if flat_share < 0.5 && steepest > FLAT => {
+            let outer = next.clamp(steepest, 0.5 * std::f64::consts::PI);
+            Some([b.low / outer.sin(), b.high / steepest.sin()])
+        }
+        _ => None,
+    };
+    let (bridge, cantilever) = (spans.bridge.map(lift), spans.cantilever.map(lift));
+    Some(Ceiling { area_mm2, flat_share, extent, bridge, cantilever, crown_mm, facets })
+}
+
+/// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.
+fn folds_to_void(mesh: &TriangleMesh, rim: &Rim, neighbour: u32) -> bool {
+    let edge = sub(rim.to, rim.from);
+    let far = mesh.corners(neighbour as usize);
+    let tip = far.iter().copied().find(|&p| p != rim.from && p != rim.to);
+    let Some(tip) = tip else { return false };
+    let out = sub(tip, rim.from);
+    let height = norm(cross(edge, out)) / norm(edge).max(f64::MIN_POSITIVE);
+    dot(rim.normal, out) > 1e-3 * height
+}
+
+/// A length in plan as one on the ceiling: heights are those of the facets above the points.
+fn reach(mesh: &TriangleMesh, facets: &[u32], f: Farthest) -> Reach {
+    let height = |p: [f64; 2]| {
+        let over = |f: &&u32| {
+            let [a, b, c] = mesh.corners(**f as usize);
+            let turn = |a: Vec3, b: Vec3| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+            let signs = [turn(a, b), turn(b, c), turn(c, a)];
+            // A point on the boundary may lie a rounding beside it.
+            let tie = 1e-9 * (1.0 + norm(sub(b, a)) * norm(sub(c, a)));
+            signs.iter().all(|s| *s >= -tie) || signs.iter().all(|s| *s <= tie)
+        };
+        let on = |f: &u32| {
+            let (n, a) = (mesh.area_vector(*f as usize), mesh.corners(*f as usize)[0]);
+            a[2] - (n[0] * (p[0] - a[0]) + n[1] * (p[1] - a[1])) / n[2]
+        };
+        let lowest = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
+        [p[0], p[1], facets.iter().find(over).map_or(lowest, on)]
+    };
+    Reach { low_mm: f.low, high_mm: f.high, at: height(f.at), ends: f.ends.map(height) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layer::downward_facets;
+    use crate::units::Angle;
+
+    /// An outline in x–z swept along y by `depth`, its caps from the triangles given.
+    fn sweep(outline: &[[f64; 2]], caps: &[[usize; 3]], depth: f64) -> TriangleMesh {
+        let at = |i: usize, y: f64| [outline[i][0], y, outline[i][1]];
+        let mut facets = Vec::new();
+        for i in 0..outline.len() {
+            let j = (i + 1) % outline.len();
+            facets.push([at(i, 0.0), at(j, 0.0), at(j, depth)]);
+            facets.push([at(i, 0.0), at(j, depth), at(i, depth)]);
+        }
+        for &[a, b, c] in caps {
+            facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
+            facets.push([at(a, depth), at(b, depth), at(c, depth)]);
+        }
+        let mesh = TriangleMesh::weld(facets);
+        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+    }
+
+    fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
+        let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
+        ceilings(mesh, &hanging, 1e-4, ledge, |_| false)
+    }
+
+    fn turned(mesh: &TriangleMesh, turn: f64) -> TriangleMesh {
+        let (s, c) = turn.sin_cos();
+        mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [3.3 * turn, -1.7 * turn, 0.0])
+    }
+
+    /// A bench with legs of 2 mm, `span` apart, with an arm of `arm` beyond the right one.
+    fn bench(span: f64, arm: f64) -> TriangleMesh {
+        let (a, b) = (2.0, 2.0 + span);
+        let outline = [
+            [0.0, 0.0],
+            [a, 0.0],
+            [a, 8.0],
+            [b, 8.0],
+            [b, 0.0],
+            [b + 2.0, 0.0],
+            [b + 2.0, 8.0],
+            [b + 2.0 + arm, 8.0],
+            [b + 2.0 + arm, 10.0],
+            [0.0, 10.0],
+        ];
+        sweep(&outline, &[[0, 1, 2], [0, 2, 9], [9, 2, 3], [9, 3, 6], [3, 4, 5], [3, 5, 6], [6, 7, 8], [6, 8, 9]], 6.0)
+    }
+
+    #[test]
+    fn a_bench_is_a_bridge_and_a_cantilever() {
+        for (span, arm, turn) in [(10.0, 3.0, 0.0), (37.3, 0.9, 0.7), (4.1, 8.0, 2.1), (20.0, 5.0, 4.0)] {
+            let all = found(&turned(&bench(span, arm), turn), 0.0);
+            assert_eq!(all.len(), 2, "{all:?}");
+            let bridge = all.iter().find_map(|c| c.bridge).unwrap();
+            assert!(bridge.low_mm <= span + 1e-9 && span <= bridge.high_mm + 1e-9, "{span}: {bridge:?}");
+            assert!(bridge.high_mm - bridge.low_mm < 1e-6 && bridge.ends.iter().all(|p| (p[2] - 8.0).abs() < 1e-9));
+            let arm_found = all.iter().find_map(|c| c.cantilever).unwrap();
+            assert!(
+                arm_found.low_mm <= arm && arm <= arm_found.high_mm + 1e-9 && arm_found.low_mm > 0.9 * arm,
+                "{arm_found:?}"
+            );
+            assert!(all.iter().all(|c| c.flat_share == 1.0 && c.crown_mm.is_none()));
+        }
+    }
+
+    #[test]
+    fn a_lying_hole_is_a_crown_whose_diameter_is_known() {
+        // A block with a tunnel of 16 sides whose corners lie on a circle of 5 mm; as an outline with a slit along its floor.
+        let n = 16;
+        let tunnel: Vec<[f64; 2]> = (0..=n)
+            .map(|i| (-0.5 * std::f64::consts::PI + std::f64::consts::TAU * i as f64 / n as f64).sin_cos())
+            .map(|(s, c)| [2.5 * c, 5.0 + 2.5 * s])
+            .collect();
+        let mut facets = Vec::new();
+        for w in tunnel.windows(2) {
+            let p = |q: [f64; 2], y: f64| [q[0], y, q[1]];
+            facets.push([p(w[0], 0.0), p(w[1], 9.0), p(w[1], 0.0)]);
+            facets.push([p(w[0], 0.0), p(w[0], 9.0), p(w[1], 9.0)]);
+        }
+        let mut tube = TriangleMesh::weld(facets);
+        let up = tube.normal(0)[2];
+        if up < 0.0 {
+            tube = tube.flipped();
+        }
+        let all = found(&turned(&tube, 0.4), 0.4);
+        assert_eq!(all.len(), 1, "{all:?}");
+        let [low, high] = all[0].crown_mm.unwrap();
+        assert!(low <= 5.0 + 1e-9 && 5.0 <= high + 1e-9 && high - low < 2.5, "{low} {high}");
+    }
+
+    #[test]
+    fn the_underside_of_a_ball_is_no_bridge() {
+        let mut facets = Vec::new();
+        let ring = |lat: f64, i: usize| {
+            let lon = std::f64::consts::TAU * i as f64 / 24.0;
+            [5.0 * lat.sin() * lon.cos(), 5.0 * lat.sin() * lon.sin(), 9.0 - 5.0 * lat.cos()]
+        };
+        for k in 0..8 {
+            let (a, b) = (0.1 * k as f64, 0.1 * (k + 1) as f64);
+            for i in 0..24 {
+                facets.push([ring(a, i), ring(b, i + 1), ring(b, i)]);
+                facets.push([ring(a, i), ring(a, i + 1), ring(b, i + 1)]);
+            }
+        }
+        let cap = TriangleMesh::weld(facets.into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
+        let all = found(&cap, 0.4);
+        assert!(all.iter().all(|c| c.bridge.is_none() && c.crown_mm.is_none()), "{all:?}");
+    }
+}

@@ -1,0 +1,406 @@
+//! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest anchor.
+
+use super::section::Point;
+
+/// One stretch of a region's boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    pub from: Point,
+    pub to: Point,
+    /// Whether the region is held up along it.
+    pub anchored: bool,
+}
+
+/// A length that a place of the region has, with bounds over the whole region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Farthest {
+    /// Measured exactly at `at`: no place is known to have more.
+    pub low: f64,
+    /// No place has more.
+    pub high: f64,
+    pub at: Point,
+    /// The two points between which it was measured.
+    pub ends: [Point; 2],
+}
+
+/// What a region's free spans are.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Spans {
+    /// Over the places that lie on a line from anchor to anchor: the greatest of their shortest such lines.
+    pub bridge: Option<Farthest>,
+    /// Over the places that lie on no such line: the greatest distance from the nearest anchor.
+    pub cantilever: Option<Farthest>,
+}
+
+/// A line's stretch inside the region.
+#[derive(Debug, Clone, Copy)]
+struct Chord {
+    t: [f64; 2],
+    anchored: bool,
+}
+
+/// A region in plan, by its sides in any order.
+pub struct Plan {
+    sides: Vec<Side>,
+    lines: Vec<Point>,
+    lo: Point,
+    extent: f64,
+}
+
+/// A square of the search.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    centre: Point,
+    half: f64,
+    /// Upper bounds of bridge and cantilever over the region's places in it.
+    high: [f64; 2],
+}
+
+/// Lines are tried every 15°, and across the longest anchored sides.
+const TURNS: usize = 12;
+/// Sides whose directions are tried as well, the longest first.
+const LONG_SIDES: usize = 8;
+/// Crossings of a line with a side that one search may take.
+const BUDGET: usize = 1_000_000;
+/// A region with more sides than this is only sampled: its bound is then its own extent.
+const SIDES: usize = 128;
+/// The nearest anchors that are tried for being seen.
+const TRIED: usize = 8;
+/// A bracket narrower than this share of its value is left as it is.
+const CLOSE: f64 = 0.01;
+
+impl Plan {
+    /// A region from its boundary; `None` without sides or extent.
+    pub fn new(sides: Vec<Side>) -> Option<Self> {
+        let points = || sides.iter().flat_map(|s| [s.from, s.to]);
+        let lo = points().fold([f64::INFINITY; 2], |m, p| [m[0].min(p[0]), m[1].min(p[1])]);
+        let hi = points().fold([f64::NEG_INFINITY; 2], |m, p| [m[0].max(p[0]), m[1].max(p[1])]);
+        let extent = (hi[0] - lo[0]).max(hi[1] - lo[1]);
+        if !(extent > 0.0 && extent.is_finite()) {
+            return None;
+        }
+        let mut long: Vec<(f64, Point)> = sides
+            .iter()
+            .map(|s| (length(s.from, s.to), s))
+            .filter(|(l, s)| *l > 0.0 && s.anchored)
+            .map(|(l, s)| (l, [(s.to[1] - s.from[1]) / l, (s.from[0] - s.to[0]) / l]))
+            .collect();
+        long.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut lines: Vec<Point> = Vec::new();
+        let turns = (0..TURNS).map(|n| (std::f64::consts::PI * n as f64 / TURNS as f64).sin_cos()).map(|(s, c)| [c, s]);
+        for d in long.into_iter().take(LONG_SIDES).map(|(_, d)| d).chain(turns) {
+            if lines.iter().all(|e| (d[0] * e[1] - d[1] * e[0]).abs() > 1e-6) {
+                lines.push(d);
+            }
+        }
+        Some(Plan { sides, lines, lo, extent })
+    }
+
+    /// The spans of the region; places within `ledge` of an anchor need none and are left out.
+    ///
+    /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
+    /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: every 15° and across the
+    /// longest anchored sides. Branch and bound over squares: a square's bound is the longest chord of all lines that meet
+    /// it, exact by looking on both sides of every corner between them, in the best direction. Regions with more than 128 sides
+    /// are sampled, and bounded by their extent.
+    ///
+    /// # Cost
+    /// O(directions · sides) for each square, at most a budget of line crossings; what is open then stays in the bracket.
+    pub fn spans(&self, ledge: f64) -> Spans {
+        let mut best = Spans::default();
+        let mut cells = self.first_cells();
+        let mut closed = [0.0f64; 2];
+        let strips = 2 + self.sides.len() / 3;
+        let per_cell = self.lines.len() * self.sides.len() * if self.is_simple() { strips } else { 1 };
+        let mut left = BUDGET / per_cell.max(1);
+        loop {
+            for cell in &mut cells {
+                self.measure(cell, ledge, &mut best);
+            }
+            let known = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
+            let is_open =
+                |c: &Cell| (0..2).any(|n| c.high[n] > known[n] * (1.0 + CLOSE) + 1e-9) && c.half > 1e-4 * self.extent;
+            let (open, done): (Vec<Cell>, Vec<Cell>) = cells.into_iter().partition(is_open);
+            done.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
+            if open.is_empty() || open.len() * 4 > left {
+                open.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
+                break;
+            }
+            left -= open.len() * 4;
+            cells = open.iter().flat_map(quarters).collect();
+        }
+        best.bridge = raised(best.bridge, closed[0], 0.0, self.lo);
+        best.cantilever = raised(best.cantilever, closed[1], ledge, self.lo);
+        best
+    }
+
+    fn first_cells(&self) -> Vec<Cell> {
+        const ACROSS: usize = 6;
+        let half = 0.5 * self.extent / ACROSS as f64;
+        let at = |n: usize, axis: usize| self.lo[axis] + half * (2 * n + 1) as f64;
+        (0..ACROSS * ACROSS)
+            .map(|n| Cell { centre: [at(n % ACROSS, 0), at(n / ACROSS, 1)], half, high: [f64::INFINITY; 2] })
+            .collect()
+    }
+
+    fn is_simple(&self) -> bool {
+        self.sides.len() <= SIDES
+    }
+
+    /// Bounds a square, and measures its centre if it lies in the region.
+    fn measure(&self, cell: &mut Cell, ledge: f64, best: &mut Spans) {
+        let reach = cell.half * std::f64::consts::SQRT_2;
+        let x = cell.centre;
+        cell.high = [0.0; 2];
+        if !self.meets(x, reach) {
+            return;
+        }
+        let inside = self.chord_at(x, self.lines[0]).is_some();
+        // A square whose centre lies outside is bounded from its nearest place on the boundary.
+        let (from, reach_from) = if inside { (x, reach) } else { (self.nearest_side(x), 2.0 * reach) };
+        let (near, seen, foot) = self.nearest_anchor(from);
+        let farthest = seen + reach_from;
+        if farthest <= ledge {
+            return;
+        }
+        let mut shortest: Option<(f64, [Point; 2])> = None;
+        let (mut all, mut some) = (f64::INFINITY, 0.0f64);
+        for &d in &self.lines {
+            if inside
+                && let Some(chord) = self.chord_at(x, d).filter(|c| c.anchored)
+                && shortest.is_none_or(|(l, _)| chord.t[1] - chord.t[0] < l)
+            {
+                let point = |t: f64| [x[0] + t * d[0], x[1] + t * d[1]];
+                shortest = Some((chord.t[1] - chord.t[0], chord.t.map(point)));
+            }
+            let diagonal = std::f64::consts::SQRT_2 * self.extent;
+            let (longest, whole) = if self.is_simple() { self.strip(x, d, reach) } else { (diagonal, false) };
+            some = some.max(longest);
+            if whole {
+                all = all.min(longest);
+            }
+        }
+        cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest] };
+        if !inside || seen <= ledge {
+            return;
+        }
+        match shortest {
+            Some((low, ends)) => keep(&mut best.bridge, Farthest { low, high: low, at: x, ends }),
+            None => keep(&mut best.cantilever, Farthest { low: near, high: near, at: x, ends: [x, foot] }),
+        }
+    }
+
+    /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
+    /// anchored.
+    fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool) {
+        let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
+        let tiny = 1e-9 * self.extent;
+        let mut offsets = vec![-reach, reach];
+        for o in self.sides.iter().map(|s| across(s.from)).filter(|o| o.abs() < reach) {
+            offsets.extend([o - tiny, o + tiny]);
+        }
+        let (mut longest, mut whole) = (0.0f64, true);
+        for o in offsets {
+            let start = [x[0] - o * d[1], x[1] + o * d[0]];
+            self.chords(start, d, |c| {
+                if c.t[0] <= 2.0 * reach && c.t[1] >= -2.0 * reach {
+                    whole &= c.anchored;
+                    longest = if c.anchored { longest.max(c.t[1] - c.t[0]) } else { longest };
+                }
+            });
+        }
+        (longest, whole)
+    }
+
+    /// The chord through a point of the region; `None` outside.
+    fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
+        let mut found = None;
+        self.chords(x, d, |c| {
+            if c.t[0] <= 0.0 && c.t[1] >= 0.0 {
+                found = Some(c);
+            }
+        });
+        found
+    }
+
+    /// Calls back with the stretches of a line inside the region.
+    fn chords(&self, x: Point, d: Point, mut found: impl FnMut(Chord)) {
+        let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
+        let along = |p: Point| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1];
+        let mut crossings: Vec<(f64, bool)> = Vec::new();
+        for s in &self.sides {
+            let (a, b) = (across(s.from), across(s.to));
+            if (a < 0.0) != (b < 0.0) {
+                let (p, q) = (along(s.from), along(s.to));
+                crossings.push((p + (q - p) * a / (a - b), s.anchored));
+            }
+        }
+        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for pair in crossings.chunks_exact(2) {
+            found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
+        }
+    }
+
+    /// Whether a disc meets the region: its centre is inside or a side comes near.
+    fn meets(&self, x: Point, reach: f64) -> bool {
+        self.sides.iter().any(|s| length(x, foot(x, s)) <= reach) || self.chord_at(x, self.lines[0]).is_some()
+    }
+
+    fn nearest_side(&self, x: Point) -> Point {
+        let feet = self.sides.iter().map(|s| foot(x, s));
+        feet.min_by(|a, b| length(x, *a).total_cmp(&length(x, *b))).unwrap_or(x)
+    }
+
+    /// Distance to the nearest anchor: as the crow flies, and to one that is seen without leaving the region; the latter's point.
+    fn nearest_anchor(&self, x: Point) -> (f64, f64, Point) {
+        let mut feet: Vec<(f64, Point)> =
+            self.sides.iter().filter(|s| s.anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
+        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let near = feet.first().map_or(f64::INFINITY, |f| f.0);
+        let shown = feet.into_iter().take(TRIED).find(|f| self.sees(x, f.1));
+        let (mut seen, at) = shown.unwrap_or((f64::INFINITY, x));
+        if !seen.is_finite() {
+            // Nobody walks farther inside the region than along its whole boundary.
+            seen = self.sides.iter().map(|s| length(s.from, s.to)).sum();
+        }
+        (if near.is_finite() { near } else { 0.5 * self.extent }, seen, at)
+    }
+
+    /// Whether the way from a point to one of the boundary crosses no side before.
+    fn sees(&self, x: Point, p: Point) -> bool {
+        let l = length(x, p);
+        if l == 0.0 {
+            return true;
+        }
+        let d = [(p[0] - x[0]) / l, (p[1] - x[1]) / l];
+        let across = |q: Point| (q[1] - x[1]) * d[0] - (q[0] - x[0]) * d[1];
+        let along = |q: Point| (q[0] - x[0]) * d[0] + (q[1] - x[1]) * d[1];
+        self.sides.iter().all(|s| {
+            let (a, b) = (across(s.from), across(s.to));
+            let t = along(s.from) + (along(s.to) - along(s.from)) * a / (a - b);
+            (a < 0.0) == (b < 0.0) || t <= 1e-9 * self.extent || t >= l - 1e-6 * self.extent
+        })
+    }
+}
+
+/// A length with the bound of all squares; one that no sample showed, but that is not ruled out, has a low of 0.
+fn raised(found: Option<Farthest>, high: f64, least: f64, at: Point) -> Option<Farthest> {
+    match found {
+        Some(f) => Some(Farthest { high: f.high.max(high), ..f }),
+        None => (high > least).then_some(Farthest { low: 0.0, high, at, ends: [at; 2] }),
+    }
+}
+
+fn keep(best: &mut Option<Farthest>, candidate: Farthest) {
+    if best.is_none_or(|b| candidate.low > b.low) {
+        *best = Some(candidate);
+    }
+}
+
+fn quarters(c: &Cell) -> impl Iterator<Item = Cell> + use<> {
+    let (centre, half) = (c.centre, 0.5 * c.half);
+    [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].into_iter().map(move |s| Cell {
+        centre: [centre[0] + s[0] * half, centre[1] + s[1] * half],
+        half,
+        high: [f64::INFINITY; 2],
+    })
+}
+
+fn length(a: Point, b: Point) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// The point of a side that is nearest to x.
+fn foot(x: Point, s: &Side) -> Point {
+    let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
+    let l2 = d[0] * d[0] + d[1] * d[1];
+    let t = if l2 > 0.0 { ((x[0] - s.from[0]) * d[0] + (x[1] - s.from[1]) * d[1]) / l2 } else { 0.0 };
+    let t = t.clamp(0.0, 1.0);
+    [s.from[0] + t * d[0], s.from[1] + t * d[1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Lcg(u64);
+    impl Lcg {
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    /// A polygon whose sides are anchored where said, turned and shifted.
+    fn region(corners: &[Point], anchored: &[bool], turn: f64, shift: Point) -> Plan {
+        let (s, c) = turn.sin_cos();
+        let put = |p: Point| [c * p[0] - s * p[1] + shift[0], s * p[0] + c * p[1] + shift[1]];
+        let n = corners.len();
+        let sides = (0..n)
+            .map(|i| Side {
+                from: put(corners[i]),
+                to: put(corners[(i + 1) % n]),
+                anchored: anchored[i % anchored.len()],
+            })
+            .collect();
+        Plan::new(sides).unwrap()
+    }
+
+    fn rectangle(a: f64, b: f64) -> [Point; 4] {
+        [[0.0, 0.0], [a, 0.0], [a, b], [0.0, b]]
+    }
+
+    /// Low and high hold the truth, and do not lie farther apart than a share of it.
+    fn holds(f: Option<Farthest>, truth: f64, share: f64) {
+        let f = f.unwrap();
+        assert!(f.low <= truth * (1.0 + 1e-6) && truth <= f.high * (1.0 + 1e-6), "{truth}: {f:?}");
+        assert!(f.high - f.low <= share * truth, "{truth}: {f:?}");
+    }
+
+    #[test]
+    fn rectangles_under_any_turn() {
+        let mut rng = Lcg(17);
+        for _ in 0..40 {
+            let turn = std::f64::consts::TAU * rng.next();
+            let shift = [50.0 * rng.next(), 50.0 * rng.next()];
+            let (a, b) = (5.0 + 40.0 * rng.next(), 2.0 + 20.0 * rng.next());
+            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0);
+            // From one end to the other: the span is the length, and nothing is a cantilever.
+            let spans = held(&[false, true, false, true]);
+            holds(spans.bridge, a, 1e-6);
+            assert_eq!(spans.cantilever, None);
+            // Held all around: as far as the narrower way.
+            holds(held(&[true]).bridge, a.min(b), 0.05);
+            // Held on one side only: a cantilever that reaches as far as it is deep.
+            let spans = held(&[false, true, false, false]);
+            assert_eq!(spans.bridge, None);
+            holds(spans.cantilever, a, 0.05);
+            assert!(held(&[true]).cantilever.is_none());
+        }
+    }
+
+    #[test]
+    fn discs_and_ledges() {
+        let n = 48;
+        let disc: Vec<Point> = (0..n)
+            .map(|i| (std::f64::consts::TAU * i as f64 / n as f64).sin_cos())
+            .map(|(s, c)| [6.0 * c, 6.0 * s])
+            .collect();
+        // The shortest line through the middle runs across two sides.
+        holds(region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0).bridge, 12.0 * 3.75f64.to_radians().cos(), 0.06);
+        // A ledge of 0.4 mm along a wall of 30 mm is held by the wall.
+        let narrow = region(&rectangle(30.0, 0.4), &[true, false, false, false], 0.3, [1.0; 2]);
+        assert_eq!(narrow.spans(0.5), Spans::default());
+        // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
+        holds(narrow.spans(0.0).cantilever, 0.4, 0.1);
+    }
+
+    #[test]
+    fn a_pocket_with_two_arms_is_bridged_across_its_arms() {
+        let pocket = [[0.0, 0.0], [30.0, 0.0], [30.0, 4.0], [4.0, 4.0], [4.0, 30.0], [0.0, 30.0]];
+        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0);
+        // In the corner the shortest line is one across the inner corner: longer than an arm is wide, shorter than the diagonal.
+        let f = spans.bridge.unwrap();
+        assert!(f.low >= 4.0 - 1e-6 && f.high < 7.5, "{f:?}");
+    }
+}

@@ -1,0 +1,99 @@
+//! The answer of `amcheck orient`: its data, its JSON, its table for a terminal.
+
+use super::schema::Tool;
+use crate::access::{Orientation, Orientations};
+use crate::units::short;
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+
+/// Schema name and version of [`OrientReport`].
+pub const ORIENT_SCHEMA: &str = "amcheck-orient/1";
+
+/// Ways to stand a part up, with all that they were compared by.
+///
+/// Lengths are millimetres, areas mm², volumes mm³; `up` and `rotation` take the frame of the file to that of the build.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OrientReport {
+    /// [`ORIENT_SCHEMA`].
+    pub schema: String,
+    pub tool: Tool,
+    /// Name of the file, without its folder.
+    pub file: String,
+    pub process: String,
+    /// Volume of the part, mm³.
+    pub volume_mm3: f64,
+    #[serde(flatten)]
+    pub orientations: Orientations,
+}
+
+/// The data as JSON, the same bytes for the same input.
+pub fn json(report: &OrientReport) -> String {
+    serde_json::to_string_pretty(report).map_or_else(|_| String::new(), |text| text + "\n")
+}
+
+/// Heads of the table's columns, with units.
+pub const HEADS: [&str; 10] = [
+    "up",
+    "from",
+    "support cm³",
+    "contact mm²",
+    "on part mm²",
+    "hidden cm³",
+    "liquid cm³",
+    "height mm",
+    "first layer mm²",
+    "cost",
+];
+
+/// One row of the table: the cells under [`HEADS`].
+pub fn row(o: &Orientation) -> [String; 10] {
+    let cm3 = |v: f64| short((v / 10.0).round() / 100.0);
+    let whole = |v: f64| short(v.round());
+    [
+        direction(o.up),
+        o.from.clone(),
+        cm3(o.support_mm3),
+        whole(o.contact_mm2),
+        whole(o.on_part_mm2),
+        cm3(o.secluded_mm3),
+        cm3(o.retained_mm3),
+        short((o.box_mm[2] * 10.0).round() / 10.0),
+        whole(o.bed_mm2),
+        short((o.cost * 1000.0).round() / 1000.0),
+    ]
+}
+
+/// A direction as `--up` takes it.
+pub fn direction(up: [f64; 3]) -> String {
+    match (0..3).find(|&a| up[a].abs() > 1.0 - 1e-9) {
+        Some(a) => format!("{}{}", if up[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
+        None => up.map(|c| format!("{c:.6}")).join(","),
+    }
+}
+
+/// The table for a terminal; `*` marks what no other row beats in everything, `!` what does not fit the machine.
+pub fn text(report: &OrientReport) -> String {
+    let list = &report.orientations.list;
+    let rows: Vec<[String; 10]> = std::iter::once(HEADS.map(str::to_string)).chain(list.iter().map(row)).collect();
+    let widths: Vec<usize> = (0..10).map(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0)).collect();
+    let mut out =
+        format!("{}: {} directions compared, {} in full\n\n", report.file, report.orientations.scored, list.len());
+    for (n, r) in rows.iter().enumerate() {
+        let mark = match n.checked_sub(1).and_then(|n| list.get(n)) {
+            Some(o) if !o.fits => '!',
+            Some(o) if o.pareto => '*',
+            _ => ' ',
+        };
+        let rank = if n == 0 { "  ".to_string() } else { format!("{n:>2}") };
+        let _ = write!(out, "{rank} {mark}");
+        for (cell, width) in r.iter().zip(&widths) {
+            let _ = write!(out, "  {}{cell}", " ".repeat(width - cell.chars().count()));
+        }
+        out.push('\n');
+    }
+    out.push_str("\n* no other is at least as good in everything   ! does not fit the machine\n");
+    if let Some(best) = list.first() {
+        let _ = writeln!(out, "best: --up {}", direction(best.up));
+    }
+    out
+}
