@@ -127,9 +127,11 @@ impl Facets {
             }
         }
         let steps = 0.5 * q.layer_mm * steps;
-        let cost =
-            support / whole.volume + contact / whole.area + steps / whole.volume + 0.2 * (high - low) / whole.diagonal
-                - 0.1 * bed / whole.area;
+        let cost = support / whole.volume
+            + contact / whole.area
+            + steps / whole.volume
+            + 0.2 * (high - low) / whole.diagonal
+            + (1.0 - 10.0 * bed / whole.area).max(0.0);
         Score { up, from, cost }
     }
 }

@@ -109,7 +109,7 @@ pub struct Orientations {
 /// volume by columns ([`support_volume`]), what of it cannot be seen from outside, liquid kept in cups, first layer, steps.
 /// The cost of a pose is
 ///
-/// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·retained/V + steps/V + 0.2·height/diagonal + 0.1·(1 − first layer/box)
+/// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·retained/V + steps/V + 0.2·height/diagonal + (1 − first layer/box)
 ///
 /// with the part's volume V and area A: a convention. Poses that do not fit the machine come last. Only the directions listed are
 /// compared. `bounding` says which facets bound the solid.
@@ -206,7 +206,7 @@ fn measure(
     let cost = (support + 3.0 * secluded + 0.5 * retained + cusp) / whole.volume
         + (contact + on_part) / whole.area
         + 0.2 * size[2] / whole.diagonal
-        + 0.1 * (1.0 - bed / (size[0] * size[1]).max(f64::MIN_POSITIVE));
+        + (1.0 - bed / (size[0] * size[1]).max(f64::MIN_POSITIVE));
     let [x, y, z] = q.build_volume_mm;
     let fits = |w: f64, d: f64| w <= x && d <= y && size[2] <= z;
     let digits = report_digits;

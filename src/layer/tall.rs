@@ -240,7 +240,7 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
     let top = mesh
         .vertices
         .iter()
-        .filter(|v| v[2] >= top_layer && v[2] < top_layer + h && within(c.top_box, [v[0], v[1]], 1.5 * h))
+        .filter(|v| v[2] >= top_layer && v[2] < top_layer + 1.001 * h && within(c.top_box, [v[0], v[1]], 1.5 * h))
         .map(|v| v[2])
         .fold(top_layer, f64::max);
     let mut widths = hull.widths();
