@@ -4,6 +4,7 @@ use crate::access::{Question, orientations};
 use crate::check::registry::CHECKS;
 use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
 use crate::error::Result;
+pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
 use crate::geometry::{TriangleMesh, health};
 use crate::grid::{Fitting, Grid};
@@ -23,16 +24,6 @@ use std::time::Instant;
 
 /// Bytes that the default grid may take, whatever memory the machine has: the same part gets the same grid everywhere.
 pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
-
-/// Whether a mesh is mended before it is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Repair {
-    /// Judged as it was read.
-    #[default]
-    Leave,
-    /// What can be mended without inventing surface is mended, said and handed back.
-    Mend,
-}
 
 /// What is asked of a part.
 #[derive(Debug, Clone)]

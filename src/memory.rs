@@ -6,13 +6,13 @@ use crate::io::machine::Ceiling;
 use crate::units::{Length, short};
 
 /// What the process takes whatever the part: code, threads, fonts, pictures, the page.
-const FIXED: u128 = 96 << 20;
+const FIXED: u128 = 112 << 20;
 
 /// What one triangle takes: corners, edges, trees, features, its share of the display copy and of the page.
 const PER_TRIANGLE: u128 = 3_000;
 
 /// What one sample takes: the sets and the density, the fields that checks share, and the scratch of making them.
-const PER_SAMPLE: u128 = 32;
+const PER_SAMPLE: u128 = 40;
 
 /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
 pub fn need_bytes(triangles: u64, samples: u128) -> u128 {

@@ -93,7 +93,7 @@ impl Part {
             mesh = agreed;
         }
         let health = health.unwrap_or_else(|| as_read.clone());
-        turn_shells(&mut mesh, &health);
+        health::turn_shells(&mut mesh, &health);
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
             crossings: Fault::default(),
@@ -217,7 +217,8 @@ impl Part {
     /// Where it does not, inside is where the winding number says so, and facets inside the union bound nothing.
     pub fn is_plain(&self) -> bool {
         let touching = || self.body_pairs().iter().any(|p| p.distance <= self.step);
-        self.health.is_solid() && self.crossings.count == 0 && !touching()
+        let sound = self.health.is_solid() && self.health.duplicate_facets.count == 0;
+        sound && self.crossings.count == 0 && !touching()
     }
 
     /// Whether a facet bounds the solid; ghosts and facets inside the union do not.
@@ -389,17 +390,6 @@ pub fn bead_of(process: &Process) -> Bead {
 
 fn no_geometry(problem: &str) -> Error {
     Error::NoGeometry { problem: problem.into(), remedy: "export the part again; it must be a closed surface".into() }
-}
-
-/// Turns the shells that are wound inside out.
-fn turn_shells(mesh: &mut TriangleMesh, health: &Health) {
-    use crate::geometry::health::Role;
-    for (t, &shell) in mesh.triangles.iter_mut().zip(&health.facet_shell) {
-        let inverted = health.shells.get(shell as usize).is_some_and(|s| s.role == Role::Inverted);
-        if health.inverted || inverted {
-            t.swap(1, 2);
-        }
-    }
 }
 
 #[cfg(test)]

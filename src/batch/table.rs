@@ -70,7 +70,7 @@ pub fn line(row: &Row, width: usize) -> String {
     let memory = row.peak_mib.map_or("-".into(), |m| format!("{m:.0}"));
     let seconds = if row.reused { "kept".into() } else { format!("{:.1}", row.seconds) };
     let _ = write!(out, "{:>4} {seconds:>7} {memory:>6}  {:<40} ", row.code, row.part);
-    let room = width.saturating_sub(out.chars().count()).max(40);
+    let room = width.saturating_sub(out.chars().count()).max(20);
     let text: String = row.line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().count() > room {
         out.extend(text.chars().take(room - 1).chain(['…']));

@@ -31,8 +31,6 @@ mod support;
 mod support_access;
 mod tall_feature;
 mod thin_pin;
-mod support;
-mod tall_feature;
 mod thin_wall;
 mod tool_access;
 mod tooling;

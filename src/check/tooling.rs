@@ -8,6 +8,8 @@ use crate::part::Part;
 use crate::process::{Process, ToolChoice};
 use crate::units::{Length, short};
 
+/// Spacing at least, millimetres: hand tools are known to a few tenths, and a fine lattice of a long tool costs minutes.
+const LEAST_SPACING_MM: f64 = 0.4;
 /// Samples along the longest side: access needs no finer grid than the tools are wide.
 const SAMPLES: f64 = 100.0;
 /// The same where the user names the tools.
@@ -30,7 +32,7 @@ impl<'p> Tooling<'p> {
     pub fn new(part: &'p Part, process: &Process, context: &Context, list: &[ToolChoice]) -> Result<Self> {
         let longest = part.extent().into_iter().fold(0.0, f64::max);
         let samples = if process.tools.named { SAMPLES_NAMED } else { SAMPLES };
-        let spacing = (longest / samples).max(context.spacing_mm);
+        let spacing = (longest / samples).max(context.spacing_mm).max(LEAST_SPACING_MM);
         let stand_off = 2.0 * 3f64.sqrt() * spacing;
         let read = |list: &[ToolChoice]| list.iter().map(Tool::chosen).collect::<Result<Vec<Tool>>>();
         let all = [read(&process.tools.removal)?, read(&process.tools.finishing)?];

@@ -188,7 +188,7 @@ mod tests {
     fn every_mistake_is_refused_and_named() {
         for (spoilt, expected) in [
             (format!("{GOOD}untill = 2027-06-30\n"), "untill"),
-            (format!("{GOOD}until = 2027-06-31\n"), "out of range"),
+            (format!("{GOOD}until = 2027-06-31\n"), "date"),
             (format!("{GOOD}until = 2027\n"), "no date"),
             (format!("{GOOD}until = 2027-06-30T10:00:00Z\n"), "no date"),
             (format!("{GOOD}box_mm = [[0, 0, 0], [1, 1, 1]]\n"), "one finite place"),

@@ -14,9 +14,11 @@ mod outward;
 mod rays;
 mod repair;
 mod shells;
+mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
 pub use crossing::crossings;
 pub use measure::{Fault, Health, Hole};
-pub use repair::{Repaired, agreed, repair_tolerance, repaired};
+pub use repair::{Repair, Repaired, agreed, repair_tolerance, repaired};
 pub use shells::Shell;
+pub use turn::turn_shells;

@@ -6,6 +6,16 @@ use crate::geometry::vector::{Vec3, norm2, sub};
 use crate::notice::Notice;
 use rustc_hash::FxHashMap;
 
+/// Whether a mesh is mended before it is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Repair {
+    /// Judged as it was read.
+    #[default]
+    Leave,
+    /// What can be mended without inventing surface is mended, said and handed back.
+    Mend,
+}
+
 /// A mended mesh and what was done to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repaired {
