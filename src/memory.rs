@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn the_machine_refuses_in_a_sentence() {
         let tight = allowance(4 << 30, Some(200 << 20));
-        let refused = tight.admit_spacing([50.0; 3], Length::mm(0.1), 1000).unwrap_err();
+        let refused = tight.admit_spacing([50.0; 3], Length::mm(0.12), 1000).unwrap_err();
         assert!(refused.exit_code() == 5 && refused.remedy().contains("`ulimit -v` allows no more"), "{refused}");
         assert_eq!(tight.file_bytes(), (200 << 20) / 3);
         assert!(tight.admit_spacing([50.0; 3], Length::mm(0.5), 1000).is_ok());

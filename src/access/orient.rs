@@ -328,7 +328,8 @@ mod tests {
             let found = orientations(&t.transformed(r, [0.0; 3]), |_| true, &question()).unwrap();
             let best = &found.list[0];
             assert!(found.scored >= 200 && found.list.len() <= 12);
-            assert_eq!(best.support_mm3, 0.0, "{best:?}");
+            // Where the boxes meet, a face of one lies on the other: at most the column between them is in doubt.
+            assert_eq!(best.support_low_mm3, 0.0, "{best:?}");
             assert!(best.pareto && best.fits);
             // Upside down, or lying on its side of 4 mm depth: both need no support; lying is lower.
             let up = [0, 1, 2].map(|a| (0..3).map(|k| r[k][a] * best.up[k]).sum::<f64>());
