@@ -16,7 +16,7 @@ pub struct Ceiling {
     pub facets: Vec<u32>,
     /// Area, mm².
     pub area_mm2: f64,
-    /// Share of the area that is flatter than [`FLAT`].
+    /// Share of the area that is flatter than a ceiling may be.
     pub flat_share: f64,
     pub extent: (Vec3, Vec3),
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
