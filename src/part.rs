@@ -74,7 +74,7 @@ impl Part {
     /// [`Error::NoGeometry`] without facets or extent; [`Error::NotSolid`] if the winding number is below ½ everywhere.
     pub fn new(mesh: TriangleMesh, up: Up, step_mm: f64, reach_mm: f64) -> Result<Self> {
         let rotation = up.rotation();
-        let turned = mesh.transformed(rotation, [0.0; 3]);
+        let turned = mesh.in_order().transformed(rotation, [0.0; 3]);
         let (lo, hi) = turned.bounds().ok_or_else(|| no_geometry("the file holds no triangles"))?;
         let longest = sub(hi, lo).into_iter().fold(0.0, f64::max);
         if !(longest > 0.0 && longest.is_finite()) {

@@ -8,7 +8,7 @@ use super::tool::Tool;
 use crate::error::{Error, Result, ToolFault};
 use crate::field::Indicator;
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::{Vec3, along, distance, dot};
+use crate::geometry::vector::{Vec3, along, compare, distance, dot, hull};
 use crate::morphology::{StructuringElement, dilate};
 use crate::topology::{Adjacency, components};
 use rayon::prelude::*;
@@ -43,6 +43,8 @@ pub struct Stuck {
     pub contact: Patch,
     /// Area of that contact, mm².
     pub area_mm2: f64,
+    /// Box of that contact.
+    pub extent: (Vec3, Vec3),
     /// How far the best tool stops short of it along its axis, the tool and its direction.
     pub short: Option<(f64, usize, Vec3)>,
     pub keeper: Keeper,
@@ -70,6 +72,7 @@ struct Contact {
     component: u32,
     points: Vec<Patch>,
     area: f64,
+    extent: (Vec3, Vec3),
 }
 
 /// Takes supports away in rounds: one goes when each of its contacts can be reached past the part and what is still standing,
@@ -158,8 +161,10 @@ fn contacts(columns: Columns, surface: &[Patch], component: impl Fn([usize; 3]) 
                 component,
                 points: vec![],
                 area: 0.0,
+                extent: (p.at, p.at),
             });
             contact.area += p.area;
+            contact.extent = hull(contact.extent, (p.at, p.at));
             contact.points.push(*p);
         }
     }
@@ -169,6 +174,7 @@ fn contacts(columns: Columns, surface: &[Patch], component: impl Fn([usize; 3]) 
 
 /// The points of a contact from the furthest from its middle inwards, thinned out.
 fn from_the_rim(mut contact: Contact) -> Contact {
+    contact.points.sort_by(|a, b| compare(a.at, b.at));
     let n = contact.points.len().max(1) as f64;
     let middle = contact.points.iter().fold([0.0; 3], |m, p| along(m, p.at, 1.0 / n));
     contact.points.sort_by(|a, b| distance(b.at, middle).total_cmp(&distance(a.at, middle)));
@@ -259,6 +265,7 @@ fn stuck(contact: &Contact, bare: &[(usize, &Setup, Station)], stand_off: f64, v
         component: contact.component,
         contact: at,
         area_mm2: contact.area,
+        extent: contact.extent,
         short: best.map(|b| b.1),
         keeper: if by_part { Keeper::Part } else { Keeper::Supports },
     }

@@ -1,7 +1,7 @@
 //! The surface of a part as patches small enough to be judged by one point.
 
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, add, distance, scale};
+use crate::geometry::vector::{Vec3, add, compare, distance, scale};
 use rayon::prelude::*;
 
 /// A piece of a facet, at most a few samples wide.
@@ -28,7 +28,7 @@ pub struct Patch {
 pub fn patches(mesh: &TriangleMesh, longest: f64, wanted: impl Fn(usize) -> bool + Sync) -> Vec<Patch> {
     let of_facet = |f: usize| {
         let (mut found, normal) = (Vec::new(), mesh.normal(f));
-        let mut open = vec![(mesh.corners(f), mesh.facet_area(f))];
+        let mut open = vec![(from_the_least(mesh.corners(f)), mesh.facet_area(f))];
         while let Some(([a, b, c], area)) = open.pop() {
             let edges = [distance(a, b), distance(b, c), distance(c, a)];
             let at = (0..3).fold(0, |m, e| if edges[e] > edges[m] { e } else { m });
@@ -48,6 +48,12 @@ pub fn patches(mesh: &TriangleMesh, longest: f64, wanted: impl Fn(usize) -> bool
         found
     };
     (0..mesh.triangles.len()).into_par_iter().filter(|&f| wanted(f)).flat_map_iter(of_facet).collect()
+}
+
+/// The corners in their sense of rotation from the least one, so that a file that starts elsewhere is cut the same way.
+fn from_the_least([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
+    let turns = [[a, b, c], [b, c, a], [c, a, b]];
+    turns.into_iter().min_by(|p, q| compare(p[0], q[0])).unwrap_or([a, b, c])
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::tooling::{Tooling, direction_in_file, round};
 use crate::access::{Columns, Keeper, Removal, Stuck, patches, remove};
 use crate::error::Result;
 use crate::geometry::contour::surface;
+use crate::geometry::vector::hull;
 use crate::layer::{downward_facets, supports};
 use crate::part::Part;
 use crate::process::Process;
@@ -137,7 +138,7 @@ impl Judged<'_> {
             Finding::judged(META.code, "stays", Bracket::exact(volume), Basis::Estimated, self.limits, "mm3", 0.0);
         f.volume_mm3 = Some(report_digits(volume));
         f.area_mm2 = Some(report_digits(worst.area_mm2));
-        locate(&mut f, self.part, self.context, worst.contact.at, self.removal.boxes[c]);
+        locate(&mut f, self.part, self.context, worst.contact.at, hull(self.removal.boxes[c], worst.extent));
         let keeper = match worst.keeper {
             Keeper::Part => "the part",
             Keeper::Supports => "other supports",

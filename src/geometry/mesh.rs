@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
-use super::vector::{Vec3, along, bounds, cross, dot, norm, sub, unit};
+use super::vector::{Vec3, along, bounds, compare, cross, dot, norm, sub, unit};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// An indexed triangle mesh in millimetres; facets are wound so that their normals point out of the material.
@@ -113,6 +114,26 @@ impl TriangleMesh {
         self
     }
 
+    /// The same mesh in an order that does not depend on its file: vertices by [`compare`], each facet from its least vertex,
+    /// facets by their vertices. Sums over facets and ties between places then come out the same.
+    ///
+    /// # Cost
+    /// O(n log n), in parallel; four bytes a vertex beside the copy of the vertices.
+    pub fn in_order(mut self) -> Self {
+        let mut order: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        order.par_sort_by(|&a, &b| compare(self.vertices[a as usize], self.vertices[b as usize]));
+        let mut rank = vec![0u32; order.len()];
+        order.iter().enumerate().for_each(|(new, &old)| rank[old as usize] = new as u32);
+        self.vertices = order.iter().map(|&old| self.vertices[old as usize]).collect();
+        self.triangles.par_iter_mut().for_each(|t| {
+            *t = t.map(|v| rank[v as usize]);
+            let least = (0..3).min_by_key(|&i| t[i]).unwrap_or(0);
+            t.rotate_left(least);
+        });
+        self.triangles.par_sort_unstable();
+        self
+    }
+
     /// The centroid of a facet.
     pub fn centroid(&self, facet: usize) -> Vec3 {
         let [a, b, c] = self.corners(facet);
@@ -123,6 +144,19 @@ impl TriangleMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_order_of_a_file_leaves_no_trace() {
+        let mesh = tetrahedron();
+        let mut other = mesh.clone();
+        other.vertices.reverse();
+        other.triangles.iter_mut().for_each(|t| *t = t.map(|v| 3 - v));
+        other.triangles.reverse();
+        other.triangles[1].rotate_left(2);
+        assert_eq!(other.clone().in_order(), mesh.clone().in_order());
+        assert_eq!(mesh.clone().in_order().signed_volume(), mesh.signed_volume());
+        assert_ne!(other.flipped().in_order(), mesh.in_order());
+    }
 
     fn tetrahedron() -> TriangleMesh {
         let p = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.0, 0.0, 1.0]];

@@ -1,5 +1,7 @@
 //! Vectors and points of three-space as plain arrays, millimetres, f64.
 
+use std::cmp::Ordering;
+
 /// A point or a vector.
 pub type Vec3 = [f64; 3];
 
@@ -69,10 +71,17 @@ pub fn angle(a: Vec3, b: Vec3) -> f64 {
     norm(cross(a, b)).atan2(dot(a, b))
 }
 
+/// Order by x, then y, then z: an order of points that no file and no number of threads changes.
+pub fn compare(a: Vec3, b: Vec3) -> Ordering {
+    (0..3).fold(Ordering::Equal, |found, axis| found.then(a[axis].total_cmp(&b[axis])))
+}
+
+/// The least box over two boxes, each by its least and greatest corner.
+pub fn hull(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
+    ([0, 1, 2].map(|x| a.0[x].min(b.0[x])), [0, 1, 2].map(|x| a.1[x].max(b.1[x])))
+}
+
 /// Componentwise least and greatest of a set of points; `None` for the empty set.
 pub fn bounds(points: impl IntoIterator<Item = Vec3>) -> Option<(Vec3, Vec3)> {
-    points.into_iter().fold(None, |found, p| {
-        let (lo, hi) = found.unwrap_or((p, p));
-        Some(([0, 1, 2].map(|a| lo[a].min(p[a])), [0, 1, 2].map(|a| hi[a].max(p[a]))))
-    })
+    points.into_iter().fold(None, |found, p| Some(found.map_or((p, p), |found| hull(found, (p, p)))))
 }
