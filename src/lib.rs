@@ -43,6 +43,8 @@ pub mod notice;
 pub mod operate;
 pub mod part;
 pub mod process;
+#[cfg(test)]
+mod random;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod topology;

@@ -9,7 +9,7 @@ const FLOORS: &[(usize, &[&str])] = &[
     (2, &["grid"]),
     (3, &["field"]),
     (4, &["geometry", "distance", "convolution"]),
-    (5, &["io", "morphology", "medial", "topology", "layer", "process"]),
+    (5, &["random", "io", "morphology", "medial", "topology", "layer", "process"]),
     (6, &["access"]),
     (7, &["part"]),
     (8, &["check"]),

@@ -6,9 +6,10 @@ use crate::geometry::vector::{Vec3, angle, unit};
 use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    SelfHolding, ceilings, downward_facets, hidden_from_outside, retained, section_area, support_volume, supports,
+    SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume, supports,
 };
 use crate::process::Process;
+use crate::topology::{Falls, Passage, retained};
 use crate::units::{Angle, Length, report_digits};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -189,11 +190,14 @@ fn measure(
     let grid = Grid::covering([0.0; 3], size, Length::mm(h), 1, [0.0; 3])?;
     let sample = h * h * h;
     // A surface that is not closed cannot be cast by its crossings; then these two are not known and count nothing.
-    let (secluded, retained) = match occupancy(&posed, &grid) {
+    let (secluded, kept) = match occupancy(&posed, &grid) {
         Ok(centres) => {
             let columns = supports(&centres, &posed, &wanted, 0.0)?.columns;
             let hidden = hidden_from_outside(&centres)?.intersection(&columns)?.count();
-            (hidden as f64 * sample, retained(&centres) as f64 * sample)
+            (
+                hidden as f64 * sample,
+                retained(&centres.complement(), Falls::Down, Passage::Faces)?.count() as f64 * sample,
+            )
         }
         Err(_) => (0.0, 0.0),
     };
@@ -207,7 +211,7 @@ fn measure(
     let support = 0.5 * (found.volume_mm3[0] + found.volume_mm3[1]);
     let on_part = 0.5 * (found.on_part_mm2[0] + found.on_part_mm2[1]);
     let cusp = 0.5 * q.layer_mm * steps;
-    let cost = (support + 3.0 * secluded + 0.5 * retained + cusp) / whole.volume
+    let cost = (support + 3.0 * secluded + 0.5 * kept + cusp) / whole.volume
         + (contact + on_part) / whole.area
         + 0.2 * size[2] / whole.diagonal
         + 1.0 / (1.0 + bed / (HELD * whole.area));
@@ -226,7 +230,7 @@ fn measure(
         contact_mm2: digits(contact),
         on_part_mm2: digits(on_part),
         secluded_mm3: digits(secluded),
-        retained_mm3: digits(retained),
+        retained_mm3: digits(kept),
         cusp_mm3: digits(cusp),
         bed_mm2: digits(bed),
         cost: digits(cost),

@@ -220,9 +220,8 @@ pub fn strike(tool: &Meridian, setup: &Setup, tip: Vec3) -> Option<(f64, Vec3)> 
 mod tests {
     use super::super::pose::{axis_directions, lattice_directions};
     use super::super::surface::patches;
-    use super::super::tool::revolved;
     use super::*;
-    use crate::geometry::{InsideRule, Primitive, TriangleMesh};
+    use crate::geometry::{InsideRule, Primitive, TriangleMesh, revolved};
     use crate::units::Length;
 
     const H: Length = Length::mm(0.25);
@@ -269,7 +268,7 @@ mod tests {
 
     /// A cylinder of radius 10 and height 20 mm with a bore of radius 3 mm, 12 mm deep from above.
     fn cup() -> TriangleMesh {
-        revolved(&[(0.0, 0.0), (10.0, 0.0), (10.0, 20.0), (3.0, 20.0), (3.0, 8.0), (0.0, 8.0)], 96)
+        revolved(&[[0.0, 0.0], [10.0, 0.0], [10.0, 20.0], [3.0, 20.0], [3.0, 8.0], [0.0, 8.0]], 96)
     }
 
     fn floor(p: &Patch) -> bool {
@@ -315,7 +314,7 @@ mod tests {
     #[test]
     fn an_undercut_is_reached_from_the_side_and_not_from_above() {
         let profile =
-            [(0.0, 0.0), (10.0, 0.0), (10.0, 5.0), (4.0, 5.0), (4.0, 15.0), (10.0, 15.0), (10.0, 20.0), (0.0, 20.0)];
+            [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0], [4.0, 5.0], [4.0, 15.0], [10.0, 15.0], [10.0, 20.0], [0.0, 20.0]];
         let spool = revolved(&profile, 96);
         let groove = |p: &Patch| p.at[0].hypot(p.at[1]) < 8.0 && (5.5..14.5).contains(&p.at[2]);
         let all = axis_directions();

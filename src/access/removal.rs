@@ -275,9 +275,8 @@ fn stuck(contact: &Contact, bare: &[(usize, &Setup, Station)], stand_off: f64, v
 mod tests {
     use super::super::pose::lattice_directions;
     use super::super::surface::patches;
-    use super::super::tool::revolved;
     use super::*;
-    use crate::geometry::{InsideRule, TriangleMesh};
+    use crate::geometry::{InsideRule, TriangleMesh, revolved};
     use crate::layer::{Supports, supports};
     use crate::units::Length;
 
@@ -311,7 +310,7 @@ mod tests {
 
     #[test]
     fn supports_under_a_table_come_off() {
-        let table = revolved(&[(0.0, 0.0), (3.0, 0.0), (3.0, 10.0), (12.0, 10.0), (12.0, 13.0), (0.0, 13.0)], 64);
+        let table = revolved(&[[0.0, 0.0], [3.0, 0.0], [3.0, 10.0], [12.0, 10.0], [12.0, 13.0], [0.0, 13.0]], 64);
         let removal = taken_away(&table, under_ceilings(&table));
         assert_eq!((removal.supports, removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
         // A ring of radii 3 and 12 mm, 10 mm high; a sample is missed at the rims.
@@ -323,7 +322,7 @@ mod tests {
     #[test]
     fn supports_in_a_bottle_with_a_narrow_neck_stay_and_the_part_keeps_them() {
         let profile =
-            [(0.0, 0.0), (12.0, 0.0), (12.0, 30.0), (1.5, 30.0), (1.5, 20.0), (9.0, 20.0), (9.0, 3.0), (0.0, 3.0)];
+            [[0.0, 0.0], [12.0, 0.0], [12.0, 30.0], [1.5, 30.0], [1.5, 20.0], [9.0, 20.0], [9.0, 3.0], [0.0, 3.0]];
         let bottle = revolved(&profile, 64);
         let removal = taken_away(&bottle, under_ceilings(&bottle));
         assert_eq!((removal.supports, removal.rounds.len()), (1, 0));
@@ -333,7 +332,7 @@ mod tests {
         assert!(head.short.is_some_and(|(short, _, _)| short > 2.0), "{head:?}");
         // A jar whose neck lets the tool lean in, with a narrow rim for a ceiling.
         let profile =
-            [(0.0, 0.0), (20.0, 0.0), (20.0, 16.0), (14.0, 16.0), (14.0, 13.0), (16.0, 13.0), (16.0, 3.0), (0.0, 3.0)];
+            [[0.0, 0.0], [20.0, 0.0], [20.0, 16.0], [14.0, 16.0], [14.0, 13.0], [16.0, 13.0], [16.0, 3.0], [0.0, 3.0]];
         let jar = revolved(&profile, 64);
         let removal = taken_away(&jar, under_ceilings(&jar));
         assert_eq!((removal.supports, removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
@@ -341,7 +340,7 @@ mod tests {
 
     #[test]
     fn what_stands_around_goes_before_what_stands_inside() {
-        let table = revolved(&[(0.0, 20.0), (15.0, 20.0), (15.0, 23.0), (0.0, 23.0)], 64);
+        let table = revolved(&[[0.0, 20.0], [15.0, 20.0], [15.0, 23.0], [0.0, 23.0]], 64);
         let removal = taken_away(&table, |setup| {
             let grid = *setup.grid();
             let ring = |top: f64| {

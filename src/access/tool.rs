@@ -3,7 +3,7 @@
 use super::meridian::{Meridian, Outline, Piece, Role};
 use crate::error::{Error, Place, Result, ToolFault, printable};
 use crate::geometry::vector::Vec3;
-use crate::geometry::{Health, TriangleMesh};
+use crate::geometry::{Health, TriangleMesh, revolved};
 use crate::process::ToolChoice;
 use serde::Deserialize;
 
@@ -290,44 +290,23 @@ fn piece(name: &str, role: Role, p: &DescribedPiece, from: f64) -> Result<Piece>
 }
 
 /// Corners (radius, height) of a tool's outline, from the tip to its upper end.
-fn corners(m: &Meridian, top: f64) -> Vec<(f64, f64)> {
-    let mut list = vec![(0.0, 0.0)];
+fn corners(m: &Meridian, top: f64) -> Vec<[f64; 2]> {
+    let mut list = vec![[0.0, 0.0]];
     let last = m.pieces().len().saturating_sub(1);
     for (i, p) in m.pieces().iter().enumerate() {
         let steps = if matches!(p.outline, Outline::Straight { .. }) { 1 } else { 24 };
         list.extend((0..=steps).map(|s| {
             let z = p.from + (p.to - p.from) * f64::from(s) / f64::from(steps);
-            (p.radius(z), z)
+            [p.radius(z), z]
         }));
         if i == last && top > p.to {
-            list.push((p.radius(p.to), top));
+            list.push([p.radius(p.to), top]);
         }
     }
-    let end = list.last().map_or(0.0, |c| c.1);
-    list.push((0.0, end));
-    list.dedup_by(|a, b| (a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-12);
+    let end = list.last().map_or(0.0, |c| c[1]);
+    list.push([0.0, end]);
+    list.dedup_by(|a, b| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
     list
-}
-
-/// The closed surface that corners sweep about the z axis.
-pub(super) fn revolved(corners: &[(f64, f64)], sides: usize) -> TriangleMesh {
-    let point = |(r, z): (f64, f64), s: usize| {
-        let turn = std::f64::consts::TAU * (s % sides) as f64 / sides as f64;
-        [r * turn.cos(), r * turn.sin(), z]
-    };
-    let mut facets = Vec::new();
-    for w in corners.windows(2) {
-        for s in 0..sides {
-            let [a, b, c, d] = [point(w[0], s), point(w[0], s + 1), point(w[1], s + 1), point(w[1], s)];
-            if w[0].0 > 0.0 {
-                facets.push([a, b, c]);
-            }
-            if w[1].0 > 0.0 {
-                facets.push([a, c, d]);
-            }
-        }
-    }
-    TriangleMesh::weld(facets)
 }
 
 #[cfg(test)]

@@ -211,15 +211,7 @@ impl MeshDistance {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// An axis-aligned box as a closed mesh.
-    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        TriangleMesh::weld(
-            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-        )
-    }
+    use crate::geometry::cuboid;
 
     #[test]
     fn nearest_and_rays_of_a_box() {

@@ -137,17 +137,7 @@ pub fn ray_hit(p: Vec3, d: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f64> {
 mod tests {
     use super::super::vector::distance;
     use super::*;
-
-    struct Lcg(u64);
-    impl Lcg {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (self.0 >> 11) as f64 / (1u64 << 53) as f64
-        }
-        fn point(&mut self) -> Vec3 {
-            [self.next(), self.next(), self.next()]
-        }
-    }
+    use crate::random::Lcg;
 
     /// Dense sampling of both triangles: an upper bound of their distance, off by at most the sample step.
     fn sampled(s: [Vec3; 3], t: [Vec3; 3]) -> f64 {
@@ -169,8 +159,8 @@ mod tests {
     fn pair_distance_is_never_above_and_close_to_the_sampled_one() {
         let mut rng = Lcg(7);
         for _ in 0..40 {
-            let s = [rng.point(), rng.point(), rng.point()];
-            let t = [rng.point(), rng.point(), rng.point()].map(|p| add(p, [0.8, 0.1, 0.0]));
+            let s = [rng.point(0.0, 1.0), rng.point(0.0, 1.0), rng.point(0.0, 1.0)];
+            let t = [rng.point(0.0, 1.0), rng.point(0.0, 1.0), rng.point(0.0, 1.0)].map(|p| add(p, [0.8, 0.1, 0.0]));
             let (p, q) = closest_pair(s, t);
             let (exact, dense) = (distance(p, q), sampled(s, t));
             // Samples are at most 1/40 of an edge (< √3) apart on each triangle.

@@ -201,8 +201,9 @@ impl Expansion {
 
 #[cfg(test)]
 mod tests {
-    use super::super::voxelize::tests::{Lcg, block, sphere, winding};
+    use super::super::voxelize::tests::{block, sphere, winding};
     use super::*;
+    use crate::random::Lcg;
 
     #[test]
     fn the_tree_agrees_with_the_sum_of_all_facets() {

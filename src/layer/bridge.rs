@@ -1,8 +1,8 @@
 //! Overhangs between anchors: bridges, arches and cantilevers.
 
 use super::plan::{Farthest, Plan, Side, Spans};
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, sub};
+use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -79,20 +79,19 @@ pub fn ceilings(
 ) -> Vec<Ceiling> {
     let joined = with_slivers(mesh, hanging);
     let boundary = Boundary::of(mesh, &joined);
-    let mut members: std::collections::BTreeMap<usize, Vec<usize>> = Default::default();
-    let mut parent: Vec<usize> = (0..joined.len()).collect();
+    let mut members: std::collections::BTreeMap<u32, Vec<usize>> = Default::default();
+    let mut sets = DisjointSets::new(joined.len());
     for &(i, j) in &boundary.inner {
-        let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-        parent[a.max(b)] = a.min(b);
+        sets.join(i as u32, j as u32);
     }
     for i in 0..hanging.len() {
-        members.entry(root(&mut parent, i)).or_default().push(i);
+        members.entry(sets.root(i as u32)).or_default().push(i);
     }
-    let mut rims: std::collections::BTreeMap<usize, Vec<&Rim>> = Default::default();
+    let mut rims: std::collections::BTreeMap<u32, Vec<&Rim>> = Default::default();
     for rim in &boundary.rims {
-        rims.entry(root(&mut parent, rim.member)).or_default().push(rim);
+        rims.entry(sets.root(rim.member as u32)).or_default().push(rim);
     }
-    let pieces: Vec<(usize, Vec<usize>)> = members.into_iter().collect();
+    let pieces: Vec<(u32, Vec<usize>)> = members.into_iter().collect();
     pieces
         .into_par_iter()
         .filter_map(|(of, members)| {
@@ -202,14 +201,6 @@ impl Boundary {
     }
 }
 
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
-}
-
 /// Angle of a facet from the horizontal.
 fn slope(mesh: &TriangleMesh, f: u32) -> f64 {
     angle(mesh.normal(f as usize), [0.0, 0.0, -1.0])
@@ -293,25 +284,9 @@ fn reach(mesh: &TriangleMesh, facets: &[u32], f: Farthest) -> Reach {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::extruded;
     use crate::layer::downward_facets;
     use crate::units::Angle;
-
-    /// An outline in x–z swept along y by `depth`, its caps from the triangles given.
-    fn sweep(outline: &[[f64; 2]], caps: &[[usize; 3]], depth: f64) -> TriangleMesh {
-        let at = |i: usize, y: f64| [outline[i][0], y, outline[i][1]];
-        let mut facets = Vec::new();
-        for i in 0..outline.len() {
-            let j = (i + 1) % outline.len();
-            facets.push([at(i, 0.0), at(j, 0.0), at(j, depth)]);
-            facets.push([at(i, 0.0), at(j, depth), at(i, depth)]);
-        }
-        for &[a, b, c] in caps {
-            facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
-            facets.push([at(a, depth), at(b, depth), at(c, depth)]);
-        }
-        let mesh = TriangleMesh::weld(facets);
-        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
-    }
 
     fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
         let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
@@ -338,7 +313,11 @@ mod tests {
             [b + 2.0 + arm, 10.0],
             [0.0, 10.0],
         ];
-        sweep(&outline, &[[0, 1, 2], [0, 2, 9], [9, 2, 3], [9, 3, 6], [3, 4, 5], [3, 5, 6], [6, 7, 8], [6, 8, 9]], 6.0)
+        extruded(
+            &outline,
+            &[[0, 1, 2], [0, 2, 9], [9, 2, 3], [9, 3, 6], [3, 4, 5], [3, 5, 6], [6, 7, 8], [6, 8, 9]],
+            6.0,
+        )
     }
 
     #[test]

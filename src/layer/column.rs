@@ -357,24 +357,10 @@ impl Polygon {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::cuboid;
     use crate::layer::downward_facets;
+    use crate::random::Lcg;
     use crate::units::Angle;
-
-    struct Lcg(u64);
-    impl Lcg {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (self.0 >> 11) as f64 / (1u64 << 53) as f64
-        }
-    }
-
-    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        TriangleMesh::weld(
-            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-        )
-    }
 
     fn about_z(mesh: &TriangleMesh, turn: f64, shift: Vec3) -> TriangleMesh {
         let (s, c) = turn.sin_cos();
@@ -429,8 +415,8 @@ mod tests {
         // A shelf of 10 × 6 mm, 5 mm above a floor of 1 mm that reaches under half of it.
         let wall = cuboid([-1.0, 0.0, 0.0], [0.0, 6.0, 8.0]);
         for _ in 0..300 {
-            let (turn, side) = (std::f64::consts::TAU * rng.next(), 0.1 + 0.6 * rng.next());
-            let shift = [rng.next(), rng.next(), 0.0];
+            let (turn, side) = (std::f64::consts::TAU * rng.unit(), 0.1 + 0.6 * rng.unit());
+            let shift = [rng.unit(), rng.unit(), 0.0];
             let floor = cuboid([0.5, -1.0, 0.0], [5.0, 7.0, 1.0]);
             let shelf = cuboid([0.5, 0.0, 6.0], [10.5, 6.0, 7.0]);
             let part = about_z(&wall.clone().joined(&floor).joined(&shelf), turn, shift);
@@ -453,19 +439,19 @@ mod tests {
     fn slopes_and_curves_are_integrated_exactly() {
         let mut rng = Lcg(5);
         for _ in 0..40 {
-            let side = 0.1 + 0.7 * rng.next();
-            let turn = std::f64::consts::TAU * rng.next();
+            let side = 0.1 + 0.7 * rng.unit();
+            let turn = std::f64::consts::TAU * rng.unit();
             // A plate tilted by less than 45° hangs over with its underside and one end.
-            let degrees = 2.0 + 40.0 * rng.next();
+            let degrees = 2.0 + 40.0 * rng.unit();
             let plate = tilted(&cuboid([0.0, 0.0, 0.0], [9.0, 4.0, 1.0]), degrees);
             let lift = 2.0 - plate.bounds().unwrap().0[2];
-            let plate = about_z(&plate, turn, [rng.next(), rng.next(), lift]);
+            let plate = about_z(&plate, turn, [rng.unit(), rng.unit(), lift]);
             let (s, c) = degrees.to_radians().sin_cos();
             let found = measured(&plate, side);
             holds(found.volume_mm3, 9.0 * c * 4.0 * (2.0 + 0.5 * 9.0 * s), "tilted plate");
             assert!(found.on_part_mm2[1] <= 1e-9 + 4.0 * side * 14.0);
             // A ball on the plate: the region below its cap, between the facets and the plate.
-            let ball = about_z(&ball(5.0, 40), turn, [rng.next(), rng.next(), 0.0]);
+            let ball = about_z(&ball(5.0, 40), turn, [rng.unit(), rng.unit(), 0.0]);
             let wanted = downward_facets(&ball, 0.0, Angle::degrees(45.0), 1e-9);
             let truth: f64 = wanted
                 .iter()
@@ -493,12 +479,12 @@ mod tests {
             let mut part = TriangleMesh::default();
             let mut boxes = Vec::new();
             for level in 0..plates {
-                let lo = [4.0 * rng.next(), 4.0 * rng.next(), 1.0 + 3.0 * level as f64 + rng.next()];
-                let hi = [lo[0] + 1.0 + 5.0 * rng.next(), lo[1] + 1.0 + 5.0 * rng.next(), lo[2] + 0.3 + rng.next()];
+                let lo = [4.0 * rng.unit(), 4.0 * rng.unit(), 1.0 + 3.0 * level as f64 + rng.unit()];
+                let hi = [lo[0] + 1.0 + 5.0 * rng.unit(), lo[1] + 1.0 + 5.0 * rng.unit(), lo[2] + 0.3 + rng.unit()];
                 part = part.joined(&cuboid(lo, hi));
                 boxes.push((lo, hi));
             }
-            let side = 0.05 + 0.5 * rng.next();
+            let side = 0.05 + 0.5 * rng.unit();
             let found = measured(&part, side);
             // Exact by the cells between all box sides.
             let cuts = |axis: usize| {

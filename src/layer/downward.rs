@@ -1,7 +1,7 @@
 //! Surface that looks down at less than a given slope.
 
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, angle, bounds, cross, distance, norm, scale, sub};
+use crate::geometry::{DisjointSets, TriangleMesh};
 use crate::units::Angle;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -54,13 +54,13 @@ pub fn downward_regions(
         .map(|f| (f, mesh.normal(f as usize)))
         .collect();
     let edges = shared_edges(mesh, &down);
-    let mut parent: Vec<usize> = (0..down.len()).collect();
-    join(&mut parent, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
-    let faces = faces(mesh, &down, &mut parent);
-    join(&mut parent, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
-    let mut regions: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+    let mut sets = DisjointSets::new(down.len());
+    join(&mut sets, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
+    let faces = faces(mesh, &down, &mut sets);
+    join(&mut sets, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
+    let mut regions: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (i, &(f, _)) in down.iter().enumerate() {
-        regions.entry(root(&mut parent, i)).or_default().push(f);
+        regions.entry(sets.root(i as u32)).or_default().push(f);
     }
     regions.into_values().filter_map(|facets| describe(mesh, facets)).collect()
 }
@@ -99,20 +99,19 @@ fn shared_edges(mesh: &TriangleMesh, down: &[(u32, Vec3)]) -> Vec<(usize, usize)
     pairs
 }
 
-fn join(parent: &mut [usize], edges: &[(usize, usize)], alike: impl Fn(usize, usize) -> bool) {
+fn join(sets: &mut DisjointSets, edges: &[(usize, usize)], alike: impl Fn(usize, usize) -> bool) {
     for &(i, j) in edges {
         if alike(i, j) {
-            let (r, s) = (root(parent, i), root(parent, j));
-            parent[r.max(s)] = r.min(s);
+            sets.join(i as u32, j as u32);
         }
     }
 }
 
 /// For each facet whether its flat piece is a face of its own: area over longest span at least [`FACE_WIDTH`].
-fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], parent: &mut [usize]) -> Vec<bool> {
-    let mut pieces: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], sets: &mut DisjointSets) -> Vec<bool> {
+    let mut pieces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for i in 0..down.len() {
-        pieces.entry(root(parent, i)).or_default().push(i);
+        pieces.entry(sets.root(i as u32)).or_default().push(i);
     }
     let mut faces = vec![false; down.len()];
     for members in pieces.into_values() {
@@ -161,14 +160,6 @@ fn describe(mesh: &TriangleMesh, facets: Vec<u32>) -> Option<DownwardRegion> {
         extent,
         facets,
     })
-}
-
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Places where a layer starts with nothing beneath.
 
 use super::section::clip_below;
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, bounds, cross, sub};
+use crate::geometry::{DisjointSets, TriangleMesh};
 use rustc_hash::FxHashMap;
 
 /// A piece of material that begins above the plate with nothing of its own beneath.
@@ -72,7 +72,7 @@ fn sweep(mesh: &TriangleMesh, order: &[u32]) -> Vec<Birth> {
     }
     let mut rank = vec![u32::MAX; mesh.vertices.len()];
     order.iter().enumerate().for_each(|(i, &v)| rank[v as usize] = i as u32);
-    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    let mut sets = DisjointSets::new(mesh.vertices.len());
     let mut members: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
     let mut births = Vec::new();
     for &v in order {
@@ -82,7 +82,7 @@ fn sweep(mesh: &TriangleMesh, order: &[u32]) -> Vec<Birth> {
                 continue;
             }
             // The root of a set is its lowest vertex, so the later of two roots dies.
-            let (a, b) = (root(&mut parent, v), root(&mut parent, n));
+            let (a, b) = (sets.root(v), sets.root(n));
             if a == b {
                 continue;
             }
@@ -91,7 +91,7 @@ fn sweep(mesh: &TriangleMesh, order: &[u32]) -> Vec<Birth> {
             if z(v) > z(young) {
                 births.push(Birth { lowest: young, rise: z(v) - z(young), vertices: lost.clone() });
             }
-            parent[young as usize] = old;
+            sets.hang(young, old);
             merge(members.entry(old).or_default(), lost);
         }
     }
@@ -106,14 +106,6 @@ fn merge(into: &mut Vec<u32>, mut other: Vec<u32>) {
         std::mem::swap(into, &mut other);
     }
     into.append(&mut other);
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 /// The section of a component one layer above its lowest point; `None` if void lies above it, as in the floor of a pit.
@@ -147,15 +139,7 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Closed mesh of an axis-aligned box.
-    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        TriangleMesh::weld(
-            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-        )
-    }
+    use crate::geometry::cuboid;
 
     /// A plate on two legs of different length, as one outline in x–z swept along y.
     fn table(short_leg_foot: f64) -> TriangleMesh {

@@ -15,6 +15,6 @@ pub use column::{SupportVolume, shadow_area, support_volume};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
 pub use section::{Hull, Point, section_area, section_points};
-pub use sight::{hidden_from_outside, retained};
+pub use sight::hidden_from_outside;
 pub use support::{Supports, supports};
 pub use tall::{TallFeature, tall_features};

@@ -322,14 +322,7 @@ fn foot(x: Point, s: &Side) -> Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Lcg(u64);
-    impl Lcg {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (self.0 >> 11) as f64 / (1u64 << 53) as f64
-        }
-    }
+    use crate::random::Lcg;
 
     /// A polygon whose sides are anchored where said, turned and shifted.
     fn region(corners: &[Point], anchored: &[bool], turn: f64, shift: Point) -> Plan {
@@ -361,9 +354,9 @@ mod tests {
     fn rectangles_under_any_turn() {
         let mut rng = Lcg(17);
         for _ in 0..40 {
-            let turn = std::f64::consts::TAU * rng.next();
-            let shift = [50.0 * rng.next(), 50.0 * rng.next()];
-            let (a, b) = (5.0 + 40.0 * rng.next(), 2.0 + 20.0 * rng.next());
+            let turn = std::f64::consts::TAU * rng.unit();
+            let shift = [50.0 * rng.unit(), 50.0 * rng.unit()];
+            let (a, b) = (5.0 + 40.0 * rng.unit(), 2.0 + 20.0 * rng.unit());
             let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0);
             // From one end to the other: the span is the length, and nothing is a cantilever.
             let spans = held(&[false, true, false, true]);

@@ -1,4 +1,4 @@
-//! What is seen of the void from outside, and what liquid stays in it.
+//! What is seen of the void from outside.
 
 use crate::error::Result;
 use crate::field::Indicator;
@@ -92,92 +92,12 @@ fn along_row(row: &[u64], nx: usize, sx: isize, seen: &mut [u64]) {
     }
 }
 
-/// Number of samples in which liquid stays: every way out from them rises.
-///
-/// A sample outside the part, in layer k, keeps liquid if its component among the samples outside in layers up to k does not reach the
-/// side or the bottom of the grid. Neighbours share a face. What a sealed void holds counts as well.
-///
-/// # Cost
-/// O(samples/64 + runs·α).
-pub fn retained(centres: &Indicator) -> u64 {
-    let [nx, ny, nz] = centres.grid().dims();
-    let mut parent: Vec<u32> = vec![0];
-    let mut below: Vec<(u32, u32, u32, u32)> = Vec::new();
-    let mut kept = 0u64;
-    for k in 0..nz {
-        let mut layer: Vec<(u32, u32, u32, u32)> = Vec::new();
-        let (mut previous, mut under) = (0, 0);
-        for j in 0..ny as u32 {
-            let first_of_row = layer.len();
-            let row = centres.row(j as usize, k);
-            let mut i = 0u32;
-            while let Some((from, to)) = next_run(row, i, nx as u32) {
-                // Set 0 is the outside: what touches a side or the bottom of the grid.
-                let open = k == 0 || j == 0 || j + 1 == ny as u32 || from == 0 || to == nx as u32;
-                let set = if open { 0 } else { parent.len() as u32 };
-                if !open {
-                    parent.push(set);
-                }
-                for (list, at, row) in [(&below, &mut under, j), (&layer, &mut previous, j.wrapping_sub(1))] {
-                    while *at < list.len() && (list[*at].0 as i64, list[*at].2) <= (row as i32 as i64, from) {
-                        *at += 1;
-                    }
-                    let mut n = *at;
-                    while n < list.len() && list[n].0 == row && list[n].1 < to {
-                        let (a, b) = (root(&mut parent, set), root(&mut parent, list[n].3));
-                        parent[a.max(b) as usize] = a.min(b);
-                        n += 1;
-                    }
-                }
-                layer.push((j, from, to, set));
-                i = to;
-            }
-            previous = previous.min(first_of_row);
-        }
-        for &(_, from, to, set) in &layer {
-            if root(&mut parent, set) != 0 {
-                kept += u64::from(to - from);
-            }
-        }
-        below = layer;
-    }
-    kept
-}
-
-fn root(parent: &mut [u32], mut s: u32) -> u32 {
-    while parent[s as usize] != s {
-        parent[s as usize] = parent[parent[s as usize] as usize];
-        s = parent[s as usize];
-    }
-    s
-}
-
-/// The next stretch of samples outside from a sample on.
-fn next_run(row: &[u64], mut i: u32, nx: u32) -> Option<(u32, u32)> {
-    let inside = |i: u32| row[(i / 64) as usize] >> (i % 64) & 1 == 1;
-    while i < nx && inside(i) {
-        i += 1;
-    }
-    let from = i;
-    while i < nx && !inside(i) {
-        i += 1;
-    }
-    (from < nx).then_some((from, i))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::grid::Grid;
+    use crate::random::Lcg;
     use crate::units::Length;
-
-    struct Lcg(u64);
-    impl Lcg {
-        fn next(&mut self) -> u64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            self.0 >> 33
-        }
-    }
 
     fn sets() -> Vec<Indicator> {
         let mut rng = Lcg(9);
@@ -188,7 +108,7 @@ mod tests {
                 let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).unwrap();
                 let mut set = Indicator::empty(grid);
                 for at in 0..grid.samples() {
-                    set.set(grid.index(at), rng.next().is_multiple_of(one_in));
+                    set.set(grid.index(at), rng.below(one_in) == 0);
                 }
                 set
             })
@@ -220,45 +140,6 @@ mod tests {
                     .any(|&x| steps.iter().any(|&y| steps.iter().any(|&z| (x, y, z) != (0, 0, 0) && clear([x, y, z]))));
                 assert_eq!(hidden.contains(index), !set.contains(index) && !any, "{index:?} {dims:?}");
             }
-        }
-    }
-
-    #[test]
-    fn retained_is_what_cannot_flow_down_and_out() {
-        for set in sets() {
-            let dims = set.grid().dims();
-            let outside = |p: [isize; 3]| (0..3).any(|a| p[a] < 0 || p[a] >= dims[a] as isize);
-            let mut expected = 0;
-            for at in 0..set.grid().samples() {
-                let start = set.grid().index(at);
-                if set.contains(start) {
-                    continue;
-                }
-                let mut seen = vec![false; set.grid().samples()];
-                let mut open = vec![start];
-                seen[at] = true;
-                let mut drains = false;
-                while let Some(p) = open.pop() {
-                    for (axis, step) in [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)] {
-                        let mut q = p.map(|c| c as isize);
-                        q[axis] += step;
-                        if q[2] > start[2] as isize {
-                            continue;
-                        }
-                        if outside(q) {
-                            drains = true;
-                            continue;
-                        }
-                        let q = q.map(|c| c as usize);
-                        if !set.contains(q) && !seen[set.grid().offset(q)] {
-                            seen[set.grid().offset(q)] = true;
-                            open.push(q);
-                        }
-                    }
-                }
-                expected += u64::from(!drains);
-            }
-            assert_eq!(retained(&set), expected, "{dims:?}");
         }
     }
 }

@@ -162,19 +162,11 @@ fn each_column_under(corners: [Vec3; 3], grid: &Grid, mut found: impl FnMut([usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::cuboid;
     use crate::geometry::occupancy;
     use crate::layer::downward_facets;
     use crate::topology::{Adjacency, components};
     use crate::units::{Angle, Length};
-
-    /// Closed mesh of an axis-aligned box.
-    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        TriangleMesh::weld(
-            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-        )
-    }
 
     /// What the definition says of one sample, straight from the facets: the first of the part above it.
     fn first_above_is_wanted(mesh: &TriangleMesh, wanted: &[u32], p: Vec3) -> bool {

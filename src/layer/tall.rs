@@ -2,8 +2,8 @@
 
 use super::section::{Hull, Point, section_points};
 use crate::field::Indicator;
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
+use crate::geometry::{DisjointSets, TriangleMesh};
 
 /// A piece of the part above some layer, and the section it stands on.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,12 +40,19 @@ struct Run {
 /// What is known of a set of material above a layer.
 #[derive(Debug, Clone, Copy)]
 struct Set {
-    parent: u32,
     /// Layer of its top, and a box of that layer's samples.
     top: u32,
     top_box: [u32; 4],
     /// The most slender section since it last joined another set.
     best: Option<Candidate>,
+}
+
+/// The sets met so far, and what was each at its best when it joined another.
+#[derive(Default)]
+struct Pillars {
+    joined: DisjointSets,
+    sets: Vec<Set>,
+    found: Vec<Candidate>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -71,14 +78,13 @@ struct Candidate {
 pub fn tall_features(centres: &Indicator, mesh: &TriangleMesh, least: f64, longest_ratio: f64) -> Vec<TallFeature> {
     let [nx, ny, nz] = centres.grid().dims();
     let h = centres.grid().h();
-    let mut sets: Vec<Set> = Vec::new();
-    let mut found: Vec<Candidate> = Vec::new();
+    let mut pillars = Pillars::default();
     let mut above: Vec<Run> = Vec::new();
     for k in (0..nz).rev() {
         let mut runs = runs_of_layer(centres, k, nx, ny);
-        settle(&mut runs, &above, k as u32, &mut sets, &mut found);
+        pillars.settle(&mut runs, &above, k as u32);
         for (set, section) in sections(&runs) {
-            let s = &mut sets[set as usize];
+            let s = &mut pillars.sets[set as usize];
             let height = f64::from(s.top - k as u32) * h;
             // No width is less than this one or the hull of the runs would be thinner than a sample.
             let quick = height / h;
@@ -96,8 +102,8 @@ pub fn tall_features(centres: &Indicator, mesh: &TriangleMesh, least: f64, longe
         }
         above = runs;
     }
-    let roots: Vec<u32> = (0..sets.len() as u32).filter(|&s| sets[s as usize].parent == s).collect();
-    found.extend(roots.into_iter().filter_map(|s| sets[s as usize].best));
+    let Pillars { mut joined, sets, mut found } = pillars;
+    found.extend((0u32..).zip(sets).filter(|(s, _)| joined.root(*s) == *s).filter_map(|(_, set)| set.best));
     found
         .into_iter()
         .filter(|c| 2.0 * c.slenderness + 2.0 > least)
@@ -129,75 +135,67 @@ fn runs_of_layer(centres: &Indicator, k: usize, nx: usize, ny: usize) -> Vec<Run
     runs
 }
 
-/// Gives every run of a layer its set, joining those that touch in the layer or from above.
-fn settle(runs: &mut [Run], above: &[Run], layer: u32, sets: &mut Vec<Set>, found: &mut Vec<Candidate>) {
-    let mut upper = 0;
-    for run in runs.iter_mut() {
-        while upper < above.len() && (above[upper].j, above[upper].to) <= (run.j, run.from) {
-            upper += 1;
+impl Pillars {
+    /// Gives every run of a layer its set, joining those that touch in the layer or from above.
+    fn settle(&mut self, runs: &mut [Run], above: &[Run], layer: u32) {
+        let mut upper = 0;
+        for run in runs.iter_mut() {
+            while upper < above.len() && (above[upper].j, above[upper].to) <= (run.j, run.from) {
+                upper += 1;
+            }
+            let mut set = None;
+            for other in above[upper..].iter().take_while(|o| o.j == run.j && o.from < run.to) {
+                set = Some(self.join(set, other.set, layer));
+            }
+            run.set = set.unwrap_or_else(|| {
+                let top_box = [run.from, run.to, run.j, run.j + 1];
+                self.sets.push(Set { top: layer, top_box, best: None });
+                self.joined.grow()
+            });
         }
-        let mut set = None;
-        for other in above[upper..].iter().take_while(|o| o.j == run.j && o.from < run.to) {
-            set = Some(join(sets, set, other.set, layer, found));
+        // Runs of neighbouring rows of the same layer.
+        let mut before = 0;
+        for at in 0..runs.len() {
+            let run = runs[at];
+            while runs[before].j + 1 < run.j || (runs[before].j + 1 == run.j && runs[before].to < run.from) {
+                before += 1;
+            }
+            let mut other = before;
+            while other < at && runs[other].j + 1 == run.j && runs[other].from <= run.to {
+                let set = self.join(Some(run.set), runs[other].set, layer);
+                runs[at].set = set;
+                other += 1;
+            }
         }
-        run.set = set.unwrap_or_else(|| {
-            let top_box = [run.from, run.to, run.j, run.j + 1];
-            sets.push(Set { parent: sets.len() as u32, top: layer, top_box, best: None });
-            sets.len() as u32 - 1
-        });
+        for run in runs.iter_mut() {
+            run.set = self.joined.root(run.set);
+        }
     }
-    // Runs of neighbouring rows of the same layer.
-    let mut before = 0;
-    for at in 0..runs.len() {
-        let run = runs[at];
-        while runs[before].j + 1 < run.j || (runs[before].j + 1 == run.j && runs[before].to < run.from) {
-            before += 1;
-        }
-        let mut other = before;
-        while other < at && runs[other].j + 1 == run.j && runs[other].from <= run.to {
-            let set = join(sets, Some(run.set), runs[other].set, layer, found);
-            runs[at].set = set;
-            other += 1;
-        }
-    }
-    for run in runs.iter_mut() {
-        run.set = root(sets, run.set);
-    }
-}
 
-fn root(sets: &mut [Set], mut s: u32) -> u32 {
-    while sets[s as usize].parent != s {
-        let next = sets[sets[s as usize].parent as usize].parent;
-        sets[s as usize].parent = next;
-        s = next;
-    }
-    s
-}
-
-/// Joins a set with another; where both are old, what each was at its best is kept and the union starts anew.
-fn join(sets: &mut [Set], one: Option<u32>, other: u32, layer: u32, found: &mut Vec<Candidate>) -> u32 {
-    let b = root(sets, other);
-    let Some(a) = one.map(|s| root(sets, s)) else { return b };
-    if a == b {
-        return a;
-    }
-    let (keep, lose) = (a.min(b), a.max(b));
-    let (x, y) = (sets[keep as usize], sets[lose as usize]);
-    let union = match (x.top == layer, y.top == layer) {
-        // Pieces that begin in this layer are no features of their own.
-        (true, false) => Set { parent: keep, ..y },
-        (false, true) => x,
-        (true, true) => Set { top_box: hull_of(x.top_box, y.top_box), ..x },
-        (false, false) => {
-            found.extend(x.best);
-            found.extend(y.best);
-            let higher = if y.top > x.top { y } else { x };
-            Set { parent: keep, best: None, ..higher }
+    /// Joins a set with another; where both are old, what each was at its best is kept and the union starts anew.
+    fn join(&mut self, one: Option<u32>, other: u32, layer: u32) -> u32 {
+        let b = self.joined.root(other);
+        let Some(a) = one.map(|s| self.joined.root(s)) else { return b };
+        if a == b {
+            return a;
         }
-    };
-    sets[keep as usize] = union;
-    sets[lose as usize].parent = keep;
-    keep
+        let (keep, lose) = (a.min(b), a.max(b));
+        let (x, y) = (self.sets[keep as usize], self.sets[lose as usize]);
+        let union = match (x.top == layer, y.top == layer) {
+            // Pieces that begin in this layer are no features of their own.
+            (true, false) => y,
+            (false, true) => x,
+            (true, true) => Set { top_box: hull_of(x.top_box, y.top_box), ..x },
+            (false, false) => {
+                self.found.extend(x.best);
+                self.found.extend(y.best);
+                let higher = if y.top > x.top { y } else { x };
+                Set { best: None, ..higher }
+            }
+        };
+        self.sets[keep as usize] = union;
+        self.joined.join(keep, lose)
+    }
 }
 
 fn hull_of(a: [u32; 4], b: [u32; 4]) -> [u32; 4] {
@@ -275,17 +273,10 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::cuboid;
     use crate::geometry::occupancy;
     use crate::grid::Grid;
     use crate::units::Length;
-
-    fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-        let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        TriangleMesh::weld(
-            quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-        )
-    }
 
     fn found(part: &TriangleMesh, h: f64, phase: f64, least: f64) -> Vec<TallFeature> {
         let (lo, hi) = part.bounds().unwrap();

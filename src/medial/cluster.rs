@@ -2,6 +2,7 @@
 
 use super::axes::eigenvectors;
 use super::cover::Sample;
+use crate::geometry::DisjointSets;
 use crate::geometry::vector::{Vec3, bounds, dot, scale, sub, unit};
 use rustc_hash::FxHashMap;
 
@@ -40,7 +41,7 @@ pub fn group(
         });
         representative.push(rep);
     }
-    let mut sets = UnionFind::new(reps.len());
+    let mut sets = DisjointSets::new(reps.len());
     let mut near: FxHashMap<[i64; 3], Vec<usize>> = FxHashMap::default();
     for (r, &i) in reps.iter().enumerate() {
         near.entry(cell(samples[i].centre, link)).or_default().push(r);
@@ -52,7 +53,7 @@ pub fn group(
             for &other in near.get(&[x + dx, y + dy, z + dz]).map_or(&[][..], |v| v) {
                 let t = &samples[reps[other]];
                 if other < r && label(s) == label(t) && neighbours(s, t, direction(s), direction(t), link) {
-                    sets.join(r, other);
+                    sets.join(r as u32, other as u32);
                 }
             }
         }
@@ -68,7 +69,9 @@ pub fn group(
                 label(s) == label(t) && dot(direction(s), direction(t)).abs() > 0.8
             };
             match seen.iter().find(alike) {
-                Some(&j) => sets.join(representative[i], representative[j]),
+                Some(&j) => {
+                    sets.join(representative[i] as u32, representative[j] as u32);
+                }
                 None => seen.push(i),
             }
         }
@@ -76,7 +79,7 @@ pub fn group(
     let mut groups: FxHashMap<usize, usize> = FxHashMap::default();
     let mut out: Vec<Group> = Vec::new();
     for (i, &rep) in representative.iter().enumerate() {
-        let root = sets.root(rep);
+        let root = sets.root(rep as u32) as usize;
         let at = *groups.entry(root).or_insert_with(|| {
             out.push(Vec::new());
             out.len() - 1
@@ -90,26 +93,6 @@ fn neighbours(s: &Sample, t: &Sample, ds: Vec3, dt: Vec3, link: f64) -> bool {
     let apart = sub(t.centre, s.centre);
     let half = 0.5 * s.diameter.max(t.diameter);
     dot(apart, apart) <= link * link && dot(apart, ds).abs() <= half && dot(apart, dt).abs() <= half
-}
-
-/// Disjoint sets with the least index as root.
-struct UnionFind(Vec<usize>);
-
-impl UnionFind {
-    fn new(n: usize) -> Self {
-        UnionFind((0..n).collect())
-    }
-    fn root(&mut self, mut i: usize) -> usize {
-        while self.0[i] != i {
-            self.0[i] = self.0[self.0[i]];
-            i = self.0[i];
-        }
-        i
-    }
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b);
-    }
 }
 
 /// Sides of a box about a cloud of centres, longest first: across its principal plane, the tightest of eighteen turns in it.

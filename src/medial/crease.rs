@@ -2,7 +2,7 @@
 
 use super::section::Adjacency;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
-use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -115,24 +115,16 @@ fn thinner_than(surface: &MeshDistance, edge: Vec3, inward: Vec3, inner: f64, th
 /// Creases joined at their ends into lines.
 pub fn ridges(creases: &[Crease], chosen: impl Fn(&Crease) -> bool) -> Vec<Ridge> {
     let mut first_at: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut root: Vec<usize> = (0..creases.len()).collect();
-    fn find(root: &mut [usize], mut i: usize) -> usize {
-        while root[i] != i {
-            root[i] = root[root[i]];
-            i = root[i];
-        }
-        i
-    }
+    let mut sets = DisjointSets::new(creases.len());
     for (i, c) in creases.iter().enumerate().filter(|(_, c)| chosen(c)) {
         for v in c.ends {
             let other = *first_at.entry(v).or_insert(i);
-            let (a, b) = (find(&mut root, i), find(&mut root, other));
-            root[a.max(b)] = a.min(b);
+            sets.join(i as u32, other as u32);
         }
     }
-    let mut lines: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let mut lines: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (i, _) in creases.iter().enumerate().filter(|(_, c)| chosen(c)) {
-        lines.entry(find(&mut root, i)).or_default().push(i);
+        lines.entry(sets.root(i as u32)).or_default().push(i);
     }
     lines.into_values().map(|creases| Ridge { creases }).collect()
 }
@@ -146,18 +138,12 @@ pub fn length(mesh: &TriangleMesh, crease: &Crease) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::extruded;
 
     /// A prism along y whose section is an isosceles triangle of the given angle at the origin and depth 10.
     fn wedge(degrees: f64) -> TriangleMesh {
         let half = 10.0 * (0.5 * degrees).to_radians().tan();
-        let at = |i: usize, y: f64| [[0.0, y, 0.0], [10.0, y, -half], [10.0, y, half]][i];
-        let mut facets = vec![[at(0, 0.0), at(1, 0.0), at(2, 0.0)], [at(0, 8.0), at(2, 8.0), at(1, 8.0)]];
-        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            facets.push([at(i, 0.0), at(j, 8.0), at(j, 0.0)]);
-            facets.push([at(i, 0.0), at(i, 8.0), at(j, 8.0)]);
-        }
-        let mesh = TriangleMesh::weld(facets);
-        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+        extruded(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0)
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! What adding samples to a set changes: pieces joined, tunnels closed or opened, voids enclosed or filled, each at its place.
 
 use super::block::Block;
-use super::components::{Adjacency, Components, Forest, components};
+use super::components::{Adjacency, Components, components};
 use super::euler::euler_characteristic;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
+use crate::geometry::DisjointSets;
 use std::collections::{BTreeMap, VecDeque};
 
 /// One place where a larger set differs in kind from a smaller one.
@@ -248,7 +249,7 @@ impl<'a> Trace<'a> {
 
 /// Components that grow together; those marked (that reach the border) are not counted.
 struct Sets {
-    forest: Forest,
+    forest: DisjointSets,
     marked: Vec<bool>,
     /// The sets of samples that have been added.
     added: BTreeMap<usize, u32>,
@@ -256,7 +257,7 @@ struct Sets {
 
 impl Sets {
     fn new(marked: Vec<bool>) -> Self {
-        Sets { forest: Forest::new(marked.len()), marked, added: BTreeMap::new() }
+        Sets { forest: DisjointSets::new(marked.len()), marked, added: BTreeMap::new() }
     }
 
     /// Adds samples to the sets; the change of the number of unmarked sets, and the old sets that were met.

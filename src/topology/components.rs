@@ -1,6 +1,7 @@
 //! Connected components of sets of samples.
 
 use crate::field::{Field, Indicator};
+use crate::geometry::DisjointSets;
 use crate::grid::Grid;
 use rayon::prelude::*;
 
@@ -80,7 +81,7 @@ pub fn components(set: &Indicator, adjacency: Adjacency) -> Components {
         runs.extend(row);
     }
     rows.push(runs.len() as u32);
-    let mut forest = Forest::new(runs.len());
+    let mut forest = DisjointSets::new(runs.len());
     for row in 0..ny * nz {
         let (j, k) = ((row % ny) as isize, (row / ny) as isize);
         for &(dj, dk, reach) in adjacency.rows_before() {
@@ -127,7 +128,7 @@ fn runs_of(bits: &[u64], nx: usize) -> Vec<Run> {
 }
 
 /// Joins the runs of two rows that come within `reach` samples of one another.
-fn join(forest: &mut Forest, runs: &[Run], a: std::ops::Range<usize>, b: std::ops::Range<usize>, reach: u32) {
+fn join(forest: &mut DisjointSets, runs: &[Run], a: std::ops::Range<usize>, b: std::ops::Range<usize>, reach: u32) {
     let (mut i, mut j) = (a.start, b.start);
     while i < a.end && j < b.end {
         let (p, q) = (runs[i], runs[j]);
@@ -135,39 +136,6 @@ fn join(forest: &mut Forest, runs: &[Run], a: std::ops::Range<usize>, b: std::op
             forest.join(i as u32, j as u32);
         }
         if p.to < q.to { i += 1 } else { j += 1 }
-    }
-}
-
-/// Disjoint sets whose root is their least member.
-pub(super) struct Forest {
-    parent: Vec<u32>,
-}
-
-impl Forest {
-    pub fn new(n: usize) -> Self {
-        Forest { parent: (0..n as u32).collect() }
-    }
-
-    /// Adds a set of one, the next number.
-    pub fn grow(&mut self) {
-        self.parent.push(self.parent.len() as u32);
-    }
-
-    /// The least member of the set of `a`; halves the path on the way.
-    pub fn root(&mut self, mut a: u32) -> u32 {
-        while self.parent[a as usize] != a {
-            let up = self.parent[self.parent[a as usize] as usize];
-            self.parent[a as usize] = up;
-            a = up;
-        }
-        a
-    }
-
-    /// Makes one set of two and returns its root.
-    pub fn join(&mut self, a: u32, b: u32) -> u32 {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-        a.min(b)
     }
 }
 

@@ -1,9 +1,10 @@
 //! How wide the way out of a void is: one sweep over a clearance field in decreasing order.
 
 use super::block::{Block, for_each_neighbour, shifted};
-use super::components::{Adjacency, Forest, components};
+use super::components::{Adjacency, components};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
+use crate::geometry::DisjointSets;
 use crate::grid::Grid;
 use rayon::prelude::*;
 
@@ -140,7 +141,7 @@ impl MergeTree {
         let mut done = Indicator::empty(*grid);
         let mut tree = MergeTree { parent: vec![NONE; n], leads_out: vec![false; n] };
         // The root of a set is its oldest member, which new ones are hung on at once; `newest` is the root of its tree.
-        let mut forest = Forest::new(n);
+        let mut forest = DisjointSets::new(n);
         let mut newest: Vec<u32> = (0..n as u32).collect();
         for (r, &at) in order.iter().enumerate() {
             let index = grid.index(at as usize);

@@ -1,8 +1,8 @@
 //! What a void holds under gravity: every sample whose ways out all lead over a higher place.
 
-use super::components::Forest;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
+use crate::geometry::DisjointSets;
 
 /// Which way liquid falls, along the third axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub enum Passage {
 pub fn retained(void: &Indicator, falls: Falls, passage: Passage) -> Result<Indicator> {
     let [nx, ny, nz] = void.grid().dims();
     let mut out = Indicator::empty(*void.grid());
-    let mut sea = Sea { forest: Forest::new(0), out: Vec::new(), reach: u32::from(passage == Passage::Corners) };
+    let mut sea = Sea { forest: DisjointSets::new(0), out: Vec::new(), reach: u32::from(passage == Passage::Corners) };
     let mut before: Vec<Vec<Run>> = vec![Vec::new(); ny];
     for step in 0..nz {
         let k = if falls == Falls::Down { step } else { nz - 1 - step };
@@ -121,7 +121,7 @@ struct Run {
 
 /// Sets of runs, and which hold one at the border.
 struct Sea {
-    forest: Forest,
+    forest: DisjointSets,
     out: Vec<bool>,
     /// How far beyond its ends a run touches others.
     reach: u32,

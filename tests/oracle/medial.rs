@@ -1,7 +1,7 @@
 //! Walls, gaps, pins, holes and wedges on the mesh.
 
-use crate::random::{Random, cuboid, lathe};
-use amcheck::geometry::{MeshDistance, TriangleMesh};
+use crate::random::Random;
+use amcheck::geometry::{MeshDistance, TriangleMesh, cuboid, extruded, revolved};
 use amcheck::medial::crease::creases;
 use amcheck::medial::rod::{End, Rod, Search, Wanted};
 use amcheck::medial::section::Adjacency;
@@ -80,7 +80,7 @@ fn pins_have_the_area_of_their_polygon() {
         let foot = radius + r.between(2.0, 5.0);
         let outline =
             [[0.0, 0.0], [foot, 0.0], [foot, 2.0], [radius, 2.0], [radius, 2.0 + height], [0.0, 2.0 + height]];
-        let mesh = r.moved(&lathe(&outline, n));
+        let mesh = r.moved(&revolved(&outline, n));
         let n = n as f64;
         let diameter = 2.0 * radius * (n * (2.0 * PI / n).sin() / (2.0 * PI)).sqrt();
         let found = rods(&mesh, Side::Material, 1.1 * 2.0 * radius);
@@ -105,7 +105,7 @@ fn tilted_holes_have_the_area_of_their_polygon() {
         let bottom = -r.between(0.5, 3.0);
         let through = vec![[radius, 0.0], [rim, 0.0], [rim, depth], [radius, depth]];
         let pocket = vec![[0.0, bottom], [rim, bottom], [rim, depth], [radius, depth], [radius, 0.0], [0.0, 0.0]];
-        let mesh = r.moved(&lathe(if blind { &pocket } else { &through }, n));
+        let mesh = r.moved(&revolved(if blind { &pocket } else { &through }, n));
         let n = n as f64;
         let diameter = 2.0 * radius * (n * (2.0 * PI / n).sin() / (2.0 * PI)).sqrt();
         let found = rods(&mesh, Side::Void, 2.2 * radius);
@@ -124,14 +124,7 @@ fn wedges_have_their_angle_and_depth() {
     for case in 0..1500 {
         let degrees = r.between(2.0, 59.0);
         let half = 10.0 * (0.5 * degrees).to_radians().tan();
-        let at = |i: usize, y: f64| [[0.0, y, 0.0], [10.0, y, -half], [10.0, y, half]][i];
-        let mut facets = vec![[at(0, 0.0), at(1, 0.0), at(2, 0.0)], [at(0, 8.0), at(2, 8.0), at(1, 8.0)]];
-        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-            facets.push([at(i, 0.0), at(j, 8.0), at(j, 0.0)]);
-            facets.push([at(i, 0.0), at(i, 8.0), at(j, 8.0)]);
-        }
-        let mesh = TriangleMesh::weld(facets);
-        let mesh = r.moved(&if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh });
+        let mesh = r.moved(&extruded(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0));
         let thick = r.between(0.1, 0.2);
         let next = Adjacency::of(&mesh, |_| true);
         let found = creases(&mesh, &MeshDistance::new(&mesh), &next, (PI / 3.0, thick, 1e-9));

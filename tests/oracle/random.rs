@@ -45,34 +45,3 @@ impl Random {
         mesh.transformed(rotation, self.point(30.0))
     }
 }
-
-/// A closed outline in (r, z), counter-clockwise, turned about z in `n` steps; r = 0 lies on the axis.
-pub fn lathe(outline: &[[f64; 2]], n: usize) -> TriangleMesh {
-    let at = |[r, z]: [f64; 2], j: usize| {
-        let (s, c) = (std::f64::consts::TAU * (j % n) as f64 / n as f64).sin_cos();
-        [r * c, r * s, z]
-    };
-    let mut facets = Vec::new();
-    for (i, &p) in outline.iter().enumerate() {
-        let q = outline[(i + 1) % outline.len()];
-        for j in 0..n {
-            if q[0] > 0.0 {
-                facets.push([at(p, j), at(q, j + 1), at(q, j)]);
-            }
-            if p[0] > 0.0 {
-                facets.push([at(p, j), at(p, j + 1), at(q, j + 1)]);
-            }
-        }
-    }
-    let mesh = TriangleMesh::weld(facets);
-    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
-}
-
-/// A box between two corners.
-pub fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-    let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    TriangleMesh::weld(
-        quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-    )
-}

@@ -1,8 +1,8 @@
 //! Local thickness on grids.
 
-use crate::random::{Random, cuboid, lathe};
+use crate::random::Random;
 use amcheck::geometry::vector::Vec3;
-use amcheck::geometry::{InsideRule, TriangleMesh, voxelize};
+use amcheck::geometry::{InsideRule, TriangleMesh, cuboid, revolved, voxelize};
 use amcheck::grid::Grid;
 use amcheck::medial::Side;
 use amcheck::medial::thickness::{Thickness, local_thickness};
@@ -41,7 +41,7 @@ fn shape(r: &mut Random, kind: usize) -> Case {
         }
         1 => {
             let (radius, long) = (r.between(0.5, 1.0), r.between(3.0, 4.0));
-            let mesh = lathe(&[[0.0, -long], [radius, -long], [radius, long], [0.0, long]], N);
+            let mesh = revolved(&[[0.0, -long], [radius, -long], [radius, long], [0.0, long]], N);
             (mesh, Box::new(move |p| (p[2].abs() < long - radius).then_some((2.0 * radius * flat, 2.0 * radius))))
         }
         2 => {
@@ -53,7 +53,7 @@ fn shape(r: &mut Random, kind: usize) -> Case {
             half.insert(0, [0.0, -radius]);
             half.push([0.0, radius]);
             (
-                lathe(&half, N),
+                revolved(&half, N),
                 Box::new(move |p| {
                     (p.iter().map(|x| x * x).sum::<f64>().sqrt() < radius * flat * flat)
                         .then_some((2.0 * radius * flat * flat, 2.0 * radius))
@@ -62,7 +62,7 @@ fn shape(r: &mut Random, kind: usize) -> Case {
         }
         3 => {
             let (tube, ring) = (r.between(0.4, 0.7), r.between(1.5, 2.5));
-            let mesh = lathe(&circle(tube, [ring, 0.0], N), N);
+            let mesh = revolved(&circle(tube, [ring, 0.0], N), N);
             // Chords of the ring take up to (ring + tube)·(1 − flat) from the tube.
             let least = 2.0 * (tube * flat - (ring + tube) * (1.0 - flat));
             let inside = tube * flat - (ring + tube) * (1.0 - flat);
@@ -72,7 +72,7 @@ fn shape(r: &mut Random, kind: usize) -> Case {
             // On the axis of a cone, between the sections where the largest ball that covers the point touches base or side: the
             // ball about (0, 0, z) alone gives a lower bound, the insphere an upper one.
             let (radius, height) = (r.between(1.0, 1.5), r.between(2.0, 3.0));
-            let mesh = lathe(&[[0.0, 0.0], [radius, 0.0], [0.0, height]], N);
+            let mesh = revolved(&[[0.0, 0.0], [radius, 0.0], [0.0, height]], N);
             let slant = radius.hypot(height);
             let insphere = radius * height / (radius + slant);
             (

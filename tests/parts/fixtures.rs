@@ -3,10 +3,10 @@
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
 use crate::shapes::{
-    angle_bracket, bar_through_itself, cuboid, facing, finned_bracket, flask, gallows, pin, ramp, relief, ribbed,
-    table, tunnel, washer, wedge,
+    angle_bracket, bar_through_itself, facing, finned_bracket, flask, gallows, pin, ramp, relief, ribbed, table,
+    tunnel, washer, wedge,
 };
-use amcheck::geometry::TriangleMesh;
+use amcheck::geometry::{TriangleMesh, cuboid};
 use std::path::PathBuf;
 
 /// Where the fixture parts lie.

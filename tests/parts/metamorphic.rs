@@ -1,10 +1,10 @@
 //! What must not change the answer: turning, moving, the phase of the grid, what stands beside a wall.
 
-use crate::shapes::{about_z, ball, cuboid, facing};
+use crate::shapes::{about_z, ball, facing};
 use crate::{findings, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::State;
-use amcheck::geometry::TriangleMesh;
+use amcheck::geometry::{TriangleMesh, cuboid};
 
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

@@ -1,33 +1,7 @@
 //! Closed meshes with known measures.
 
-use amcheck::geometry::TriangleMesh;
 use amcheck::geometry::vector::{Vec3, add, cross, scale, unit};
-
-/// A box between two corners.
-pub fn cuboid(lo: Vec3, hi: Vec3) -> TriangleMesh {
-    let corner = |i: usize| [0, 1, 2].map(|a| if i >> a & 1 == 1 { hi[a] } else { lo[a] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    TriangleMesh::weld(
-        quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).map(|t: [usize; 3]| t.map(corner)),
-    )
-}
-
-/// An outline in x–z swept along y from 0 to `depth`; `caps` are its triangles.
-pub fn sweep(outline: &[[f64; 2]], caps: &[[usize; 3]], depth: f64) -> TriangleMesh {
-    let at = |i: usize, y: f64| [outline[i][0], y, outline[i][1]];
-    let mut facets = Vec::new();
-    for i in 0..outline.len() {
-        let j = (i + 1) % outline.len();
-        facets.push([at(i, 0.0), at(j, 0.0), at(j, depth)]);
-        facets.push([at(i, 0.0), at(j, depth), at(i, depth)]);
-    }
-    for &[a, b, c] in caps {
-        facets.push([at(a, 0.0), at(c, 0.0), at(b, 0.0)]);
-        facets.push([at(a, depth), at(b, depth), at(c, depth)]);
-    }
-    let mesh = TriangleMesh::weld(facets);
-    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
-}
+use amcheck::geometry::{TriangleMesh, extruded, revolved};
 
 /// A bar of 4 × 4 mm bent along a path in the plate's plane that runs through its own first leg, all one closed surface.
 ///
@@ -60,14 +34,14 @@ pub fn bar_through_itself() -> TriangleMesh {
 pub fn table(foot: f64) -> TriangleMesh {
     let outline =
         [[0.0, 0.0], [2.0, 0.0], [2.0, 8.0], [8.0, 8.0], [8.0, foot], [10.0, foot], [10.0, 10.0], [0.0, 10.0]];
-    sweep(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 3.0)
+    extruded(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 3.0)
 }
 
 /// A ramp whose underside leans `degrees` from the horizontal, on a foot of 4 mm.
 pub fn ramp(degrees: f64) -> TriangleMesh {
     let rise = 10.0 * degrees.to_radians().tan();
     let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [14.0, 4.0 + rise], [14.0, 7.0 + rise], [0.0, 7.0 + rise]];
-    sweep(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0)
+    extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0)
 }
 
 /// A ball of `rings` × 2·`rings` quads.
@@ -151,7 +125,7 @@ pub fn finned_bracket() -> TriangleMesh {
     }
     outline.extend([[3.15, 4.0], [3.15, 1.0], [3.0, 1.0], [3.0, 4.0], [0.0, 4.0]]);
     let caps = ears(&outline);
-    sweep(&outline, &caps, 24.0)
+    extruded(&outline, &caps, 24.0)
 }
 
 /// A cube with a cubic room in its middle and a square neck of width `neck` through its top.
@@ -179,7 +153,7 @@ pub fn flask(edge: f64, room: f64, neck: f64) -> TriangleMesh {
 pub fn ribbed(thick: f64, high: f64) -> TriangleMesh {
     let (x, z) = (10.0 + thick, 4.0 + high);
     let outline = [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [x, 4.0], [x, z], [10.0, z], [10.0, 4.0], [0.0, 4.0]];
-    sweep(&outline, &ears(&outline), 8.0)
+    extruded(&outline, &ears(&outline), 8.0)
 }
 
 /// A plate of 20 × 8 × 4 mm with a ridge 0.5 mm wide and a groove 0.3 mm wide, both 1 mm.
@@ -198,7 +172,7 @@ pub fn relief() -> TriangleMesh {
         [5.0, 4.0],
         [0.0, 4.0],
     ];
-    sweep(&outline, &ears(&outline), 8.0)
+    extruded(&outline, &ears(&outline), 8.0)
 }
 
 /// A bracket of two legs of 20 mm, 4 mm thick and 10 mm deep, whose inner corner has a fillet of a radius.
@@ -210,32 +184,16 @@ pub fn angle_bracket(fillet: f64) -> TriangleMesh {
         outline.push([4.0 + fillet * (1.0 - s), 4.0 + fillet * (1.0 - c)]);
     }
     outline.extend([[4.0, 20.0], [0.0, 20.0]]);
-    sweep(&outline, &ears(&outline), 10.0)
+    extruded(&outline, &ears(&outline), 10.0)
 }
 
-/// A closed outline in (r, z) turned about the z axis in `n` steps; points with r = 0 lie on the axis. Circles have the area of true ones.
+/// As [`revolved`], with the areas of true circles across the axis.
 pub fn lathe(outline: &[[f64; 2]], n: usize) -> TriangleMesh {
     let step = std::f64::consts::TAU / n as f64;
     // A regular polygon has the area of a circle if its corners stand this much further out.
     let out = (step / step.sin()).sqrt();
-    let at = |[r, z]: [f64; 2], j: usize| {
-        let (s, c) = (step * (j % n) as f64).sin_cos();
-        [out * r * c, out * r * s, z]
-    };
-    let mut facets = Vec::new();
-    for (i, &p) in outline.iter().enumerate() {
-        let q = outline[(i + 1) % outline.len()];
-        for j in 0..n {
-            if q[0] > 0.0 {
-                facets.push([at(p, j), at(q, j + 1), at(q, j)]);
-            }
-            if p[0] > 0.0 {
-                facets.push([at(p, j), at(p, j + 1), at(q, j + 1)]);
-            }
-        }
-    }
-    let mesh = TriangleMesh::weld(facets);
-    if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+    let wider: Vec<[f64; 2]> = outline.iter().map(|&[r, z]| [out * r, z]).collect();
+    revolved(&wider, n)
 }
 
 /// A foot of 10 mm with an upright pin.
@@ -253,20 +211,20 @@ pub fn washer(diameter: f64) -> TriangleMesh {
 /// A prism 8 mm long whose section is a triangle 10 mm deep with an edge of that angle.
 pub fn wedge(degrees: f64) -> TriangleMesh {
     let half = 10.0 * (0.5 * degrees).to_radians().tan();
-    sweep(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0)
+    extruded(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0)
 }
 
 /// A bench of 8 mm height on two legs of 5 mm, `span` apart, 10 mm deep, its top 3 mm thick.
 pub fn bench(span: f64) -> TriangleMesh {
     let (a, b) = (5.0, 5.0 + span);
     let outline = [[0.0, 0.0], [a, 0.0], [a, 5.0], [b, 5.0], [b, 0.0], [b + 5.0, 0.0], [b + 5.0, 8.0], [0.0, 8.0]];
-    sweep(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 10.0)
+    extruded(&outline, &[[0, 1, 2], [0, 2, 7], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]], 10.0)
 }
 
 /// A post of 4 × 4 × 30 mm with an arm of 16 mm at its top: it topples, and its arm takes a support of 1664 mm³.
 pub fn gallows() -> TriangleMesh {
     let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 26.0], [20.0, 26.0], [20.0, 30.0], [0.0, 30.0]];
-    sweep(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 4.0)
+    extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 4.0)
 }
 
 /// A block with a round tunnel of 48 sides along y, corners on the circle of that diameter.

@@ -1,9 +1,10 @@
 //! Voids: what is sealed, what is narrow, what is neither.
 
-use crate::shapes::{cuboid, facing, flask};
+use crate::shapes::{facing, flask};
 use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::State;
+use amcheck::geometry::cuboid;
 use amcheck::process::BUILTIN;
 use amcheck::units::Length;
 

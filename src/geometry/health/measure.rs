@@ -4,9 +4,9 @@ use super::bodies::{Body, NO_LABEL};
 use super::boxes::grown;
 use super::edges::{Edge, EdgeTable, is_collapsed};
 use super::nesting;
-use super::shells::{self, DisjointSets, Shell};
-use crate::geometry::TriangleMesh;
+use super::shells::{self, Shell};
 use crate::geometry::vector::{Vec3, along, distance, norm, scale, sub};
+use crate::geometry::{DisjointSets, TriangleMesh};
 
 /// A facet lower than this share of the longest side of the mesh has no area: far below the step of f32.
 const FLAT: f64 = 1e-10;
@@ -201,12 +201,14 @@ fn holes(mesh: &TriangleMesh, table: &EdgeTable, open_edges: u64) -> (u64, Optio
     }
     let mut sets = DisjointSets::new(mesh.vertices.len());
     let open = || table.edges().filter(|e| e.sides.len() == 1);
-    open().for_each(|e| sets.unite(e.ends[0] as usize, e.ends[1] as usize));
-    let mut rims: rustc_hash::FxHashMap<usize, Hole> = Default::default();
+    for e in open() {
+        sets.join(e.ends[0], e.ends[1]);
+    }
+    let mut rims: rustc_hash::FxHashMap<u32, Hole> = Default::default();
     for edge in open() {
         let [a, b] = edge.ends.map(|v| mesh.vertices[v as usize]);
         let length = distance(a, b);
-        let rim = rims.entry(sets.root(edge.ends[0] as usize)).or_insert(Hole {
+        let rim = rims.entry(sets.root(edge.ends[0])).or_insert(Hole {
             edges: 0,
             length_mm: 0.0,
             at_mm: [0.0; 3],

@@ -3,8 +3,8 @@
 use super::bodies::{NO_LABEL, Role};
 use super::boxes::{EMPTY, grown};
 use super::edges::{EdgeTable, is_collapsed};
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
+use crate::geometry::{DisjointSets, TriangleMesh};
 
 /// One connected piece of the surface.
 ///
@@ -37,17 +37,19 @@ pub struct Shell {
 pub(super) fn shells(mesh: &TriangleMesh, table: &EdgeTable) -> (Vec<Shell>, Vec<u32>) {
     let mut sets = DisjointSets::new(mesh.triangles.len());
     for edge in table.edges().filter(|e| e.sides.len() == 2) {
-        sets.unite(edge.sides[0].1.facet(), edge.sides[1].1.facet());
+        sets.join(edge.sides[0].1.facet() as u32, edge.sides[1].1.facet() as u32);
     }
-    let (labels, count) = sets.labels(mesh);
+    let (labels, count) = labelled(&mut sets, mesh);
     let open = unbalanced(table, &labels, count);
     for edge in table.edges().filter(|e| e.sides.len() > 2) {
         let mut loose = edge.sides.iter().map(|s| s.1.facet()).filter(|&f| open[labels[f] as usize]);
         if let Some(first) = loose.next() {
-            loose.for_each(|f| sets.unite(first, f));
+            loose.for_each(|f| {
+                sets.join(first as u32, f as u32);
+            });
         }
     }
-    let (mut labels, count) = sets.labels(mesh);
+    let (mut labels, count) = labelled(&mut sets, mesh);
     let open = unbalanced(table, &labels, count);
     for (f, &[a, b, c]) in mesh.triangles.iter().enumerate().filter(|(_, t)| is_collapsed(**t)) {
         let along = table.facet_along(a, b).or_else(|| table.facet_along(b, c));
@@ -111,44 +113,20 @@ fn measured(mesh: &TriangleMesh, labels: &[u32], open: &[bool]) -> Vec<Shell> {
     shells
 }
 
-/// Disjoint sets of facets, or of other things that are counted from 0.
-pub(super) struct DisjointSets(Vec<u32>);
-
-impl DisjointSets {
-    pub(super) fn new(count: usize) -> Self {
-        DisjointSets((0..count as u32).collect())
-    }
-
-    pub(super) fn root(&mut self, mut at: usize) -> usize {
-        while self.0[at] as usize != at {
-            // Halving the path keeps it short without recursion.
-            self.0[at] = self.0[self.0[at] as usize];
-            at = self.0[at] as usize;
+/// Labels from 0 in order of the first facet of each set, collapsed facets without one; and their number.
+fn labelled(sets: &mut DisjointSets, mesh: &TriangleMesh) -> (Vec<u32>, usize) {
+    let mut labels = vec![NO_LABEL; mesh.triangles.len()];
+    let mut count = 0;
+    for f in 0..labels.len() {
+        if is_collapsed(mesh.triangles[f]) {
+            continue;
         }
-        at
-    }
-
-    /// Joins two sets; the lower root stays, so that the result does not depend on the order of joining.
-    pub(super) fn unite(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b) as u32;
-    }
-
-    /// Labels from 0 in order of the first facet of each set, collapsed facets without one; and their number.
-    fn labels(&mut self, mesh: &TriangleMesh) -> (Vec<u32>, usize) {
-        let mut labels = vec![NO_LABEL; mesh.triangles.len()];
-        let mut count = 0;
-        for f in 0..labels.len() {
-            if is_collapsed(mesh.triangles[f]) {
-                continue;
-            }
-            let root = self.root(f);
-            if labels[root] == NO_LABEL {
-                labels[root] = count;
-                count += 1;
-            }
-            labels[f] = labels[root];
+        let root = sets.root(f as u32) as usize;
+        if labels[root] == NO_LABEL {
+            labels[root] = count;
+            count += 1;
         }
-        (labels, count as usize)
+        labels[f] = labels[root];
     }
+    (labels, count as usize)
 }

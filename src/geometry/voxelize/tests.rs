@@ -4,46 +4,16 @@ use super::lattice::Lattice;
 use super::{occupancy, shell, voxelize, voxelize_layers};
 use crate::geometry::solid::InsideRule::{Crossings, Winding};
 use crate::geometry::vector::{Vec3, add, cross, dot, norm, scale, sub};
-use crate::geometry::{Solid, TriangleMesh};
+use crate::geometry::{Solid, TriangleMesh, cuboid};
 use crate::grid::Grid;
+use crate::random::Lcg;
 use crate::units::Length;
 
-/// Knuth's linear congruential generator.
-pub(in crate::geometry) struct Lcg(pub u64);
-
-impl Lcg {
-    pub fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) % n
-    }
-    /// In `[0, 1)`.
-    pub fn unit(&mut self) -> f64 {
-        self.below(1 << 31) as f64 / f64::from(1u32 << 31)
-    }
-    pub fn point(&mut self, lo: f64, hi: f64) -> Vec3 {
-        [0; 3].map(|_| lo + (hi - lo) * self.unit())
-    }
-    pub fn rotation(&mut self) -> [Vec3; 3] {
-        let q = loop {
-            let q = [0; 4].map(|_| 2.0 * self.unit() - 1.0);
-            let n: f64 = q.iter().map(|x| x * x).sum();
-            if n > 0.01 && n < 1.0 {
-                break q.map(|x| x / n.sqrt());
-            }
-        };
-        let [w, x, y, z] = q;
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    }
-}
-
+/// A box whose facets come by axis: its sides along x first, its top last.
 pub(in crate::geometry) fn block(lo: Vec3, hi: Vec3) -> TriangleMesh {
-    let corner = |n: usize| [0, 1, 2].map(|a| if n >> a & 1 == 1 { hi[a] } else { lo[a] });
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    TriangleMesh::weld(quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).map(|t| t.map(corner)))
+    let mesh = cuboid(lo, hi);
+    let (level, along_x) = mesh.triangles.split_at(8);
+    TriangleMesh { triangles: [along_x, &level[4..], &level[..4]].concat(), vertices: mesh.vertices }
 }
 
 /// A sphere by subdivision of an octahedron: closed, `4^(depth) * 8` facets.
