@@ -15,6 +15,7 @@ use crate::part::{Part, Up};
 use crate::process::{Date, Dimension, Process, rule};
 use crate::report::conclusion::{sentence, verdict_of};
 use crate::report::mount::{Wanted, mount};
+use crate::report::stances::stances;
 use crate::report::{
     CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
 };
@@ -44,6 +45,8 @@ pub struct Options {
     pub only: Vec<String>,
     /// Names of the checks to leave out.
     pub skip: Vec<String>,
+    /// How many ways to stand the part up are compared in full for the page; 0 for none.
+    pub orientations: usize,
     /// The day, for acceptances that end; without it those count as ended.
     pub today: Option<Date>,
     /// Shift of the sampling lattice in units of the spacing, for tests.
@@ -63,6 +66,7 @@ impl Options {
             memory: Allowance { bytes: 4 << 30, ceiling: None },
             only: Vec::new(),
             skip: Vec::new(),
+            orientations: 0,
             today: None,
             phase: [0.0; 3],
         }
@@ -236,7 +240,10 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     report.summary = sentence(&report);
     lap("judge");
     told("mount");
-    let exhibit = mount(part, &report, &wanted, shapes);
+    let mut exhibit = mount(part, &report, &wanted, shapes);
+    if options.orientations > 0 {
+        exhibit.stances = stances(part, &options.process, options.orientations);
+    }
     lap("mount");
     Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
 }

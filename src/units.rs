@@ -141,6 +141,19 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// A volume in mm³ for people, at three digits: cubic centimetres from 1000 mm³ on.
+///
+/// ```
+/// assert_eq!(amcheck::units::bulk(112.64), "113 mm³");
+/// assert_eq!(amcheck::units::bulk(52953.2), "53 cm³");
+/// ```
+pub fn bulk(mm3: f64) -> String {
+    let (value, unit) = if mm3 >= 1000.0 { (mm3 / 1000.0, "cm³") } else { (mm3, "mm³") };
+    let decimals = if value > 0.0 { (2.0 - value.log10().floor()).clamp(0.0, 4.0) } else { 0.0 };
+    let scale = 10f64.powf(decimals);
+    format!("{} {unit}", short((value * scale).round() / scale))
+}
+
 /// A number rounded to the report's resolution of 1e-6, so that reports are equal byte for byte.
 pub fn report_digits(value: f64) -> f64 {
     let rounded = (value * 1e6).round() / 1e6;

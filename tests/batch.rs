@@ -116,6 +116,51 @@ fn one_bad_part_keeps_nobody_waiting_and_the_worst_code_wins() {
     assert_eq!((exit, rows[0]["error"]["code"].as_str()), (4, Some("E010")));
 }
 
+/// Whatever changes the result asks another question: acceptances and the day, limits, process, pose, formats and all the others.
+#[test]
+fn no_kept_result_answers_another_question() {
+    let s = Scratch::with(&["wall_111_024"]);
+    let accept = |until: &str| {
+        format!(
+            "[[accept]]\ncheck = \"thin-wall\"\nat_mm = [0, 0, 0]\nwithin_mm = 1000\nno_worse_than = 0.01\nreason = \"meant\"\n{until}"
+        )
+    };
+    std::fs::write(s.0.join("held.toml"), accept("")).expect("");
+    std::fs::write(s.0.join("until.toml"), accept("until = 2030-01-01\n")).expect("");
+    std::fs::write(s.0.join("own.toml"), "inherits = \"fdm\"\n[machine]\nlayer_height_mm = 0.1\n").expect("");
+    let questions: [&[&str]; 18] = [
+        &[],
+        &["--accept", "held.toml"],
+        &["--accept", "until.toml", "--today", "2029-12-31"],
+        &["--accept", "until.toml", "--today", "2030-01-02"],
+        &["--limit", "thin-wall=0.2mm"],
+        &["--limit", "thin-wall=0.2mm,0.3mm"],
+        &["--process", "lpbf"],
+        &["--process", "own.toml"],
+        &["--up", "+x"],
+        &["--units", "in"],
+        &["--voxel", "0.2mm"],
+        &["--refine", "1M"],
+        &["--skip", "blend"],
+        &["--tool", "end-mill-3"],
+        &["--repair"],
+        &["--salvage"],
+        &["--fail-on", "warn"],
+        &["--fail-on", "never"],
+    ];
+    let mut codes = Vec::new();
+    for asked in questions {
+        let arguments = [&["in", "--out", "out", "--only", "thin-wall,mesh"][..], asked].concat();
+        let (_, rows) = s.batch(&arguments);
+        assert!(!rows[0]["reused"].as_bool().expect("a flag"), "{asked:?} was answered by an earlier run");
+        codes.push(rows[0]["code"].as_u64().expect("a code"));
+        let (_, again) = s.batch(&arguments);
+        assert!(again[0]["reused"].as_bool().expect("a flag"), "{asked:?} was asked twice");
+        assert_eq!((&again[0]["code"], &again[0]["line"]), (&rows[0]["code"], &rows[0]["line"]), "{asked:?}");
+    }
+    assert_eq!(codes[..4], [1, 0, 0, 1], "without, accepted, before its end, after it");
+}
+
 #[test]
 fn a_row_says_what_the_command_says_alone() {
     let s = Scratch::with(&["wall_111_024"]);

@@ -46,6 +46,10 @@ fn the_page_is_ready_and_every_control_works() {
     let maps = said["maps"].as_array().unwrap();
     assert_eq!(maps.len(), 3);
     assert_ne!(maps[0]["colour"], maps[2]["colour"], "another map looks the same");
+    for seen in ["failing", "hatched", "inked"] {
+        assert!(maps[0][seen].as_u64().unwrap() > 20, "no pixel is {seen}: {}", maps[0]);
+        assert!(seen == "inked" || maps[1][seen] == 0, "the map without a fail limit has {seen} pixels: {}", maps[1]);
+    }
     // 0.45 mm, varied by the sample's 0.25·(z/22 − 0.2) from z = 4 mm on.
     let least = maps[0]["min"].as_f64().unwrap();
     assert!((least - 0.45 * (1.0 + 0.25 * (4.0 / 22.0 - 0.2))).abs() < 1e-3, "{least}");

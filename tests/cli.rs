@@ -341,12 +341,17 @@ fn json_is_one_document_that_the_schema_accepts() {
 #[test]
 fn the_same_part_gives_the_same_bytes() {
     let s = Scratch::new();
-    for (out, threads) in [("a", "1"), ("b", "3")] {
-        s.run(&[&fixture("slits_015"), "--quiet", "--out", out, "--threads", threads]);
+    let formats = "json,html,png,glb,markdown,junit,sarif,badge";
+    let runs = [("a", "1"), ("b", "2"), ("c", "2"), ("d", "3")];
+    for (out, threads) in runs {
+        let ran = s.run(&[&fixture("slits_015"), "--quiet", "--format", formats, "--out", out, "--threads", threads]);
+        assert!(s.names(out).len() > 12 && ran.err.is_empty(), "{:?} {}", s.names(out), ran.err);
     }
-    assert_eq!(s.names("a"), s.names("b"));
-    for name in s.names("a").iter().filter(|n| *n != "timings.json") {
-        assert!(s.read(&format!("a/{name}")) == s.read(&format!("b/{name}")), "{name} differs");
+    for (other, _) in &runs[1..] {
+        assert_eq!(s.names("a"), s.names(other));
+        for name in s.names("a").iter().filter(|n| *n != "timings.json") {
+            assert!(s.read(&format!("a/{name}")) == s.read(&format!("{other}/{name}")), "{name} differs in {other}");
+        }
     }
 }
 
@@ -424,6 +429,10 @@ fn the_name_of_a_part_is_no_markup() {
         for page in ["report.html", "report.md", "report.junit.xml", "badge.svg"] {
             assert!(!s.text(&format!("r/{page}")).contains("<img src=x"), "{name} is markup in {page}");
         }
+        let page = s.text("r/report.html");
+        assert_eq!(page.matches("</script>").count(), page.matches("<script").count(), "{name} ends a script");
+        s.run(&["orient", &part, "--directions", "4", "--best", "1", "--format", "html", "--out", "r"]);
+        assert!(!s.text("r/orientations.html").contains("<img src=x"), "{name} is markup among the orientations");
     }
 }
 

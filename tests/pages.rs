@@ -38,7 +38,7 @@ fn pages() -> Vec<Page> {
 fn judged(path: &Path) -> Page {
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     let bytes = std::fs::read(path).unwrap();
-    let options = Options::new(Process::named("fdm").unwrap());
+    let options = Options { orientations: 3, ..Options::new(Process::named("fdm").unwrap()) };
     let loaded = read(&name, &bytes, Salvage::Refuse).unwrap();
     let analysis = run(prepare(&name, &bytes, loaded, &options).unwrap(), &options).unwrap();
     Page { file: name.replace(".stl", ".html"), report: analysis.report, exhibit: analysis.exhibit }
@@ -74,9 +74,11 @@ fn every_page_works_in_a_browser() {
     let asked = json!({"names": names, "axe": axe, "modes": ["link", "scriptless"]});
     let (seen, console) = look(&browser, &folder, &pages, asked, &[]);
     assert_eq!(console, Vec::<String>::new());
+    let schema = jsonschema::validator_for(&serde_json::from_str(json::SCHEMA_TEXT).unwrap()).unwrap();
     for p in &pages {
         let said = &seen[&p.file];
         assert!(said["broken"].is_null(), "{}: {}", p.file, said["broken"]);
+        follows_the_schema(&schema, p);
         println!("{}: {} triangles, {} findings", p.file, said["itself"]["triangles"], said["itself"]["findings"]);
         works(p, said);
         keeps_the_rules(p, said);
@@ -89,6 +91,14 @@ fn every_page_works_in_a_browser() {
         assert_eq!(said["ready"], "fallback", "{}: {said}", p.file);
         assert!(said["note"].as_str().unwrap().contains("WebGL"), "{}: {}", p.file, said["note"]);
     }
+}
+
+/// The JSON in the page, as a script finds it, keeps to the schema.
+fn follows_the_schema(schema: &jsonschema::Validator, p: &Page) {
+    let text = json::inside_html(&json::write(&p.report));
+    let value: Value = serde_json::from_str(&text).unwrap();
+    let faults: Vec<String> = schema.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).collect();
+    assert!(faults.is_empty(), "{}: {faults:?}", p.file);
 }
 
 /// Every control does what it says.
@@ -104,7 +114,15 @@ fn works(p: &Page, said: &Value) {
     assert!((0.01..0.9).contains(&covered), "{file}: the part covers {covered} of the canvas");
     let maps = itself["maps"].as_array().unwrap();
     assert_eq!(maps.len(), p.exhibit.maps.len(), "{file}");
+    for (shown, map) in maps.iter().zip(&p.exhibit.maps) {
+        assert_eq!((&shown["check"], &shown["title"]), (&json!(map.check), &json!(map.title)), "{file}");
+        assert!(
+            shown["legend"].as_str().unwrap().starts_with(&map.title),
+            "{file}: the legend is of another map: {shown}"
+        );
+    }
     for cut in itself["cuts"].as_array().unwrap() {
+        assert!(cut["covered"].as_f64().unwrap() > 0.0, "{file}: a cut leaves nothing: {cut}");
         assert!(cut["covered"].as_f64().unwrap() <= covered, "{file}: a cut adds to the part: {cut}");
     }
     assert_eq!((&itself["keyCut"], &itself["uncut"], &itself["keyMap"]), (&json!(0), &json!(-1), &json!(0)), "{file}");

@@ -2,7 +2,11 @@
 
 mod sample;
 
+use amcheck::analyze::{Options, prepare, run};
 use amcheck::check::State;
+use amcheck::geometry::TriangleMesh;
+use amcheck::io::Loaded;
+use amcheck::process::Process;
 use amcheck::report::terminal::{self, Outputs, Palette};
 use amcheck::report::{Report, html, json, render};
 
@@ -31,6 +35,19 @@ fn the_schema_accepts_the_report_and_refuses_a_broken_one() {
     assert!(validator.is_valid(&value));
     value["checks"][5].as_object_mut().unwrap().remove("why");
     assert!(!validator.is_valid(&value), "a check that did not run must say why");
+}
+
+/// What `tests/parts` makes of every committed part is what is kept, byte for byte.
+#[test]
+fn every_kept_report_keeps_to_the_schema() {
+    let validator = jsonschema::validator_for(&serde_json::from_str(json::SCHEMA_TEXT).unwrap()).unwrap();
+    let kept = sample::kept();
+    assert!(kept.len() > 30, "{} reports are kept", kept.len());
+    for (name, text) in kept {
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let faults: Vec<String> = validator.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).collect();
+        assert!(faults.is_empty(), "{name}: {faults:?}");
+    }
 }
 
 #[test]
@@ -251,4 +268,49 @@ fn broken_exhibits_do_no_harm() {
         assert!(!pictures.is_empty() && page.ends_with("</html>\n"), "{i}");
         assert!(terminal::summary(&report, &outputs(), Palette::Plain).lines().count() <= 30, "{i}");
     }
+}
+
+/// A wall of 50 × 30 mm whose thickness grows from 0.5 to 1.4 mm, two triangles a side.
+fn taper() -> TriangleMesh {
+    let at = |x: f64, y: f64, z: f64| [x, if y > 0.0 { 0.5 + 0.9 * x / 50.0 } else { 0.0 }, z];
+    let c = [[0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [50.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let corner = |i: usize, z: f64| at(c[i][0], c[i][1], z);
+    let mut facets = vec![];
+    for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
+        facets.push([corner(i, 0.0), corner(j, 0.0), corner(j, 30.0)]);
+        facets.push([corner(i, 0.0), corner(j, 30.0), corner(i, 30.0)]);
+    }
+    for (z, order) in [(0.0, [0, 2, 1]), (0.0, [0, 3, 2]), (30.0, [0, 1, 2]), (30.0, [0, 2, 3])] {
+        facets.push(order.map(|i| corner(i, z)));
+    }
+    TriangleMesh::weld(facets)
+}
+
+/// The value at every corner of the display copy is the thickness there, though the triangle's own corners know only the ends.
+#[test]
+fn a_triangle_of_50_mm_shows_the_variation_inside_it() {
+    let mesh = taper();
+    let options = Options { only: vec!["thin-wall".into()], ..Options::new(Process::named("fdm").unwrap()) };
+    let loaded = Loaded { mesh, format: "STL (binary)", unit_mm: None, notices: vec![], relative_step: 2f64.powi(-24) };
+    let made = run(prepare("a.stl", &[], loaded, &options).unwrap(), &options).unwrap().exhibit;
+    let wall = made.maps.iter().find(|m| m.check == "thin-wall").unwrap();
+    let apart = |p: [f64; 3], q: [f64; 3]| (0..3).map(|a| (p[a] - q[a]).powi(2)).sum::<f64>().sqrt();
+    let mut seen = [0usize; 4];
+    for (c, v) in made.corners.chunks_exact(3).zip(wall.values.chunks_exact(3)) {
+        // On the flat side, away from the rims, where the nearest opposing point is on the other side.
+        let inside = |p: &[f64; 3]| p[1] < 1e-6 && (2.0..48.0).contains(&p[0]) && (2.0..28.0).contains(&p[2]);
+        if !c.iter().all(inside) {
+            continue;
+        }
+        let longest = [0, 1, 2].map(|i| apart(c[i], c[(i + 1) % 3])).into_iter().fold(0.0, f64::max);
+        assert!(longest <= wall.open_end + 1e-9, "a piece of {longest} mm");
+        for (p, v) in c.iter().zip(v) {
+            // The distance to a plane that leans by 0.9 in 50; corners are read a hundredth of a piece inside.
+            let lean = (0.9f64 / 50.0).atan().cos();
+            let true_value = (0.5 + 0.9 * p[0] / 50.0) * lean;
+            assert!((f64::from(*v) - true_value).abs() < 0.01 * longest * 0.018 + 2e-3, "{v} at {p:?} is {true_value}");
+            seen[(p[0] / 12.5) as usize] += 1;
+        }
+    }
+    assert!(seen.iter().all(|n| *n > 50), "{seen:?}");
 }

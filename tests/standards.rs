@@ -9,11 +9,17 @@ use quick_xml::events::{BytesStart, Event};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 
-/// The reports that are looked at: all states, a hostile name, a crowd with accepted findings, nothing at all.
+/// The reports that are looked at: all states, a hostile name, a crowd with accepted findings, nothing at all; and those of all committed
+/// parts.
 fn reports() -> Vec<Report> {
     let mut empty = sample::report("bracket.stl");
     empty.checks.clear();
-    vec![sample::report("bracket.stl"), sample::report(sample::HOSTILE), sample::crowded("a&b \"c\".stl").0, empty]
+    let invented =
+        [sample::report("bracket.stl"), sample::report(sample::HOSTILE), sample::crowded("a&b \"c\".stl").0, empty];
+    let kept = sample::kept()
+        .into_iter()
+        .map(|(name, text)| serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}")));
+    invented.into_iter().chain(kept).collect()
 }
 
 #[test]

@@ -29,6 +29,10 @@ pub struct Question {
     pub directions: usize,
     /// How many of them are measured in full.
     pub best: usize,
+    /// A direction that is among these whatever its score.
+    pub given: Option<Vec3>,
+    /// Directions nearer to each other are one.
+    pub apart: Angle,
     /// Samples along the longest side for the full measure.
     pub samples: usize,
 }
@@ -45,6 +49,8 @@ impl Question {
             step_mm,
             directions: 400,
             best: 20,
+            given: None,
+            apart: Angle::degrees(8.0),
             samples: 128,
         }
     }
@@ -67,7 +73,7 @@ pub struct Orientation {
     pub up: Vec3,
     /// Rows of the rotation from the frame of the file to that of the build.
     pub rotation: [Vec3; 3],
-    /// How the direction was found: `axis`, `face` or `sphere`.
+    /// How the direction was found: `given`, `axis`, `face` or `sphere`.
     pub from: String,
     /// Sides of the box in this pose, mm.
     pub box_mm: Vec3,
@@ -110,7 +116,7 @@ const HELD: f64 = 0.01;
 /// The best ways to stand a part up for printing.
 ///
 /// Every direction, `directions` of a Fibonacci lattice, the six axes and the normals of the part's largest flat faces, gets a
-/// score from the mesh alone, in which supports reach down to the plate. The best, at least 8° apart, are posed and measured: support
+/// score from the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured: support
 /// volume by columns ([`support_volume`]), what of it cannot be seen from outside, liquid kept in cups, first layer, steps.
 /// The cost of a pose is
 ///
@@ -145,9 +151,10 @@ pub fn orientations(
         candidates.into_par_iter().map(|(up, from)| facets.score(up, from, question, &whole)).collect();
     let scored = scores.len();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut chosen: Vec<Score> = Vec::new();
+    let mut chosen: Vec<Score> =
+        question.given.map(|up| facets.score(unit(up), "given", question, &whole)).into_iter().collect();
     for s in scores {
-        if chosen.len() < question.best && chosen.iter().all(|c| angle(c.up, s.up) > APART) {
+        if chosen.len() < question.best && chosen.iter().all(|c| angle(c.up, s.up) > question.apart.as_radians()) {
             chosen.push(s);
         }
     }
@@ -158,9 +165,6 @@ pub fn orientations(
     list.sort_by(|a, b| b.fits.cmp(&a.fits).then(a.cost.total_cmp(&b.cost)));
     Ok(Orientations { scored, list })
 }
-
-/// Directions nearer than 8° are one.
-const APART: f64 = 8.0 * std::f64::consts::PI / 180.0;
 
 /// The rotation that brings a direction to +z by the shortest way.
 pub fn upright(up: Vec3) -> [Vec3; 3] {
@@ -305,6 +309,8 @@ mod tests {
             step_mm: 1e-6,
             directions: 200,
             best: 12,
+            given: None,
+            apart: Angle::degrees(8.0),
             samples: 48,
         }
     }

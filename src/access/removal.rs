@@ -259,7 +259,8 @@ fn stuck(contact: &Contact, bare: &[(usize, &Setup, Station)], stand_off: f64, v
         })
     });
     let best = nearest.min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    let any = Patch { at: [0.0; 3], normal: [0.0, 0.0, -1.0], area: 0.0, radius: 0.0, facet: 0 };
+    let any =
+        Patch { corners: [[0.0; 3]; 3], at: [0.0; 3], normal: [0.0, 0.0, -1.0], area: 0.0, radius: 0.0, facet: 0 };
     let at = best.map(|b| b.0).or(contact.points.first().copied()).unwrap_or(any);
     Stuck {
         component: contact.component,

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 /// A piece of a facet, at most a few samples wide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
+    pub corners: [Vec3; 3],
     /// Its middle.
     pub at: Vec3,
     /// Unit normal, out of the material.
@@ -42,7 +43,7 @@ pub fn patches(mesh: &TriangleMesh, longest: f64, wanted: impl Fn(usize) -> bool
             let at = scale(add(add(a, b), c), 1.0 / 3.0);
             let radius = [a, b, c].into_iter().map(|p| distance(at, p)).fold(0.0, f64::max);
             if area > 0.0 {
-                found.push(Patch { at, normal, area, radius, facet: f as u32 });
+                found.push(Patch { corners: [a, b, c], at, normal, area, radius, facet: f as u32 });
             }
         }
         found

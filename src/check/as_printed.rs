@@ -14,7 +14,7 @@ use crate::morphology::{AsPrinted as Made, Bead};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
 use crate::topology::{Adjacency, components};
-use crate::units::{report_digits, short};
+use crate::units::{bulk, report_digits, short};
 
 /// AM401 `as-printed`.
 pub struct AsPrinted;
@@ -78,7 +78,7 @@ impl Check for AsPrinted {
                 measured.spent = made.designed.cells.grid.samples() as u64;
                 measured.shapes.push(ShapeShown {
                     name: "as-printed",
-                    title: format!("As printed, {} mm³", rounded(made.volume().as_mm3())),
+                    title: format!("As printed, {}", bulk(made.volume().as_mm3())),
                     mesh: made.surface(SHOWN)?,
                 });
             }

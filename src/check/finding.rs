@@ -277,17 +277,19 @@ impl Finding {
         self.state > State::Pass && self.accepted.is_none()
     }
 
-    /// Severity order: what is accepted last; worst state first, then the largest relative distance beyond the limit, then place.
+    /// Severity order: what is accepted last; worst state first, then the largest distance beyond the limit in shares of the limit (all of it
+    /// where the limit is zero), then its own distance, then place.
     pub fn worst_first(a: &Finding, b: &Finding) -> std::cmp::Ordering {
         let depth = |f: &Finding| {
             let limit = f.fail.or(f.warn).unwrap_or(0.0).abs();
-            if limit > 0.0 { f.margin / limit } else { f.margin }
+            if limit > 0.0 { f.margin / limit } else { f.margin.signum().min(0.0) }
         };
         let accepted = a.accepted.is_some().cmp(&b.accepted.is_some());
         accepted
             .then_with(|| b.state.cmp(&a.state))
             .then_with(|| depth(a).total_cmp(&depth(b)))
             .then_with(|| a.code.cmp(&b.code))
+            .then_with(|| a.margin.total_cmp(&b.margin))
             .then_with(|| {
                 a.at_mm
                     .iter()

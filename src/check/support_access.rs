@@ -11,7 +11,7 @@ use crate::geometry::vector::hull;
 use crate::layer::{downward_facets, supports};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{Angle, report_digits, short};
+use crate::units::{Angle, bulk, report_digits, short};
 use std::collections::BTreeMap;
 
 /// AM501 `support-access`.
@@ -83,7 +83,7 @@ impl Check for SupportAccess {
         if !removal.remaining.is_empty() {
             measured.shapes.push(ShapeShown {
                 name: "supports-that-stay",
-                title: format!("Supports that stay, {} mm³", short(round(stays))),
+                title: format!("Supports that stay, {}", bulk(stays)),
                 mesh: surface(&removal.remaining, |_| 0.5)?,
             });
         }

@@ -1,12 +1,13 @@
 //! AM502: surface that no tool of the list can touch.
 
-use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
+use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::tooling::{Tooling, direction_in_file, round};
 use crate::access::{Patch, Reach, State, patches, reach, strike};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
+use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::grid::Grid;
 use crate::part::Part;
@@ -69,6 +70,7 @@ impl Check for ToolAccess {
             cover: judged.cover(),
             rule: Some("tool-access"),
             map: judged.map()?,
+            shapes: judged.shape().into_iter().collect(),
             spent: tooling.setups.iter().take(found.setups_used).map(|s| s.grid().samples() as u64).sum(),
             ..Measured::default()
         };
@@ -160,6 +162,14 @@ impl Judged<'_> {
 
     fn open_area(&self) -> f64 {
         self.area_of(|s| *s == State::Open)
+    }
+
+    /// The surface that cannot be touched for certain, as a shape.
+    fn shape(&self) -> Option<ShapeShown> {
+        let pairs = self.surface.iter().zip(&self.found.states);
+        let never: Vec<[Vec3; 3]> = pairs.filter(|(_, s)| **s == State::Unreachable).map(|(p, _)| p.corners).collect();
+        let title = format!("Surface no tool can touch, {}", area(self.area_of(|s| *s == State::Unreachable)));
+        (!never.is_empty()).then(|| ShapeShown { name: "inaccessible", title, mesh: TriangleMesh::weld(never) })
     }
 
     fn cover(&self) -> String {

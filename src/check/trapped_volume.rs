@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::geometry::TriangleMesh;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{bulk, report_digits, short};
 
 /// AM301 `trapped-volume`.
 pub struct TrappedVolume;
@@ -258,7 +258,7 @@ impl Judge<'_> {
         let volume: f64 = self.shapes.iter().map(|s| s.0).sum();
         let mesh = self.shapes.drain(..).fold(TriangleMesh::default(), |all, (_, one)| all.joined(&one));
         if !mesh.triangles.is_empty() {
-            let title = format!("Trapped volumes, {} mm³", short(volume.round()));
+            let title = format!("Trapped volumes, {}", bulk(volume));
             m.shapes.push(ShapeShown { name: "trapped", title, mesh });
         }
     }

@@ -11,6 +11,7 @@ use crate::io::{Salvage, machine, read_path, threemf};
 use crate::memory::Allowance;
 use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
+use crate::report::stances::COMPARED;
 use crate::report::terminal::{self, Outputs};
 use crate::report::{Report, SCHEMA, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
 use std::io::IsTerminal;
@@ -200,6 +201,8 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     for name in a.only.iter().chain(&a.skip) {
         registry::find(name)?;
     }
+    // The page alone shows them.
+    o.orientations = if a.format.iter().any(|f| f == "html") { COMPARED } else { 0 };
     o.repair = if a.repair { Repair::Mend } else { Repair::Leave };
     o.only = a.only.clone();
     o.skip = a.skip.clone();

@@ -5,12 +5,13 @@ use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
 use super::judge::process;
 use super::words::{MOST_FILE_BYTES, one_of, units, usage};
-use crate::access::{Orientation, Question, orientations, standing, wanting_support};
+use crate::access::{Orientation, Question, orientations, standing};
 use crate::error::{Error, Result};
 use crate::io::{Salvage, read_path, stl};
 use crate::part::{Part, Up};
 use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
-use crate::report::render::{Picture, stance};
+use crate::report::render::Picture;
+use crate::report::stances::thumbnail;
 use crate::report::{Tool, html};
 use rayon::prelude::*;
 
@@ -58,14 +59,7 @@ fn run(a: &Orienting) -> Result<String> {
     let mut files = Files::default();
     let list = &report.orientations.list;
     let pictures: Vec<Picture> = if formats.iter().any(|f| ["html", "png"].contains(f)) {
-        let picture = |(n, o): (usize, &Orientation)| {
-            let posed = standing(part.mesh(), &o.rotation);
-            let mut needs = vec![false; posed.triangles.len()];
-            wanting_support(&posed, |f| part.bounds_solid(f), &question)
-                .into_iter()
-                .for_each(|f| needs[f as usize] = true);
-            stance(&(n + 1).to_string(), &posed, &needs)
-        };
+        let picture = |(n, o): (usize, &Orientation)| thumbnail(&part, o, n + 1, &question);
         list.par_iter().take(PICTURED).enumerate().map(picture).collect()
     } else {
         Vec::new()

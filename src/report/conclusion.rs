@@ -3,7 +3,6 @@
 use super::phrase;
 use super::schema::{CheckReport, Report, Verdict};
 use crate::check::{Sense, State};
-use crate::units::short;
 
 /// The worst state of all checks; one that broke down leaves the part undecided.
 pub fn verdict_of(checks: &[CheckReport]) -> Verdict {
@@ -55,10 +54,8 @@ pub fn sentence(report: &Report) -> String {
 fn needed(sense: Sense, limit: f64, unit: &str, word: &str) -> String {
     let sign = if sense == Sense::Min { "at least" } else { "at most" };
     match unit {
-        "1" | "mm2" if limit == 0.0 => String::new(),
-        "1" => format!(" ({word} be {sign} {})", short(limit)),
-        "deg" => format!(" ({word} be {sign} {}°)", short(limit)),
-        "mm2" => format!(" ({word} be {sign} {} mm²)", short(limit)),
-        unit => format!(" ({word} be {sign} {} {unit})", short(limit)),
+        // That there should be none is plain.
+        _ if limit == 0.0 => String::new(),
+        unit => format!(" ({word} be {sign} {})", phrase::quantity(limit, unit)),
     }
 }

@@ -1,5 +1,6 @@
 //! What pictures need beyond the report: a display mesh with a value at every corner, and slices.
 
+use super::stances::Stances;
 use crate::check::Sense;
 use crate::geometry::vector::Vec3;
 use crate::grid::Grid;
@@ -22,6 +23,8 @@ pub struct Exhibit {
     pub layers: Vec<Layer>,
     /// The part's density, coarse enough for a page: about 128 samples along the longest side.
     pub volume: Option<Volume>,
+    /// Ways to stand the part up, where they were compared.
+    pub stances: Option<Stances>,
 }
 
 /// Solid fractions on a grid in the frame of the build.

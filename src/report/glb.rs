@@ -62,7 +62,7 @@ impl Frame {
 
 /// The exhibit as GLB bytes, as fine as the format allows; see [`write_at`].
 pub fn write(exhibit: &Exhibit) -> Vec<u8> {
-    write_at(exhibit, Detail::FULL, Detail::FULL)
+    write_at(exhibit, Detail::FULL, Some(Detail::FULL))
 }
 
 /// The exhibit as GLB bytes, corners that agree in place and in every map joined.
@@ -74,11 +74,11 @@ pub fn write(exhibit: &Exhibit) -> Vec<u8> {
 /// O(corners), one hash look-up each.
 ///
 /// A coarser `detail`, or one of the layers, moves corners onto fewer steps and drops the facets that vanish (vertex clustering, Rossignac &
-/// Borrel 1993).
+/// Borrel 1993); without a detail for them the layers are left out.
 ///
 /// # Limits
 /// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
-pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Detail) -> Vec<u8> {
+pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Option<Detail>) -> Vec<u8> {
     let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
     let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
     let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
@@ -89,8 +89,9 @@ pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Detail) -> Vec<u8> {
     let mut meshes = vec![
         json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}}),
     ];
-    for layer in exhibit.layers.iter().filter(|l| l.corners.len() >= 3) {
-        let shape = to.primitive(&layer.corners, &[], Frame { detail: layers, ..frame }, 1);
+    let drawn = layers.iter().flat_map(|d| exhibit.layers.iter().map(move |l| (*d, l)));
+    for (detail, layer) in drawn.filter(|(_, l)| l.corners.len() >= 3) {
+        let shape = to.primitive(&layer.corners, &[], Frame { detail, ..frame }, 1);
         meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
     }
     let mut nodes: Vec<Value> =

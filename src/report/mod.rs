@@ -20,6 +20,7 @@ pub mod phrase;
 pub mod render;
 pub mod sarif;
 mod schema;
+pub mod stances;
 pub mod terminal;
 
 pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};

@@ -39,6 +39,7 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted], shapes: Vec<ShapeS
         facets_left_out: left_out,
         layers: shapes.into_iter().map(layer).collect(),
         volume: part.solid().ok().and_then(|s| volume(s.density.field())),
+        stances: None,
     }
 }
 
@@ -175,11 +176,14 @@ fn interpolated(field: &Field<f32>, p: Vec3) -> f32 {
     (sum / weight) as f32
 }
 
-/// Angle of a downward facet from the horizontal, degrees; NaN where it looks up or lies on the plate.
+/// A facet within 0.6° of the vertical hangs over nothing that a picture could show.
+const LEANS: f64 = 0.01;
+
+/// Angle of a downward facet from the horizontal, degrees; NaN where it is upright, looks up or lies on the plate.
 fn slope(part: &Part, facet: usize) -> f64 {
     let normal = part.mesh().normal(facet);
     let on_plate = part.mesh().corners(facet).iter().all(|p| p[2] <= part.step().max(1e-4));
-    if normal[2] < 0.0 && !on_plate { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN }
+    if normal[2] < -LEANS && !on_plate { (-normal[2]).clamp(-1.0, 1.0).acos().to_degrees() } else { f64::NAN }
 }
 
 /// The density at about 128 samples along the longest side: means over blocks of samples.

@@ -63,6 +63,14 @@ pub fn row(o: &Orientation) -> [String; 10] {
     ]
 }
 
+/// A direction for the eye: at three decimals.
+pub fn short_direction(up: [f64; 3]) -> String {
+    match direction(up) {
+        axis if axis.len() == 2 => axis,
+        _ => up.map(|c| short((c * 1e3).round() / 1e3)).join(", "),
+    }
+}
+
 /// A direction as `--up` takes it.
 pub fn direction(up: [f64; 3]) -> String {
     match (0..3).find(|&a| up[a].abs() > 1.0 - 1e-9) {

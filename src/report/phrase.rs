@@ -71,6 +71,12 @@ pub fn measured(value: f64, low: f64, high: f64, unit: &str) -> String {
     quantity((value * scale).round() / scale, unit)
 }
 
+/// The worst value of a check that passes, for a list of names; nothing where it has no unit, because a bare number says nothing there.
+pub fn beside_name(c: &CheckReport) -> String {
+    let worst = c.worst.as_ref().filter(|w| !unit_sign(&w.unit).is_empty());
+    worst.map_or(String::new(), |w| format!(" {}", measured(w.value, w.low, w.high, &w.unit)))
+}
+
 /// How a value is known, in words for the page.
 pub fn known(basis: Basis) -> &'static str {
     match basis {
@@ -292,15 +298,9 @@ impl Numbered<'_> {
 
 /// All findings that are not passes, worst first, each with its numbers.
 pub fn numbered(report: &Report) -> Vec<Numbered<'_>> {
-    let mut pairs: Vec<(&CheckReport, &Finding)> = report
-        .checks
-        .iter()
-        .flat_map(|c| c.findings.iter().map(move |f| (c, f)))
-        .filter(|(_, f)| f.state > State::Pass)
-        .collect();
-    pairs.sort_by(|a, b| Finding::worst_first(a.1, b.1));
     let mut seen = std::collections::BTreeMap::<&str, usize>::new();
-    pairs
+    report
+        .ranked()
         .into_iter()
         .enumerate()
         .map(|(i, (check, finding))| {

@@ -2,7 +2,9 @@
 
 use crate::check::{Bracket, Finding, Sense, State};
 use crate::notice::Notice;
+use crate::process::LimitBasis;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// Name and major version of the schema; keys are added within a major version, never changed.
@@ -156,9 +158,24 @@ pub struct Report {
 impl Report {
     /// All findings that are not passes, worst first; those that somebody accepts last.
     pub fn findings(&self) -> Vec<&Finding> {
-        let mut all: Vec<&Finding> =
-            self.checks.iter().flat_map(|c| &c.findings).filter(|f| f.state > State::Pass).collect();
-        all.sort_by(|a, b| Finding::worst_first(a, b));
+        self.ranked().into_iter().map(|(_, f)| f).collect()
+    }
+
+    /// All findings that are not passes with their checks, worst first; of equal state, what breaks a sourced limit stands before what
+    /// breaks a convention.
+    pub fn ranked(&self) -> Vec<(&CheckReport, &Finding)> {
+        let own = |c| move |f| (c, f);
+        let mut all: Vec<(&CheckReport, &Finding)> = self
+            .checks
+            .iter()
+            .flat_map(|c| c.findings.iter().map(own(c)))
+            .filter(|(_, f)| f.state > State::Pass)
+            .collect();
+        let standing = |&(c, f): &(&CheckReport, &Finding)| {
+            let convention = c.limit.as_ref().is_some_and(|l| l.basis == LimitBasis::Convention.word());
+            (f.accepted.is_some(), Reverse(f.state), convention)
+        };
+        all.sort_by(|a, b| standing(a).cmp(&standing(b)).then_with(|| Finding::worst_first(a.1, b.1)));
         all
     }
 

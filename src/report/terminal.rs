@@ -211,8 +211,10 @@ fn finding(n: &Numbered, palette: Palette) -> [String; 2] {
         phrase::point(f.at_mm)
     );
     for size in n.size() {
-        line.push_str("   ");
-        line.push_str(&size);
+        let longer = format!("{line}   {size}");
+        if longer.chars().count() <= WIDTH {
+            line = longer;
+        }
     }
     let word = if f.state == State::Undecided { "decide" } else { "fix" };
     let ended = phrase::acceptance(f).map_or(String::new(), |said| format!("{}; ", printable_sentence(&said)));
@@ -233,10 +235,7 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
         let line = format!("{} {} {words}: {}", state.glyph(), items.len(), items.join(", "));
         wrapped(&line).iter().map(|l| palette.state(state, l)).collect()
     };
-    let passes = named(State::Pass).map(|c| match &c.worst {
-        Some(w) => format!("{} {}", printable(&c.name), phrase::measured(w.value, w.low, w.high, &w.unit)),
-        None => printable(&c.name),
-    });
+    let passes = named(State::Pass).map(|c| printable(&c.name) + &phrase::beside_name(c));
     // Reasons fit for one or two; the page has all.
     let reasons = |state: State| {
         let few = named(state).count() <= 2;

@@ -129,6 +129,7 @@ pub fn exhibit(resolution: f64) -> Exhibit {
         facets_left_out: 0,
         layers: vec![void],
         volume: Some(volume()),
+        stances: None,
     }
 }
 
@@ -418,4 +419,16 @@ pub fn crowded(file: &str) -> (Report, Exhibit) {
         exhibit.maps.push(SurfaceMap { check, title, unit: units[i % 5].into(), fills: None, ..first.clone() });
     }
     (report, exhibit)
+}
+
+/// Name and text of the reports that are kept of the committed parts.
+pub fn kept() -> Vec<(String, String)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/reports");
+    let files = std::fs::read_dir(folder).unwrap().flatten().map(|e| e.path());
+    let mut kept: Vec<(String, String)> = files
+        .filter(|p| p.extension().is_some_and(|e| e == "json"))
+        .map(|p| (p.display().to_string(), std::fs::read_to_string(&p).unwrap()))
+        .collect();
+    kept.sort();
+    kept
 }

@@ -43,7 +43,7 @@ fn shares(map: &SurfaceMap, corners: &[Vec3], scale: &Scale) -> Vec<f64> {
 
 /// Axes, bars, limits.
 fn draw_histogram(area: &Area, map: &SurfaceMap, scale: &Scale, shares: &[f64]) -> Drawn {
-    let top = shares.iter().copied().fold(1.0, f64::max) * 1.18;
+    let top = top_of(shares);
     let mut chart = ChartBuilder::on(area)
         .margin(10)
         .x_label_area_size(46)
@@ -68,12 +68,21 @@ fn draw_histogram(area: &Area, map: &SurfaceMap, scale: &Scale, shares: &[f64]) 
         .y_label_formatter(&|v| short(*v))
         .draw()
         .map_err(quiet)?;
-    chart.draw_series(bars(scale, shares)).map_err(quiet)?;
-    draw_limits(&mut chart, scale, top)
+    chart.draw_series(bars(scale, shares, top)).map_err(quiet)?;
+    draw_limits(&mut chart, scale, top)?;
+    draw_cut_off(&mut chart, scale, shares, top)
 }
 
-/// A bar for each share; a bar that holds a limit changes its colour there.
-fn bars(scale: &Scale, shares: &[f64]) -> Vec<Rectangle<(f64, f64)>> {
+/// Height of the axis: the tallest bar fits, but for the last, which holds all beyond the open end and would make the others vanish.
+fn top_of(shares: &[f64]) -> f64 {
+    let [inner @ .., last] = shares else { return 1.0 };
+    let inner = inner.iter().copied().fold(0.0, f64::max);
+    let tallest = if inner > 0.0 && *last > 3.0 * inner { 1.4 * inner } else { inner.max(*last) };
+    1.18 * tallest.max(0.01)
+}
+
+/// A bar for each share, cut off at the top; a bar that holds a limit changes its colour there.
+fn bars(scale: &Scale, shares: &[f64], top: f64) -> Vec<Rectangle<(f64, f64)>> {
     let step = (scale.high - scale.low) / shares.len() as f64;
     let mut out = Vec::new();
     for (i, share) in shares.iter().enumerate().filter(|(_, s)| **s > 0.0) {
@@ -87,7 +96,7 @@ fn bars(scale: &Scale, shares: &[f64]) -> Vec<Rectangle<(f64, f64)>> {
                 Zone::Warn => WARN,
                 _ => GOOD,
             };
-            out.push(Rectangle::new([(piece[0], 0.0), (piece[1], *share)], colour.filled()));
+            out.push(Rectangle::new([(piece[0], 0.0), (piece[1], share.min(top))], colour.filled()));
         }
     }
     out
@@ -95,6 +104,20 @@ fn bars(scale: &Scale, shares: &[f64]) -> Vec<Rectangle<(f64, f64)>> {
 
 /// The axes of a histogram.
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// What the last bar comes to where it is cut off.
+fn draw_cut_off(chart: &mut Chart, scale: &Scale, shares: &[f64], top: f64) -> Drawn {
+    let Some(last) = shares.last().filter(|s| **s > top) else { return Ok(()) };
+    let share = if *last > 99.9 && *last < 100.0 { "over 99.9".into() } else { short((last * 10.0).round() / 10.0) };
+    let words = format!("{share} % here ↑");
+    let side_of_scale = scale.high - scale.low;
+    let (right, width) = (scale.high - 0.03 * side_of_scale, 0.021 * words.chars().count() as f64 * side_of_scale);
+    let ground = Rectangle::new([(right - width, 0.66 * top), (right, 0.56 * top)], PAPER.filled());
+    chart.draw_series([ground]).map_err(quiet)?;
+    let style = TextStyle::from((FONT, 16).into_font()).color(&INK).pos(Pos::new(HPos::Right, VPos::Center));
+    chart.draw_series([Text::new(words, (right, 0.61 * top), style)]).map_err(quiet)?;
+    Ok(())
+}
 
 /// A line at each limit, with its words.
 fn draw_limits(chart: &mut Chart, scale: &Scale, top: f64) -> Drawn {
@@ -151,6 +174,8 @@ mod tests {
         };
         let shares = shares(&map, &corners, &Scale::of(&map));
         assert_eq!((shares[0], shares[BARS - 1]), (10.0, 90.0));
+        assert!(top_of(&shares) > 10.0 && top_of(&shares) < 20.0, "the last bar decides the axis");
+        assert!(histogram(&map, &corners).into_string().contains("90 % here"));
         assert!(!histogram(&map, &corners).into_string().contains("</svg>\n("));
     }
 }

@@ -115,7 +115,7 @@ pub fn method(c: &Context) -> Markup {
         (
             "Refined",
             format!(
-                "{} of {} samples spent on deciding what the grid left open",
+                "{} samples and evaluations by all checks together; each may take {} for what the grid leaves open",
                 phrase::thousands(g.refined),
                 phrase::thousands(g.refine_budget)
             ),

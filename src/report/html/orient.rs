@@ -1,9 +1,11 @@
 //! The page of `amcheck orient`: chart, table, thumbnails.
 
-use super::page::image_of;
+use super::page::{Context, image_of};
+use crate::access::Orientation;
+use crate::geometry::vector::Vec3;
 use crate::report::chart;
 use crate::report::markup::{Markup, markup};
-use crate::report::orient::{HEADS, OrientReport, direction, row};
+use crate::report::orient::{HEADS, OrientReport, direction, row, short_direction};
 use crate::report::render::Picture;
 
 /// The orientations of a part as one HTML file without script; `pictures` are thumbnails named `1`, `2`, … by rank.
@@ -12,35 +14,16 @@ use crate::report::render::Picture;
 /// O(orientations + bytes of the pictures).
 pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
     let list = &report.orientations.list;
-    let heads = HEADS.iter().map(|h| markup!("<th scope=\"col\">{}</th>", *h));
-    let rows = list.iter().enumerate().map(|(n, o)| {
-        let rank = (n + 1).to_string();
-        let mark = match (o.fits, o.pareto) {
-            (false, _) => "does not fit the machine",
-            (true, true) => "unbeaten",
-            (true, false) => "",
-        };
-        let cells = row(o).into_iter().map(|c| markup!("<td>{}</td>", c));
-        markup!("<tr><th scope=\"row\">{}</th>{}<td>{}</td></tr>\n", rank, Markup::all(cells), mark)
-    });
-    let figures = pictures.iter().map(|p| {
-        let rank: usize = p.name.parse().unwrap_or(0);
-        let up = list.get(rank.wrapping_sub(1)).map_or(String::new(), |o| direction(o.up));
-        markup!("<figure>{}<figcaption>{} · up {}</figcaption></figure>\n", image_of(p), p.name, up)
-    });
-    let best = list.first().map_or(String::new(), |o| format!("amcheck --up {} {}", direction(o.up), report.file));
     markup!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>Orientations of {}</title>\n<style>\n{}\n\
-         .grid{display:grid;grid-template-columns:repeat(auto-fill,minmax(230px,1fr));gap:12px}.grid figure{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:8px}\
-         .wide{overflow-x:auto;background:var(--card);border:1px solid var(--line);border-radius:10px;padding:8px}td,th{text-align:right;padding:.2rem .5rem;white-space:nowrap}</style>\n</head>\n<body>\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>Orientations of {}</title>\n<style>\n{}\n</style>\n</head>\n<body>\n\
          <header class=\"top\"><span class=\"brand\">amcheck</span> <b class=\"name\">{}</b> <span>process: {}</span></header>\n<main>\n\
          <h2>Which way to print</h2>\n<p>{} directions were scored on the mesh, the best {} measured in full. Dark dots: no other \
-         orientation is at least as good in everything. Best by cost: <code>{}</code></p>\n<div class=\"wide\">{}</div>\n\
-         <h2>Table</h2>\n<div class=\"wide\"><table>\n<tr><th scope=\"col\"></th>{}<th scope=\"col\"></th></tr>\n{}</table></div>\n\
-         <h2>How they stand</h2>\n<p class=\"note\">Seen from the front and below; what needs support is hatched.</p>\n<div class=\"grid\">{}</div>\n\
+         orientation is at least as good in everything. Best by cost: <code>{}</code></p>\n<div class=\"wide card\">{}</div>\n\
+         <h2>Table</h2>\n{}\
+         <h2>How they stand</h2>\n<p class=\"note\">Seen from the front and below; what needs support is hatched.</p>\n{}\
          </main>\n<footer>amcheck {} · {}</footer>\n</body>\n</html>\n",
         report.file,
         Markup::raw(include_str!("page.css")),
@@ -48,13 +31,85 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
         report.process,
         report.orientations.scored.to_string(),
         list.len().to_string(),
-        best,
+        best(list, &report.file),
         chart::orientations(list),
-        Markup::all(heads),
-        Markup::all(rows),
-        Markup::all(figures),
+        table(list, direction),
+        figures(list, pictures),
         report.tool.version,
         report.schema
     )
     .into_string()
+}
+
+/// The orientations in the page of a report: this run's pose and the best others; or how to compare them.
+pub(super) fn section(c: &Context) -> Markup {
+    let file = c.report.part.file.clone();
+    let Some(stances) = &c.exhibit.stances else {
+        return markup!(
+            "<section aria-label=\"Orientations\"><h2>Which way to print</h2><p class=\"note\">Orientations were not compared in this run; \
+             <code>amcheck orient {}</code> compares them.</p></section>\n",
+            file
+        );
+    };
+    let found = &stances.orientations;
+    let first = found.list.first().is_some_and(|o| o.from == "given");
+    let best = match (first, best(&found.list, &file)) {
+        (true, _) => markup!("No other is better by cost than the pose of this run."),
+        (false, command) => markup!("Best by cost: <code>{}</code>.", command),
+    };
+    markup!(
+        "<section aria-label=\"Orientations\"><h2>Which way to print</h2><p>{} directions were scored on the mesh; the pose of this run and \
+         the {} best others were measured on a grid of 64 samples. {} <code>amcheck orient {}</code> compares more of them, and finer.</p>{}\
+         <p class=\"note\">Unbeaten: no other of the list is at least as good in everything. In the pictures, seen from the front and below, \
+         what needs support is hatched.</p>{}</section>\n",
+        found.scored.to_string(),
+        found.list.len().saturating_sub(1).to_string(),
+        best,
+        file,
+        table(&found.list, short_direction),
+        figures(&found.list, &stances.pictures)
+    )
+}
+
+/// The command that judges a part in the best orientation.
+fn best(list: &[Orientation], file: &str) -> String {
+    list.first().map_or(String::new(), |o| format!("amcheck --up {} {file}", direction(o.up)))
+}
+
+/// What is to be said of an orientation beside its numbers.
+fn mark(o: &Orientation) -> String {
+    let this = (o.from == "given").then_some("this run");
+    let stands = match (o.fits, o.pareto) {
+        (false, _) => Some("does not fit the machine"),
+        (true, true) => Some("unbeaten"),
+        (true, false) => None,
+    };
+    [this, stands].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// One row for each; `up` writes a direction.
+fn table(list: &[Orientation], up: fn(Vec3) -> String) -> Markup {
+    let heads = HEADS.iter().map(|h| markup!("<th scope=\"col\">{}</th>", *h));
+    let rows = list.iter().enumerate().map(|(n, o)| {
+        let [_, rest @ ..] = row(o);
+        let cells = std::iter::once(up(o.up)).chain(rest).map(|c| markup!("<td>{}</td>", c));
+        markup!("<tr><th scope=\"row\">{}</th>{}<td>{}</td></tr>\n", (n + 1).to_string(), Markup::all(cells), mark(o))
+    });
+    markup!(
+        "<div class=\"wide card\" tabindex=\"0\" role=\"group\" aria-label=\"Table of orientations\"><table class=\"numbers\"><thead><tr><th scope=\"col\">#</th>{}\
+         <th scope=\"col\">how it stands</th></tr></thead><tbody>\n{}</tbody></table></div>\n",
+        Markup::all(heads),
+        Markup::all(rows)
+    )
+}
+
+fn figures(list: &[Orientation], pictures: &[Picture]) -> Markup {
+    let figures = pictures.iter().map(|p| {
+        let rank: usize = p.name.parse().unwrap_or(0);
+        let of = list.get(rank.wrapping_sub(1));
+        let up = of.map_or(String::new(), |o| short_direction(o.up));
+        let this = if of.is_some_and(|o| o.from == "given") { ", this run" } else { "" };
+        markup!("<figure>{}<figcaption>{} · up {}{}</figcaption></figure>\n", image_of(p), p.name, up, this)
+    });
+    markup!("<div class=\"stances\">{}</div>\n", Markup::all(figures))
 }

@@ -98,6 +98,11 @@ fn known(n: &Numbered) -> String {
         Basis::Estimated => format!("{}, estimated", n.measured()),
         Basis::Exact => format!("{}, exact", n.measured()),
         Basis::Certified if half < 1e-6 => format!("{}, certified", n.measured()),
+        // Where the value is not about in the middle, ± would claim too much on one side.
+        Basis::Certified if (f.high - f.value).max(f.value - f.low) > 1.5 * half => {
+            let ends = phrase::bracket(f.low, f.high).unwrap_or_default().replace('–', " to ");
+            format!("{ends} {}, certified", phrase::unit_sign(&f.unit))
+        }
         Basis::Certified => {
             // One digit, rounded up: the claim stays true.
             let step = 10f64.powf(half.log10().floor());

@@ -23,17 +23,53 @@ pub fn place() -> Markup {
     Markup::raw("<div id=\"viewer\" hidden></div><p class=\"note\" id=\"viewer-note\" hidden></p>")
 }
 
-/// How fine the part and its layers may be shown, finest first; layers give way before the part does.
-const DETAILS: [[Detail; 2]; 8] = [
-    [Detail::FULL, Detail::FULL],
-    [Detail::FULL, Detail { cells: 512, codes: 64 }],
-    [Detail::FULL, Detail { cells: 128, codes: 64 }],
-    [Detail { cells: 2048, codes: 255 }, Detail { cells: 128, codes: 64 }],
-    [Detail { cells: 512, codes: 128 }, Detail { cells: 128, codes: 64 }],
-    [Detail { cells: 256, codes: 64 }, Detail { cells: 96, codes: 64 }],
-    [Detail { cells: 128, codes: 64 }, Detail { cells: 64, codes: 64 }],
-    [Detail { cells: 64, codes: 32 }, Detail { cells: 48, codes: 32 }],
+/// How fine the part may be shown, finest first.
+const PARTS: [Detail; 7] = [
+    Detail::FULL,
+    Detail { cells: 8192, codes: 510 },
+    Detail { cells: 2048, codes: 255 },
+    Detail { cells: 512, codes: 128 },
+    Detail { cells: 256, codes: 64 },
+    Detail { cells: 128, codes: 64 },
+    Detail { cells: 64, codes: 32 },
 ];
+
+/// How fine its layers may be shown; they give way before the part does.
+const LAYERS: [Detail; 7] = [
+    Detail::FULL,
+    Detail { cells: 512, codes: 64 },
+    Detail { cells: 128, codes: 64 },
+    Detail { cells: 96, codes: 64 },
+    Detail { cells: 64, codes: 64 },
+    Detail { cells: 48, codes: 32 },
+    Detail { cells: 32, codes: 32 },
+];
+
+/// Share of the room that the part may take where layers come with it.
+const OWN: f64 = 0.72;
+
+/// What fits: the part and its layers as text, and how fine they are.
+struct Fitted {
+    text: String,
+    part: Detail,
+    layers: Option<Detail>,
+}
+
+/// The finest part that fits into its share of `most` bytes, then the finest layers that fit beside it.
+fn fitted(c: &Context, most: usize) -> Option<Fitted> {
+    let packed =
+        |part: Detail, layers: Option<Detail>| STANDARD.encode(zipped(&glb::write_at(c.exhibit, part, layers)));
+    let layered = !c.exhibit.layers.is_empty();
+    let own = if layered { (OWN * most as f64) as usize } else { most };
+    let alone = |part: Detail| (part, packed(part, None));
+    let (part, text) = PARTS.into_iter().map(alone).find(|(_, text)| text.len() <= own)?;
+    if !layered {
+        return Some(Fitted { text, part, layers: None });
+    }
+    let beside = |layers: Detail| Fitted { text: packed(part, Some(layers)), part, layers: Some(layers) };
+    let found = LAYERS.into_iter().map(beside).find(|f| f.text.len() <= most);
+    Some(found.unwrap_or(Fitted { text, part, layers: None }))
+}
 
 /// Program and part as text for `page.js`, as fine as fits into `room` bytes; a coarser copy is said.
 pub fn data(c: &Context, room: usize) -> Markup {
@@ -42,34 +78,37 @@ pub fn data(c: &Context, room: usize) -> Markup {
     }
     let program = STANDARD.encode(PROGRAM);
     let most = room.saturating_sub(program.len() + AROUND).max(LEAST);
-    let layered = !c.exhibit.layers.is_empty();
-    let fits = |[detail, layers]: &[Detail; 2]| {
-        let part = STANDARD.encode(zipped(&glb::write_at(c.exhibit, *detail, *layers)));
-        (part.len() <= most).then_some((*detail, part))
-    };
-    // Without layers the steps that only coarsen them say nothing else.
-    let tried = DETAILS.iter().enumerate().filter(|(i, _)| layered || !(1..=2).contains(i)).map(|(_, d)| d);
-    let Some((detail, part)) = tried.into_iter().find_map(fits) else {
+    let Some(fitted) = fitted(c, most) else {
         return Markup::raw(
             "<p class=\"note\">The part is too large for a 3-D view in this page; the pictures show it.</p>\n",
         );
     };
-    let said = if detail == Detail::FULL {
-        Markup::default()
-    } else {
-        let longest = (0..3).map(|a| c.report.part.box_mm[1][a] - c.report.part.box_mm[0][a]).fold(0.0, f64::max);
-        let step = longest / f64::from(detail.cells);
-        markup!(
-            "<p class=\"note\">The 3-D view shows a coarser copy in steps of {}, so that the page stays small; all numbers and \
-             pictures come from the whole part.</p>\n",
-            phrase::quantity((step * 1000.0).ceil() / 1000.0, "mm")
-        )
-    };
     markup!(
         "{}<script type=\"text/plain\" id=\"viewer-part\">{}</script>\n<script type=\"text/plain\" id=\"viewer-program\">{}</script>\n",
-        said,
-        Markup::made(part),
+        coarseness(c, &fitted),
+        Markup::made(fitted.text),
         Markup::made(program)
+    )
+}
+
+/// What is coarser in the view than in truth, and by how much.
+fn coarseness(c: &Context, fitted: &Fitted) -> Markup {
+    let longest = (0..3).map(|a| c.report.part.box_mm[1][a] - c.report.part.box_mm[0][a]).fold(0.0, f64::max);
+    let step = |d: Detail| phrase::quantity((longest / f64::from(d.cells) * 1000.0).ceil() / 1000.0, "mm");
+    let part = (fitted.part != Detail::FULL).then(|| format!("a coarser copy in steps of {}", step(fitted.part)));
+    let layers = match fitted.layers {
+        None if c.exhibit.layers.is_empty() => None,
+        None => Some("no layers, for which there is no room".to_string()),
+        Some(Detail::FULL) => None,
+        Some(d) => Some(format!("its layers in steps of {}", step(d))),
+    };
+    let said: Vec<String> = [part, layers].into_iter().flatten().collect();
+    if said.is_empty() {
+        return Markup::default();
+    }
+    markup!(
+        "<p class=\"note\">The 3-D view shows {}, so that the page stays small; all numbers and pictures come from the whole part.</p>\n",
+        said.join(", and ")
     )
 }
 

@@ -137,8 +137,8 @@ impl Scene<'_> {
             let quiet = matches!(c.state, State::Pass | State::NotRun | State::NotApplicable);
             let style = if quiet { Style::regular(13.5, FAINT) } else { Style::bold(13.5, INK) };
             let mut words = printable(&c.name);
-            if let (true, Some(w)) = (c.state == State::Pass, &c.worst) {
-                words = format!("{words} {}", phrase::measured(w.value, w.low, w.high, &w.unit));
+            if c.state == State::Pass {
+                words += &phrase::beside_name(c);
             }
             let words = self.letters.fitted(&words, &style, wide - 36.0);
             self.letters.draw(canvas, [x + 20.0, y], &words, &style);

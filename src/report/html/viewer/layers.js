@@ -30,11 +30,13 @@ export function addLayers(view, group) {
     g.setAttribute("position", new BufferAttribute(layer.positions, 3));
     g.setIndex(new BufferAttribute(layer.indices, 1));
     const material = new ShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide, transparent: true, depthTest: false,
+      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, side: DoubleSide, transparent: true,
       uniforms: { lamp: view.material.uniforms.lamp, plane: view.material.uniforms.plane, tint: { value: TINTS[i % TINTS.length] } },
     });
     const mesh = new Mesh(g, material);
     mesh.visible = false;
+    // It hides itself as a solid does, and nothing of the part hides it.
+    mesh.onBeforeRender = (gl) => gl.clearDepth();
     mesh.renderOrder = 2;
     view.scene.add(mesh);
     const box = Object.assign(document.createElement("input"), { type: "checkbox" });

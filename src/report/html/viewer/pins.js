@@ -12,10 +12,25 @@ export function makePins(view) {
     b.className = "pin " + (f.accepted ? "accepted" : f.state);
     b.textContent = String(i + 1);
     b.setAttribute("aria-label", `${i + 1}: ${f.check}, ${f.accepted ? "accepted" : f.state}`);
-    b.addEventListener("click", () => view.fly(i));
+    choosable(b, view, () => view.fly(i));
     box.append(b);
     return { b, f, place: new Vector3(...view.posed(f.at_mm)) };
   });
+}
+
+/** A press chooses; a drag that begins on the pin turns the part, as beside it. */
+function choosable(b, view, choose) {
+  let from = null, dragged = false;
+  b.addEventListener("pointerdown", (e) => { from = [e.clientX, e.clientY]; dragged = false; });
+  b.addEventListener("pointermove", (e) => {
+    if (!from || Math.hypot(e.clientX - from[0], e.clientY - from[1]) < 5) return;
+    from = null;
+    dragged = true;
+    const { pointerId, pointerType, isPrimary, clientX, clientY } = e;
+    view.canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId, pointerType, isPrimary, clientX, clientY, button: 0, buttons: 1, cancelable: true }));
+  });
+  b.addEventListener("pointerup", () => { from = null; });
+  b.addEventListener("click", (e) => { if (!dragged || e.detail === 0) choose(); dragged = false; });
 }
 
 /** Marks the chosen finding in the list and among the pins, and brings it into the list's window. */

@@ -27,6 +27,8 @@ export function strips({ positions: p, indices: t }, map, axis, at, thin, capped
     const [from, to] = ends;
     outline.push(...from, ...to);
     if (!map || (!capped && map.fills !== "void") || !(from.value === from.value && to.value === to.value)) continue;
+    // Beyond the scale's end nothing is known of the depth: hatching stays.
+    if (map.fills && from.value >= map.high && to.value >= map.high) continue;
     const e = [0, 1, 2].map((x) => p[3 * b + x] - p[3 * a + x]), f = [0, 1, 2].map((x) => p[3 * c + x] - p[3 * a + x]);
     const n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
     const length = Math.hypot(...n), within = Math.hypot(n[u], n[v]) / length;

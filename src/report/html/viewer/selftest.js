@@ -6,14 +6,20 @@ function look(view) {
   const gl = view.gl.getContext(), w = gl.drawingBufferWidth, h = gl.drawingBufferHeight;
   const bytes = new Uint8Array(4 * w * h);
   gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
-  let covered = 0;
+  let covered = 0, failing = 0, hatched = 0, inked = 0;
+  const fails = (i) => bytes[i] > 1.8 * bytes[i + 1] && bytes[i] > 60;
   const sum = [0, 0, 0];
   for (let i = 0; i < bytes.length; i += 4) {
     if (bytes[i + 3] === 0) continue;
     covered++;
     for (let c = 0; c < 3; c++) sum[c] += bytes[i + c];
+    if (bytes[i] + bytes[i + 1] + bytes[i + 2] < 120) inked++;
+    if (!fails(i)) continue;
+    failing++;
+    // The next pixel is of the same colour and clearly darker: a line of the hatching begins.
+    if (fails(i + 4) && bytes[i + 4] < 0.75 * bytes[i]) hatched++;
   }
-  return { covered: covered / (w * h), colour: sum.map((s) => Math.round((1000 * s) / Math.max(1, covered)) / 1000) };
+  return { covered: covered / (w * h), colour: sum.map((s) => Math.round((1000 * s) / Math.max(1, covered)) / 1000), failing, hatched, inked };
 }
 
 /** Uses map switch, cut, flight, keys, hash and theme; leaves the view as it was. */
@@ -27,7 +33,7 @@ export function selfTest(view) {
     view.choose(i);
     let min = Infinity, max = -Infinity;
     for (const v of m.values) if (v === v) { min = Math.min(min, v); max = Math.max(max, v); }
-    return { check: m.check, min, max, ...look(view) };
+    return { check: m.check, title: m.title, legend: view.host.querySelector(".legend b").textContent, min, max, ...look(view) };
   });
   key("1");
   out.keyMap = view.map;

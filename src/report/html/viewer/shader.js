@@ -63,7 +63,8 @@ void main() {
     }
     float w = fwidth(x) * 0.8 * dot_size;
     bool line = (hasFail && abs(x - fail) < w) || (hasWarn && abs(x - warn) < w);
-    if (line && w > tie) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
+    // A value that leaps from one facet to the next has no line.
+    if (line && w > tie && w < 0.1 * (high - low)) { base = rgb(24.0, 33.0, 43.0); dark = 1.0; }
   }
 #ifdef FLAT
   float light = 1.0;
