@@ -66,7 +66,12 @@ fn every_page_works_in_a_browser() {
     let (folder, pages) = (Folder::new(), pages());
     for p in &pages {
         let pictures = render::pictures(&p.report, &p.exhibit);
-        folder.write(&p.file, &html::page(&p.report, &p.exhibit, &pictures));
+        let page = html::page(&p.report, &p.exhibit, &pictures);
+        assert!(page.len() < 2_000_000, "{}: {} bytes", p.file, page.len());
+        let compared = p.exhibit.stances.as_ref().map_or(0, |s| s.pictures.len());
+        assert_eq!(page.matches("The part in orientation ").count(), compared, "{}: thumbnails are missing", p.file);
+        assert!(page.contains("Which way to print") && page.contains("this run"), "{}: no orientations", p.file);
+        folder.write(&p.file, &page);
     }
     let names: Vec<&str> = pages.iter().map(|p| p.file.as_str()).collect();
     let mut axe = String::new();
@@ -125,6 +130,10 @@ fn works(p: &Page, said: &Value) {
         assert!(cut["covered"].as_f64().unwrap() > 0.0, "{file}: a cut leaves nothing: {cut}");
         assert!(cut["covered"].as_f64().unwrap() <= covered, "{file}: a cut adds to the part: {cut}");
     }
+    let slices = itself["slices"].as_array().unwrap_or_else(|| panic!("{file}: no slices"));
+    let shares: Vec<f64> = slices.iter().filter_map(Value::as_f64).collect();
+    assert!(shares.len() == 3 && shares.iter().all(|s| (0.0..=1.0).contains(s)), "{file}: {shares:?}");
+    assert!(shares.iter().any(|s| *s > 0.0), "{file}: the slices are empty");
     assert_eq!((&itself["keyCut"], &itself["uncut"], &itself["keyMap"]), (&json!(0), &json!(-1), &json!(0)), "{file}");
     let shown = itself["layers"].as_array().unwrap();
     assert!(shown.len() == p.exhibit.layers.len() && shown.iter().all(|l| l == true), "{file}: {shown:?}");

@@ -172,11 +172,20 @@ impl Report {
             .filter(|(_, f)| f.state > State::Pass)
             .collect();
         let standing = |&(c, f): &(&CheckReport, &Finding)| {
-            let convention = c.limit.as_ref().is_some_and(|l| l.basis == LimitBasis::Convention.word());
+            let convention = self.limit_of(c, f).is_some_and(|l| l.basis == LimitBasis::Convention.word());
             (f.accepted.is_some(), Reverse(f.state), convention)
         };
         all.sort_by(|a, b| standing(a).cmp(&standing(b)).then_with(|| Finding::worst_first(a.1, b.1)));
         all
+    }
+
+    /// The limit that a finding is judged by: its check's own, or the one of the check's rules that has the finding's numbers.
+    pub fn limit_of<'a>(&'a self, check: &'a CheckReport, f: &Finding) -> Option<&'a LimitReport> {
+        let same = |l: &&LimitReport| l.fail == f.fail && l.warn == f.warn;
+        let rule = |key: &str| key.strip_prefix(check.name.as_str()).is_some_and(|rest| rest.starts_with('.'));
+        let own = check.limit.as_ref();
+        let others = || self.process.limits.iter().filter(|(key, _)| rule(key)).map(|(_, l)| l);
+        own.filter(same).or_else(|| others().find(same)).or(own)
     }
 
     /// Number of findings that somebody accepts.

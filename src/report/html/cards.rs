@@ -85,7 +85,7 @@ fn card(c: &Context, k: &CheckReport) -> Markup {
         k.code,
         gauge(k, first),
         picture,
-        facts(k, &findings),
+        facts(c, k, &findings),
         table(&findings),
         explained(k),
         first.map_or(Markup::default(), |n| acceptable(c, n))
@@ -152,7 +152,7 @@ fn gauge(k: &CheckReport, first: Option<&Numbered>) -> Markup {
 }
 
 /// The rows of a card.
-fn facts(k: &CheckReport, findings: &[&Numbered]) -> Markup {
+fn facts(c: &Context, k: &CheckReport, findings: &[&Numbered]) -> Markup {
     let mut rows: Vec<(&'static str, String)> = Vec::new();
     if let Some(n) = findings.first() {
         finding_rows(&mut rows, n);
@@ -165,7 +165,8 @@ fn facts(k: &CheckReport, findings: &[&Numbered]) -> Markup {
         }
         rows.extend(w.at_mm.map(|p| ("Where", format!("{} mm", phrase::point(p)))));
     }
-    rows.extend(k.limit.as_ref().map(|l| ("From", origin(l))));
+    let limit = findings.first().map_or(k.limit.as_ref(), |n| c.report.limit_of(k, n.finding));
+    rows.extend(limit.map(|l| ("From", origin(l))));
     let places: u64 = findings.iter().map(|n| n.finding.count).sum();
     if places > 0 {
         rows.push(("Count", format!("{} in {}", places_word(places), findings_word(findings.len()))));
