@@ -1,7 +1,7 @@
 //! The one pipeline: mesh, process and options in; report and exhibit out.
 
 use crate::access::{Question, orientations};
-use crate::check::registry::CHECKS;
+use crate::check::registry::{CHECKS, left_out};
 use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
@@ -9,7 +9,7 @@ use crate::geometry::health::repaired;
 use crate::geometry::{TriangleMesh, health};
 use crate::grid::{Fitting, Grid};
 use crate::io::Loaded;
-use crate::memory::Allowance;
+use crate::memory::{Allowance, Demand};
 use crate::notice::Notice;
 use crate::part::{Part, Up};
 use crate::process::{Date, Dimension, Process, rule};
@@ -71,6 +71,11 @@ impl Options {
             phase: [0.0; 3],
         }
     }
+
+    /// What judging takes for each triangle and each sample.
+    pub fn demand(&self) -> Demand {
+        Demand::of(&self.process, &self.only, &self.skip)
+    }
 }
 
 /// A report, what its pictures need, and how long each stage took.
@@ -114,7 +119,7 @@ impl Prepared {
 /// fits; otherwise as [`Part::new`].
 pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
     let start = Instant::now();
-    options.memory.admit_triangles(loaded.mesh.triangles.len() as u64)?;
+    options.memory.admit_triangles(&options.demand(), loaded.mesh.triangles.len() as u64)?;
     let (units, scale) = match (&options.units, loaded.unit_mm) {
         (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
         (None, Some(mm)) => (("file".to_string(), "file"), mm),
@@ -278,12 +283,12 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
         .filter(|x| *x > 0.0)
         .fold(f64::INFINITY, f64::min);
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
-    let triangles = part.mesh().triangles.len() as u64;
+    let (demand, triangles) = (options.demand(), part.mesh().triangles.len() as u64);
     let spacing = options.voxel.unwrap_or_else(|| {
         let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
-        Fitting::with_samples(part.extent(), default, options.memory.samples(triangles)).spacing
+        Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing
     });
-    options.memory.admit_spacing(part.extent(), spacing, triangles)
+    options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)
 }
 
 /// One check's line of the report, and what it measured.
@@ -306,9 +311,8 @@ fn judge(
         cover: None,
         findings: Vec::new(),
     };
-    let listed = |names: &[String]| names.iter().any(|n| n == meta.name || n.eq_ignore_ascii_case(meta.code));
-    if listed(&options.skip) || (!options.only.is_empty() && !listed(&options.only)) {
-        report.why = Some(if listed(&options.skip) { "left out by --skip" } else { "not in --only" }.into());
+    if let Some(why) = left_out(meta, &options.only, &options.skip) {
+        report.why = Some(why.into());
         return (report, None);
     }
     match check.run(part, &options.process, context) {

@@ -139,6 +139,12 @@ pub enum Error {
 }
 
 impl Error {
+    /// What a panic carries, as the broken promise it is.
+    pub fn broken_down(panic: &(dyn std::any::Any + Send)) -> Self {
+        let said = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        Error::Internal { problem: printable(said.unwrap_or("unknown")) }
+    }
+
     /// The stable code of this kind of failure, as `amcheck explain` knows it.
     pub fn code(&self) -> &'static str {
         match self {

@@ -1,22 +1,57 @@
-//! Memory known before it is taken: what judging a part needs, and what it may have.
+//! Memory and time of judging, known before they are spent.
 
+use crate::check::registry::{left_out, metas};
 use crate::error::{Error, Result};
 use crate::grid::Fitting;
 use crate::io::machine::Ceiling;
+use crate::io::reading_bytes;
+use crate::process::Process;
 use crate::units::{Length, short};
 
-/// What the process takes whatever the part: code, threads, fonts, pictures, the page.
-const FIXED: u128 = 112 << 20;
+/// What the process takes whatever the part: code, threads, fonts, pictures, the page, the lattice of the bead.
+const FIXED: u128 = 216 << 20;
 
-/// What one triangle takes: corners, edges, trees, features, its share of the display copy and of the page.
-const PER_TRIANGLE: u128 = 3_000;
+/// Checks that look at the mesh as it is and search nothing in it.
+const LIGHT: [&str; 2] = ["mesh", "build-volume"];
 
-/// What one sample takes: the sets and the density, the fields that checks share, and the scratch of making them.
-const PER_SAMPLE: u128 = 40;
+/// What judging takes for each triangle and each sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    per_triangle: u128,
+    per_sample: u128,
+    /// Seconds of one processor for a part, a million triangles and a million samples.
+    seconds: [f64; 3],
+}
 
-/// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
-pub fn need_bytes(triangles: u64, samples: u128) -> u128 {
-    FIXED + PER_TRIANGLE * u128::from(triangles) + samples.saturating_mul(PER_SAMPLE)
+impl Demand {
+    /// The demand of the checks that run.
+    ///
+    /// Corners, edges and trees are made of every triangle, features and a share of the page for checks that search; sets and density of every
+    /// sample, and the clearance with its components for checks that look for voids.
+    pub fn of(process: &Process, only: &[String], skip: &[String]) -> Self {
+        let running = || metas().filter(|m| left_out(m, only, skip).is_none()).map(|m| m.name);
+        let runs = |name: &str| running().any(|n| n == name);
+        let limited = |keys: &[&str]| keys.iter().any(|k| process.limit(k).is_some());
+        let voids = runs("trapped-volume") && limited(&["trapped-volume"])
+            || runs("drain") && limited(&["drain", "drain.suction"]);
+        let searches = running().any(|name| !LIGHT.contains(&name));
+        Demand {
+            per_triangle: if searches { 1_400 } else { 480 },
+            per_sample: if voids { 18 } else { 10 },
+            seconds: if searches { [1.5, 30.0, 0.05] } else { [0.1, 3.0, 0.01] },
+        }
+    }
+
+    /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
+    pub fn bytes(&self, triangles: u64, samples: u128) -> u128 {
+        FIXED + self.per_triangle * u128::from(triangles) + samples.saturating_mul(self.per_sample)
+    }
+
+    /// Seconds of one processor that judging usually takes; parts with many thin places take several times that.
+    pub fn seconds(&self, triangles: u64, samples: u128) -> f64 {
+        let [part, triangle, sample] = self.seconds;
+        part + 1e-6 * (triangle * triangles as f64 + sample * samples as f64)
+    }
 }
 
 /// What judging may take.
@@ -29,41 +64,58 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// The largest file that is read: its bytes, what is welded from them and the mesh stand side by side for a moment.
+    /// The largest file that is opened: its bytes, what is welded from them and the mesh stand side by side for a moment.
     pub fn file_bytes(&self) -> u64 {
-        let least = self.ceiling.iter().map(|c| u128::from(c.bytes)).fold(self.bytes, u128::min);
-        u64::try_from(least / 3).unwrap_or(u64::MAX)
+        u64::try_from(self.least() / 3).unwrap_or(u64::MAX)
+    }
+
+    fn least(&self) -> u128 {
+        self.ceiling.iter().map(|c| u128::from(c.bytes)).fold(self.bytes, u128::min)
+    }
+
+    /// Refuses content that takes more memory to read than there is.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] with the need.
+    pub fn admit_content(&self, bytes: &[u8]) -> Result<()> {
+        let remedy = "export the part as binary STL, or with fewer triangles".to_string();
+        self.admit(format!("reading {} bytes", bytes.len()), reading_bytes(bytes), remedy)
     }
 
     /// How many samples the user's allowance leaves beside the triangles.
-    pub fn samples(&self, triangles: u64) -> u128 {
-        self.bytes.saturating_sub(need_bytes(triangles, 0)) / PER_SAMPLE
+    pub fn samples(&self, demand: &Demand, triangles: u64) -> u128 {
+        self.bytes.saturating_sub(demand.bytes(triangles, 0)) / demand.per_sample
     }
 
     /// Refuses more triangles than there is memory for, before anything is made of them.
     ///
     /// # Errors
     /// [`Error::TooLarge`] with the need.
-    pub fn admit_triangles(&self, triangles: u64) -> Result<()> {
-        let remedy = "reduce the number of triangles in the export".to_string();
-        self.admit(format!("judging {triangles} triangles"), need_bytes(triangles, 0), remedy)
+    pub fn admit_triangles(&self, demand: &Demand, triangles: u64) -> Result<()> {
+        let remedy = "reduce the number of triangles in the export, or run only some checks with --only".to_string();
+        self.admit(format!("judging {triangles} triangles"), demand.bytes(triangles, 0), remedy)
     }
 
     /// The grid of a spacing, if there is memory for it and the triangles.
     ///
     /// # Errors
     /// [`Error::TooLarge`] with the need and the spacing that fits.
-    pub fn admit_spacing(&self, extent_mm: [f64; 3], spacing: Length, triangles: u64) -> Result<Fitting> {
+    pub fn admit_spacing(
+        &self,
+        demand: &Demand,
+        extent_mm: [f64; 3],
+        spacing: Length,
+        triangles: u64,
+    ) -> Result<Fitting> {
         let fitting = Fitting::of(extent_mm, spacing);
-        let need = need_bytes(triangles, fitting.samples);
-        let least = self.ceiling.iter().map(|c| u128::from(c.bytes)).fold(self.bytes, u128::min);
-        let left = least.saturating_sub(need_bytes(triangles, 0)).max(1);
+        let need = demand.bytes(triangles, fitting.samples);
+        let left = self.least().saturating_sub(demand.bytes(triangles, 0)).max(1);
         let remedy = || {
-            let fits = Fitting::with_samples(extent_mm, spacing, left / PER_SAMPLE).spacing.as_mm();
+            let fits = Fitting::with_samples(extent_mm, spacing, left / demand.per_sample).spacing.as_mm();
             format!("--voxel {}mm fits", short((fits * 1e3).ceil() / 1e3))
         };
         let what = format!("a grid of {} samples at {spacing} with {triangles} triangles", fitting.samples);
-        self.admit(what, need, if need > least { remedy() } else { String::new() })?;
+        self.admit(what, need, if need > self.least() { remedy() } else { String::new() })?;
         Ok(Fitting { bytes: need, ..fitting })
     }
 
@@ -92,23 +144,54 @@ mod tests {
         Allowance { bytes, ceiling: ceiling.map(|bytes| Ceiling { bytes, whose: "`ulimit -v`".into() }) }
     }
 
+    fn demand(process: &str, only: &[&str]) -> Demand {
+        let only: Vec<String> = only.iter().map(|n| n.to_string()).collect();
+        Demand::of(&Process::named(process).unwrap(), &only, &[])
+    }
+
     #[test]
     fn what_is_refused_says_what_fits() {
-        let one_gib = allowance(1 << 30, None);
-        let refused = one_gib.admit_spacing([100.0; 3], Length::mm(0.01), 1000).unwrap_err();
+        let (one_gib, all) = (allowance(1 << 30, None), demand("fdm", &[]));
+        let refused = one_gib.admit_spacing(&all, [100.0; 3], Length::mm(0.01), 1000).unwrap_err();
         let fits = refused.remedy().split_whitespace().nth(1).map(|w| Length::parse(w).unwrap()).unwrap();
-        let fitting = one_gib.admit_spacing([100.0; 3], fits, 1000).unwrap();
+        let fitting = one_gib.admit_spacing(&all, [100.0; 3], fits, 1000).unwrap();
         assert!(fitting.bytes <= 1 << 30 && fitting.bytes > 7 << 27, "{fitting:?}");
-        assert_eq!(one_gib.admit_triangles(20_000_000).unwrap_err().exit_code(), 5);
-        assert!(one_gib.admit_triangles(100_000).is_ok());
+        assert!(one_gib.admit_triangles(&all, 100_000).is_ok());
+    }
+
+    #[test]
+    fn twenty_million_triangles_are_refused_with_their_need() {
+        let refused = allowance(4 << 30, None).admit_triangles(&demand("fdm", &[]), 20_000_000).unwrap_err();
+        assert!(refused.exit_code() == 5 && refused.to_string().contains("20000000 triangles needs 2"), "{refused}");
+        // The mesh alone fits a machine of 16 GiB.
+        let light = demand("fdm", &["mesh", "build-volume"]);
+        assert!(allowance(10 << 30, None).admit_triangles(&light, 20_000_000).is_ok());
+    }
+
+    #[test]
+    fn a_cube_of_1024_samples_fits_24_gib_in_every_process() {
+        for process in ["fdm", "sla", "sls", "mjf", "lpbf", "binder-jet"] {
+            let fitting =
+                allowance(24 << 30, None).admit_spacing(&demand(process, &[]), [100.0; 3], Length::mm(0.098), 100_000);
+            let fitting = fitting.unwrap_or_else(|e| panic!("{process}: {e}"));
+            assert!(fitting.samples >= 1 << 30, "{fitting:?}");
+        }
+        let (few, many) = (demand("fdm", &[]), demand("lpbf", &[]));
+        assert!(few.bytes(0, 1 << 30) < many.bytes(0, 1 << 30), "powder has to come out");
+        assert_eq!(demand("lpbf", &["thin-wall"]), few);
     }
 
     #[test]
     fn the_machine_refuses_in_a_sentence() {
-        let tight = allowance(4 << 30, Some(200 << 20));
-        let refused = tight.admit_spacing([50.0; 3], Length::mm(0.12), 1000).unwrap_err();
+        let (tight, all) = (allowance(4 << 30, Some(400 << 20)), demand("fdm", &[]));
+        let refused = tight.admit_spacing(&all, [50.0; 3], Length::mm(0.12), 1000).unwrap_err();
         assert!(refused.exit_code() == 5 && refused.remedy().contains("`ulimit -v` allows no more"), "{refused}");
-        assert_eq!(tight.file_bytes(), (200 << 20) / 3);
-        assert!(tight.admit_spacing([50.0; 3], Length::mm(0.5), 1000).is_ok());
+        assert_eq!(tight.file_bytes(), (400 << 20) / 3);
+        let text = [b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), vec![b'\n'; 40 << 20]].concat();
+        let refused = tight.admit_content(&text).unwrap_err();
+        assert!(refused.exit_code() == 5 && refused.to_string().contains("reading "), "{refused}");
+        assert!(tight.admit_content(&text[..1 << 20]).is_ok());
+        assert!(tight.admit_spacing(&all, [50.0; 3], Length::mm(0.5), 1000).is_ok());
+        assert!(all.seconds(1_000_000, 0) > all.seconds(1_000, 0) && all.seconds(0, 1 << 30) > all.seconds(0, 1));
     }
 }

@@ -128,9 +128,13 @@ impl Part {
         if self.health.is_solid() && self.health.volume_mm3().abs() <= 0.5 * self.step * self.mesh.area() {
             return Err(Error::NotSolid {
                 problem: "it is closed and holds no volume".into(),
-                at_mm: None,
+                at_mm: Some(self.to_file(self.mesh.centroid(0))),
                 remedy: "give the sheet a thickness and export the part again".into(),
             });
+        }
+        // No facet has a neighbour: nothing needs to be searched to know that nothing is enclosed.
+        if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
+            return Err(self.encloses_nothing());
         }
         let bodies = &self.health.facet_body;
         let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
@@ -155,15 +159,8 @@ impl Part {
         let inside = |w: f64| w >= INSIDE;
         let enclosed: f64 =
             (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
-        let loose = self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64;
-        if !self.health.is_solid() && (loose || enclosed < LEAST_ENCLOSED * self.mesh.area()) {
-            let at = self.health.open_edges.at_mm.map(|p| self.to_file(p));
-            return Err(Error::NotSolid {
-                problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
-                    .into(),
-                at_mm: at,
-                remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
-            });
+        if !self.health.is_solid() && enclosed < LEAST_ENCLOSED * self.mesh.area() {
+            return Err(self.encloses_nothing());
         }
         let sound = self.health.is_solid();
         let mut turned = 0u64;
@@ -179,6 +176,15 @@ impl Part {
             self.notices.push(Notice::new("turned-facets", text).counted(turned));
         }
         Ok(())
+    }
+
+    fn encloses_nothing(&self) -> Error {
+        Error::NotSolid {
+            problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
+                .into(),
+            at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
+            remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
+        }
     }
 
     /// The mesh in the frame of the build, outward normals.

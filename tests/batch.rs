@@ -261,6 +261,24 @@ fn names_break_out_of_no_page_and_no_table() {
 }
 
 #[test]
+fn what_breaks_down_is_a_line() {
+    use amcheck::batch::{Earlier, Store, Work, entries, run};
+    let s = Scratch::with(&["block", "wall_080"]);
+    let store = Store::open(&s.0.join("out")).expect("a folder");
+    let judge = |entry: &amcheck::batch::Entry, _: &[u8]| match entry.name.as_str() {
+        "block.stl" => panic!("on purpose"),
+        _ => Err(amcheck::Error::Interrupted),
+    };
+    let work = Work { judge: &judge, settings: String::new(), limit_bytes: 1 << 20, jobs: 1, earlier: Earlier::Keep };
+    let parts = entries(&[s.0.join("in")]).expect("two parts");
+    let rows = run(&parts, &store, &work, |_| ());
+    assert_eq!(rows.iter().map(|r| r.code).collect::<Vec<_>>(), [70, 130]);
+    let error = rows[0].error.as_ref().expect("an error");
+    assert!(error.code == "E070" && rows[0].line.contains("on purpose"), "{:?}", rows[0]);
+    assert!(s.names("out/parts").is_empty(), "what broke down is not kept");
+}
+
+#[test]
 fn every_part_of_the_corpus_ends_with_its_code() {
     let given = std::env::var_os("AMCHECK_MODELS").map(PathBuf::from);
     let folder = given.unwrap_or_else(|| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/models")));

@@ -167,6 +167,7 @@ fn words_that_make_no_sense_are_refused() {
     with(&["--units", "inch"], "E002", &["`inch`"]);
     with(&["--up", "+w"], "E001", &["+w"]);
     with(&["--threads", "0"], "E001", &["--threads"]);
+    with(&["--threads", "99999"], "E001", &["99999", "--threads"]);
     with(&["--process", "none.toml"], "E003", &["none.toml"]);
     s.refused(&["explain", "thinwall"], 2, "E002", &["`thin-wall`"]);
 }
@@ -224,6 +225,22 @@ fn a_grid_that_is_too_large_says_which_spacing_fits() {
     );
     let fits = ran.err.split_whitespace().skip_while(|w| *w != "--voxel").nth(1).expect("a spacing");
     assert_eq!(s.run(&[&[block.as_str(), "--voxel", fits], &budget[..]].concat()).exit, 0, "{fits} does not fit");
+}
+
+#[test]
+fn what_judging_takes_is_known_before_it_is_spent() {
+    let s = Scratch::new();
+    let bracket = fixture("finned_bracket");
+    let plan = s.run(&[&bracket, "--plan"]);
+    assert_eq!((plan.exit, plan.err.as_str()), (0, ""));
+    assert!(s.names(".").is_empty(), "nothing is written");
+    let json = s.run(&[&bracket, "--json", "--format", "json"]).out;
+    let report: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let samples = format!("{} mm, {} samples", report["grid"]["spacing_mm"], report["grid"]["samples"]);
+    for said in ["116 triangles", samples.as_str(), "memory  at most ", " of 4.3 GB allowed", " s of one processor"] {
+        assert!(plan.out.contains(said), "no {said:?} in {}", plan.out);
+    }
+    s.refused(&[&bracket, "--plan", "--voxel", "0.001mm"], 5, "E020", &["--voxel"]);
 }
 
 #[test]

@@ -8,7 +8,12 @@
 mod geometry;
 #[path = "faults/good.rs"]
 mod good;
+#[path = "faults/list.rs"]
+mod list;
 #[path = "faults/mutations.rs"]
 mod mutations;
+#[cfg(feature = "cli")]
+#[path = "faults/pipeline.rs"]
+mod pipeline;
 #[path = "faults/rows.rs"]
 mod rows;

@@ -71,6 +71,30 @@ fn profiles_hold() {
 }
 
 #[test]
+fn tools_hold() {
+    run(
+        "tool",
+        targets::tool,
+        &[
+            include_bytes!("../src/process/builtin/tools/ball-mill-6.toml"),
+            b"title = \"hook\"\nmesh = \"hook.stl\"\n[[sharp]]\nname = \"tip\"\nat_mm = [0, 0.5, -1e1]\n",
+            b"[[piece]]\nrole = \"cutter\"\nshape = \"cone\"\ndiameter_mm = 1\nupper_diameter_mm = 3\nlength_mm = 6\n\
+              [[piece]]\nrole = \"holder\"\ndiameter_mm = 40\nlength_mm = 60\nfrom_mm = 12\n",
+        ],
+    );
+}
+
+#[test]
+fn acceptances_hold() {
+    run(
+        "acceptances",
+        targets::acceptances,
+        &[b"[[accept]]\ncheck = \"thin-wall\"\nat_mm = [40.2, 4.5, 16.5]\nno_worse_than = 0.45\nreason = \"a hinge\"\nuntil = 2027-06-30\n\
+            [[accept]]\ncheck = \"narrow-gap\"\nbox_mm = [[0, 0, 0], [1, 2, 3]]\nreason = \"meant\"\n"],
+    );
+}
+
+#[test]
 fn options_hold() {
     run(
         "options",

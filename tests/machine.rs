@@ -50,7 +50,7 @@ fn a_limit_of_the_shell_refuses_in_a_sentence_before_the_kernel_does() {
     let s = Scratch::new();
     let mut refused = 0;
     // From far too little, in steps, to enough; the part needs about 80 MB by itself.
-    for mib in [120, 160, 200, 240, 300, 400, 600, 1000, 2000, 4000] {
+    for mib in [120, 160, 200, 300, 400, 500, 600, 1000, 2000, 4000] {
         let line = format!("ulimit -v {} && $AMCHECK $PARTS/block.stl --voxel 0.1mm --format json --quiet", mib * 1024);
         let output = s.shell(&line);
         match code(&output) {
@@ -145,8 +145,18 @@ fn pipes_devices_and_folders_are_no_parts() {
 fn a_place_that_takes_no_file_leaves_none() {
     let s = Scratch::new();
     if s.shell("id -u").stdout == b"0\n" {
-        // The superuser may write anywhere; a file in the way of a folder stops even him.
-        println!("skipped: permissions do not stop the superuser");
+        // The superuser may read and write anywhere, so somebody else tries.
+        let line =
+            "cp $AMCHECK a && cp $PARTS/block.stl b.stl && chmod 755 a . && chmod 000 b.stl && mkdir -m 700 locked";
+        let nobody = "setpriv --reuid=65534 --regid=65534 --clear-groups";
+        if code(&s.shell(&format!("{line} && {nobody} true"))) == 0 {
+            let output = s.shell(&format!("cp b.stl c.stl; chmod 644 c.stl; {nobody} ./a c.stl --out locked/r"));
+            assert!(code(&output) == 6 && said(&output).contains("locked"), "{}", said(&output));
+            let output = s.shell(&format!("mkdir -m 777 open && cd open && {nobody} ../a ../b.stl"));
+            assert!(code(&output) == 4 && said(&output).contains("permi"), "{}", said(&output));
+        } else {
+            println!("skipped: nobody else can be tried as");
+        }
     } else {
         let output = s.shell("mkdir locked && chmod 500 locked && $AMCHECK $PARTS/block.stl --out locked/r");
         assert!(code(&output) == 6 && said(&output).contains("locked"), "{}", said(&output));

@@ -193,11 +193,15 @@ fn gcode_is_swept_and_compared_with_its_design() {
 fn fields_and_a_picture_are_written_on_demand() {
     let bench = Bench::new("fields");
     for words in ["offset part.stl --by 1mm", "minkowski part.stl box:2x1x1mm", "open part.stl --radius 1mm"] {
-        let said = bench.amcheck(&format!("{words} --voxel 0.25mm --field a.npy --field deep/a.vti --picture a.png"));
+        let said = bench.amcheck(&format!(
+            "{words} --voxel 0.25mm --field a.npy --field a.nrrd --field deep/a.vti --picture a.png"
+        ));
         assert_eq!((said.code, said.err.as_str()), (0, ""), "{words}");
-        assert_eq!(said.out.matches("written").count(), 4, "{}", said.out);
+        assert_eq!(said.out.matches("written").count(), 5, "{}", said.out);
         let npy = std::fs::read(bench.0.join("a.npy")).unwrap();
         let vti = std::fs::read(bench.0.join("deep/a.vti")).unwrap();
+        let nrrd = std::fs::read(bench.0.join("a.nrrd")).unwrap();
+        assert!(nrrd.starts_with(b"NRRD0004") && nrrd.ends_with(&npy[128..]), "the same samples in the same order");
         let shape = String::from_utf8_lossy(&npy[..128]).into_owned();
         let counts: Vec<usize> = shape.split(['(', ',', ')', ' ']).filter_map(|w| w.parse().ok()).collect();
         let values: Vec<f32> = npy[128..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
@@ -285,7 +289,7 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("sweep part.stl --gcode good.gcode", 4, &["E012", "mesh as a bead"]),
         ("sweep cone:r1r0h1mm --gcode good.gcode", 4, &["E012", "cone as a bead"]),
         ("sweep part.stl --along still.csv --bead 1x1mm", 2, &["E001", "--bead"]),
-        ("offset part.stl --by 1mm --field x.raw", 2, &["E002", "`raw`", "npy, vti"]),
+        ("offset part.stl --by 1mm --field x.raw", 2, &["E002", "`raw`", "npy, nrrd, vti"]),
         ("offset part.stl --by 1mm --picture x.jpg", 2, &["E002", "jpg"]),
         ("offset part.stl --by 1mm --field part.stl/x.npy", 6, &["E030"]),
         ("offset part.stl --by -2.5mm --field deep/x.npy --picture x.png", 4, &["E013", "nothing remains"]),

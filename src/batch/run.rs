@@ -112,11 +112,7 @@ fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start
     let (mut row, files) = match judged {
         Ok(Ok(done)) => (Row::judged(&entry.name, &done.report, done.code), done.files),
         Ok(Err(e)) => (Row::refused(&entry.name, &e), Vec::new()),
-        Err(panic) => {
-            let what = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-            let problem = what.unwrap_or("unknown").to_string();
-            (Row::refused(&entry.name, &Error::Internal { problem }), Vec::new())
-        }
+        Err(panic) => (Row::refused(&entry.name, &Error::broken_down(panic.as_ref())), Vec::new()),
     };
     row.sha256.get_or_insert_with(|| hex(&Sha256::digest(bytes)));
     row.folder = Some(folder.clone());

@@ -34,6 +34,16 @@ pub fn metas() -> impl Iterator<Item = &'static Meta> {
     CHECKS.iter().map(|c| c.meta())
 }
 
+/// Why a check does not run, if it does not: lists hold names or codes, and an empty `only` is all.
+pub fn left_out(meta: &Meta, only: &[String], skip: &[String]) -> Option<&'static str> {
+    let listed = |names: &[String]| names.iter().any(|n| n == meta.name || n.eq_ignore_ascii_case(meta.code));
+    match (listed(skip), only.is_empty() || listed(only)) {
+        (true, _) => Some("left out by --skip"),
+        (false, false) => Some("not in --only"),
+        (false, true) => None,
+    }
+}
+
 /// A check by its code or its name.
 ///
 /// # Errors

@@ -30,6 +30,10 @@ pub struct Arguments {
     #[arg(long, short)]
     pub quiet: bool,
 
+    /// Only say what judging would take: grid, memory, time
+    #[arg(long, conflicts_with_all = ["watch", "json", "quiet"])]
+    pub plan: bool,
+
     /// Judge again whenever the part, its process file or its acceptances change; Ctrl-C ends
     #[arg(long)]
     pub watch: bool,
@@ -338,7 +342,7 @@ pub struct How {
     pub out: Option<PathBuf>,
 
     /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable
-    #[arg(long = "field", value_name = "FILE.npy|.vti")]
+    #[arg(long = "field", value_name = "FILE.npy|.nrrd|.vti")]
     pub fields: Vec<PathBuf>,
 
     /// Also write a picture of before and after

@@ -109,6 +109,7 @@ impl How<'_> {
 
     fn judge(&self, entry: &Entry, bytes: &[u8]) -> Result<Finished> {
         let name = entry.path.to_string_lossy();
+        self.options.memory.admit_content(bytes)?;
         let loaded = read(&name, bytes, self.salvage)?;
         let mut analysis = run(prepare(&name, bytes, loaded, &self.options)?, &self.options)?;
         let mut files = print_all(&mut analysis, &self.formats, None);

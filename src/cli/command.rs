@@ -2,7 +2,7 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{batch, judge, lists, operate, orient, tools, watch};
+use super::{batch, judge, lists, operate, orient, plan, tools, watch};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -32,6 +32,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             clap_complete::generate(*shell, &mut Arguments::command(), "amcheck", &mut text);
             Ok((String::from_utf8_lossy(&text).into_owned(), 0))
         }
+        None if arguments.plan => plan::plan(&arguments).map_err(|e| Complaint::about(part, e)),
         None if arguments.watch => watch::watch(&arguments).map_err(|e| Complaint::about(part, e)),
         None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
     };
@@ -42,6 +43,16 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             complaint.error.exit_code()
         }
     }
+}
+
+/// Runs the command; a broken promise of ours ends in one error and its own exit code, and leaves nothing half-written.
+pub fn guarded(command: impl FnOnce() -> u8 + std::panic::UnwindSafe) -> u8 {
+    std::panic::catch_unwind(command).unwrap_or_else(|panic| {
+        crate::io::abandon_temporaries();
+        let complaint = Complaint::from(Error::broken_down(panic.as_ref()));
+        complain(&complaint);
+        complaint.error.exit_code()
+    })
 }
 
 /// On Ctrl-C and on being told to end: nothing half-written stays, and the exit code says so.
@@ -113,4 +124,17 @@ fn complain(Complaint { error, file: part }: &Complaint) {
 pub(super) fn palette(terminal: bool) -> Palette {
     let refused = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     if terminal && !refused { Palette::Ansi } else { Palette::Plain }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_one_error_with_its_own_code() {
+        assert_eq!(guarded(|| panic!("on purpose")), 70);
+        assert_eq!(guarded(|| 3), 3);
+        let said = Error::broken_down(&String::from("at\u{1b}[2J"));
+        assert_eq!((said.exit_code(), said.to_string().contains('\u{1b}')), (70, false));
+    }
 }

@@ -7,7 +7,7 @@ use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxe
 use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
-use crate::io::{Salvage, machine, read_path, threemf};
+use crate::io::{Loaded, Salvage, content_of, machine, read, threemf};
 use crate::memory::Allowance;
 use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
@@ -57,9 +57,8 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let (weights, stages) = (Weights::of_last_run(&folder), Stage::all());
     let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
     told("prepare");
-    let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
-    let (content, loaded) = read_path(&part, MOST_FILE_BYTES.min(options.memory.file_bytes()), salvage)?;
-    let prepared = prepare(&part.to_string_lossy(), &content, loaded, &options)?;
+    let (content, mesh) = loaded(a, &part, &options)?;
+    let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
     let mut analysis = run_told(prepared, &options, &told)?;
     told("print");
@@ -70,6 +69,15 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let seconds = Some(start.elapsed().as_secs_f64());
     let outputs = Outputs { part: part.to_string_lossy().into_owned(), written, seconds };
     Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
+}
+
+/// The bytes of the part, and the mesh they hold.
+pub(super) fn loaded(a: &Arguments, part: &Path, options: &Options) -> Result<(Vec<u8>, Loaded)> {
+    let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
+    let content = content_of(part, MOST_FILE_BYTES.min(options.memory.file_bytes()))?;
+    options.memory.admit_content(&content)?;
+    let mesh = read(&part.to_string_lossy(), &content, salvage)?;
+    Ok((content, mesh))
 }
 
 /// What goes to stdout.
@@ -244,15 +252,27 @@ fn today(a: &Judging, process: &Process) -> Result<Option<Date>> {
     Ok(asked.then(clock).flatten().map(|since| Date::of_unix_seconds(since.as_secs())))
 }
 
+/// Threads at most: each takes memory of its own before it does anything.
+const MOST_THREADS: usize = 1024;
+
+/// Starts the pool, so that threads that cannot be had are refused in a sentence.
 pub(super) fn threads(a: &Judging) -> Result<()> {
-    match a.threads {
-        Some(0) => Err(usage("--threads 0", "give at least one thread, or leave the option out")),
-        Some(n) => {
-            // A pool that exists already keeps its size; the answer is the same.
-            let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
-            Ok(())
+    let by_setting = || std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok();
+    let wanted = match a.threads {
+        Some(0) => return Err(usage("--threads 0", "give at least one thread, or leave the option out")),
+        Some(n) => n,
+        None => by_setting().unwrap_or(0),
+    };
+    let remedy = "give about as many as the machine has processors with --threads";
+    if wanted > MOST_THREADS {
+        return Err(usage(&format!("{wanted} threads are more than {MOST_THREADS}"), remedy));
+    }
+    // A pool that exists already keeps its size; the answer is the same.
+    match rayon::ThreadPoolBuilder::new().num_threads(wanted).build_global() {
+        Err(e) if std::error::Error::source(&e).is_some() => {
+            Err(usage(&format!("the threads cannot be started: {e}"), remedy))
         }
-        None => Ok(()),
+        _ => Ok(()),
     }
 }
 

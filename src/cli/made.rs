@@ -6,14 +6,14 @@ use super::words::one_of;
 use crate::error::{Error, Result, printable};
 use crate::geometry::TriangleMesh;
 use crate::io::glb::{self, Scene};
-use crate::io::{Content, npy, obj, ply, stl, threemf, vti, write_together};
+use crate::io::{Content, npy, nrrd, obj, ply, stl, threemf, vti, write_together};
 use crate::operate::Operated;
 use crate::report::render::{Panel, side_by_side};
 use std::path::{Path, PathBuf};
 
 /// Suffixes that a mesh is written by.
 const MESHES: &[&str] = &["stl", "glb", "obj", "ply", "3mf"];
-const FIELDS: &[&str] = &["npy", "vti"];
+const FIELDS: &[&str] = &["npy", "nrrd", "vti"];
 const PICTURES: &[&str] = &["png"];
 
 /// Width and height of each half of a picture.
@@ -132,6 +132,7 @@ impl Destination {
     fn field(&self, made: &Operated, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         match self.suffix {
             "npy" => npy::write((&made.field).into(), out),
+            "nrrd" => nrrd::write((&made.field).into(), out),
             _ => vti::write((&made.field).into(), "signed_distance_mm", out),
         }
     }

@@ -11,6 +11,7 @@ mod made;
 mod operand;
 mod operate;
 mod orient;
+mod plan;
 mod progress;
 mod toolpath;
 mod tools;
@@ -18,4 +19,4 @@ mod watch;
 mod words;
 
 pub use args::{Arguments, Batch, Command, How, Judging, Operation, Pair};
-pub use command::main;
+pub use command::{guarded, main};

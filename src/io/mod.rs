@@ -36,8 +36,8 @@ pub use atomic::{Content, write_atomically, write_together};
 pub use loaded::Loaded;
 #[cfg(feature = "report")]
 pub(crate) use path::bytes_of;
-pub use path::read_path;
+pub use path::{content_of, read_path};
 pub use raster::Raster;
-pub use read::read;
+pub use read::{read, reading_bytes};
 pub use salvage::Salvage;
 pub use temporary::{Temporary, abandon_temporaries};

@@ -16,20 +16,24 @@ use std::path::Path;
 /// # Cost
 /// One reading of the file into memory.
 pub fn read_path(path: &Path, limit_bytes: u64, salvage: Salvage) -> Result<(Vec<u8>, Loaded)> {
-    let bytes = if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        std::io::stdin()
-            .lock()
-            .take(limit_bytes.saturating_add(1))
-            .read_to_end(&mut bytes)
-            .map_err(|e| refused(path, &e))?;
-        within("standard input", bytes.len() as u64, limit_bytes)?;
-        bytes
-    } else {
-        bytes_of(path, limit_bytes)?
-    };
+    let bytes = content_of(path, limit_bytes)?;
     let loaded = read(&path.to_string_lossy(), &bytes, salvage)?;
     Ok((bytes, loaded))
+}
+
+/// The bytes of a file, or of standard input for `-`.
+///
+/// # Errors
+/// As [`read_path`], but for those of what the bytes hold.
+pub fn content_of(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
+    if path != Path::new("-") {
+        return bytes_of(path, limit_bytes);
+    }
+    let mut bytes = Vec::new();
+    let mut input = std::io::stdin().lock().take(limit_bytes.saturating_add(1));
+    input.read_to_end(&mut bytes).map_err(|e| refused(path, &e))?;
+    within("standard input", bytes.len() as u64, limit_bytes)?;
+    Ok(bytes)
 }
 
 /// The bytes of a regular file that stays as it is while it is read.

@@ -57,6 +57,18 @@ pub fn read(name: &str, bytes: &[u8], salvage: Salvage) -> Result<Loaded> {
     Ok(loaded)
 }
 
+/// Bytes that reading takes at its peak, the file itself included, told from its format; measured on a million triangles with room to spare.
+///
+/// Text is short for what it becomes: a corner of a cube is six characters and twenty-four bytes.
+pub fn reading_bytes(bytes: &[u8]) -> u128 {
+    let times = match sniff::content(bytes) {
+        Content::Obj | Content::Ply | Content::Zip => 12,
+        Content::Utf16 => 16,
+        Content::Stl | Content::Other(..) | Content::Unknown => 4,
+    };
+    times * bytes.len() as u128
+}
+
 /// What stands after the last point of a name, in lower case, printable; empty without one.
 fn suffix(name: &str) -> String {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);

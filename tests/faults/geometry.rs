@@ -137,6 +137,25 @@ fn what_encloses_nothing_is_refused() {
 }
 
 #[test]
+fn a_megabyte_of_loose_facets_is_refused_at_once() {
+    let mut state = 3u64;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f64 * 3e-6
+    };
+    let soup = TriangleMesh::weld((0..20_900).map(|_| [[0; 3]; 3].map(|p| p.map(|_| next()))));
+    // The best of a few: other tests run beside this one.
+    let best = (0..4).map(|_| {
+        let start = std::time::Instant::now();
+        not_solid(soup.clone());
+        start.elapsed().as_millis()
+    });
+    let best = best.min();
+    println!("refused in {best:?} ms");
+    assert!(cfg!(debug_assertions) || best < Some(200), "{best:?} ms");
+}
+
+#[test]
 fn sizes_that_hint_at_another_unit_warn_and_are_never_changed() {
     // Fault 82.
     for size in [0.044, 150_000.0] {
@@ -188,6 +207,19 @@ fn a_grid_that_nobody_has_memory_for_is_refused_before_it_is_made() {
     let refused = judged(rod(), &fine).unwrap_err();
     assert!(refused.exit_code() == 5 && refused.remedy().contains("--voxel"), "{refused}");
     assert!(judged(rod(), &options()).is_ok());
+}
+
+#[test]
+fn a_coarse_grid_hides_no_wall() {
+    // Fault 88: a wall of 0.3 mm on samples of 5 mm. Walls are searched on the mesh, so it fails with its own thickness.
+    let unit = cube(0.0, 1.0);
+    let sheet = unit.vertices.iter().map(|v| [20.0 * v[0], 0.3 * v[1], 20.0 * v[2]]).collect();
+    let sheet = TriangleMesh { vertices: sheet, triangles: unit.triangles };
+    let coarse = Options { voxel: Some(amcheck::units::Length::mm(5.0)), ..options() };
+    let report = judged(sheet, &coarse).unwrap();
+    let wall = report.findings().into_iter().find(|f| f.code == "AM101").expect("the wall is found").clone();
+    assert!((wall.value - 0.3).abs() < 1e-9 && wall.state == amcheck::check::State::Fail, "{wall:?}");
+    assert_eq!(report.verdict, amcheck::report::Verdict::Fail);
 }
 
 #[test]

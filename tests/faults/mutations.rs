@@ -8,7 +8,7 @@ use amcheck::io::{Loaded, Salvage, read};
 use std::panic::catch_unwind;
 
 /// A small generator: multiplier and increment of Knuth's MMIX, the upper bits taken.
-struct Lcg(u64);
+pub struct Lcg(pub u64);
 
 impl Lcg {
     fn next(&mut self) -> u64 {
@@ -16,7 +16,7 @@ impl Lcg {
         self.0 >> 33
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         self.next() as usize % n.max(1)
     }
 }
@@ -39,7 +39,7 @@ const WORDS: [&str; 14] = [
 ];
 
 /// One mutation of a file, chosen by the generator.
-fn mutate(bytes: &mut Vec<u8>, random: &mut Lcg) {
+pub fn mutate(bytes: &mut Vec<u8>, random: &mut Lcg) {
     let n = bytes.len();
     if n == 0 {
         return;

@@ -73,6 +73,36 @@ fn pipes_and_vast_files_are_refused_and_odd_names_work() {
 }
 
 #[test]
+fn a_file_that_changes_while_it_is_read_is_refused() {
+    let folder = std::env::temp_dir().join(format!("amcheck-changing-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("growing.stl");
+    std::fs::write(&path, vec![b' '; 24 << 20]).unwrap();
+    let done = std::sync::atomic::AtomicBool::new(false);
+    let order = std::sync::atomic::Ordering::Relaxed;
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+            // Longer and shorter in turn, about once in the time that a tenth of the reading takes.
+            for turn in (0..).take_while(|_| !done.load(order)) {
+                file.set_len((24 << 20) + [1, 4096, 1 << 20][turn % 3]).unwrap();
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+        });
+        let start = std::time::Instant::now();
+        let mut seen = false;
+        while !seen && start.elapsed().as_secs() < 60 {
+            let e = read_path(&path, 1 << 30, Salvage::Refuse).unwrap_err();
+            seen = e.to_string().contains("changed while it was read");
+            assert!(e.exit_code() == 4 && (seen || !matches!(e, Error::CannotRead { .. })), "{e}");
+        }
+        done.store(true, order);
+        assert!(seen, "no reading met a change");
+    });
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn stl_binary() {
     let good = good::stl_binary();
     let n = good::mesh().triangles.len() as u32;

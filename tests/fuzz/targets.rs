@@ -1,12 +1,13 @@
 //! What each fuzz target does with bytes, and what must hold then; the tests do the same with seeded mutations.
 
 use amcheck::Error;
+use amcheck::access::Tool;
 use amcheck::batch::Shard;
 use amcheck::geometry::vector::Vec3;
 use amcheck::geometry::{Health, InsideRule, Primitive, TriangleMesh, voxelize};
 use amcheck::grid::Grid;
 use amcheck::io::{Salvage, gcode, obj, ply, read, stl, threemf, toolpath};
-use amcheck::process::Process;
+use amcheck::process::{Process, waivers};
 use amcheck::units::{Angle, Length};
 
 /// An error has a documented exit code and can be printed.
@@ -88,6 +89,25 @@ pub fn mesh_to_voxels(bytes: &[u8]) {
 /// A profile of a process.
 pub fn profile(bytes: &[u8]) {
     if let Err(e) = Process::from_toml("mine.toml", &String::from_utf8_lossy(bytes)) {
+        plain(&e, &[2]);
+    }
+}
+
+/// A tool's description, with a mesh beside it for those that name one.
+pub fn tool(bytes: &[u8]) {
+    let mesh = Primitive::Ball { radius: Length::mm(2.0) }.mesh(Length::mm(0.5));
+    match Tool::from_toml("mine", &String::from_utf8_lossy(bytes), |_| Ok(mesh.clone())) {
+        Ok(tool) => {
+            let drawn = tool.mesh(50.0, 12);
+            assert!(tool.cutter_width().is_finite() && drawn.vertices.iter().flatten().all(|c| c.is_finite()));
+        }
+        Err(e) => plain(&e, &[2]),
+    }
+}
+
+/// A file of acceptances.
+pub fn acceptances(bytes: &[u8]) {
+    if let Err(e) = waivers("accept.toml", &String::from_utf8_lossy(bytes)) {
         plain(&e, &[2]);
     }
 }

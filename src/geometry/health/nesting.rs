@@ -23,6 +23,9 @@ const DIRECTIONS: [Vec3; 8] = [
     [-0.813019, -0.472301, -0.340409],
 ];
 
+/// Facets that a shell has at least if it bounds anything.
+const LEAST_FACETS: u64 = 4;
+
 /// Rays that vote where a shell that does not close may hold another.
 const VOTES: usize = 5;
 
@@ -90,7 +93,7 @@ fn candidates(shells: &[Shell], extent: f64) -> (Vec<bool>, Vec<bool>) {
     let (mut holds, mut lies) = (vec![false; shells.len()], vec![false; shells.len()]);
     for &s in real.iter().filter(|_| real.len() > 1) {
         if real.len() > PAIRS {
-            (holds[s], lies[s]) = (true, true);
+            (holds[s], lies[s]) = (shells[s].facets >= LEAST_FACETS, true);
             continue;
         }
         for &t in real.iter().filter(|&&t| t != s && can_hold(&shells[s], &shells[t], extent)) {
@@ -102,7 +105,7 @@ fn candidates(shells: &[Shell], extent: f64) -> (Vec<bool>, Vec<bool>) {
 
 /// Whether a shell may lie in another: the other bounds something, and its box holds that of the one.
 fn can_hold(inner: &Shell, outer: &Shell, extent: f64) -> bool {
-    let bounds = outer.role != Role::Ghost && outer.volume_mm3 != 0.0;
+    let bounds = outer.role != Role::Ghost && outer.volume_mm3 != 0.0 && outer.facets >= LEAST_FACETS;
     bounds && lies_in(inner.box_mm, outer.box_mm, 1e-9 * extent)
 }
 
