@@ -38,7 +38,7 @@ impl Demand {
         Demand {
             per_triangle: if searches { 1_400 } else { 480 },
             per_sample: if voids { 18 } else { 10 },
-            seconds: if searches { [1.5, 30.0, 0.05] } else { [0.1, 3.0, 0.01] },
+            seconds: if searches { [2.0, 60.0, 0.1] } else { [0.1, 3.0, 0.01] },
         }
     }
 
@@ -47,7 +47,7 @@ impl Demand {
         FIXED + self.per_triangle * u128::from(triangles) + samples.saturating_mul(self.per_sample)
     }
 
-    /// Seconds of one processor that judging usually takes; parts with many thin places take several times that.
+    /// Seconds of one processor that judging takes, a few times less or more by the shape.
     pub fn seconds(&self, triangles: u64, samples: u128) -> f64 {
         let [part, triangle, sample] = self.seconds;
         part + 1e-6 * (triangle * triangles as f64 + sample * samples as f64)

@@ -27,7 +27,7 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
         "part    {name}: {triangles} triangles, {x} × {y} × {z} mm\n\
          grid    {spacing} mm, {} samples\n\
          memory  at most {} of {} allowed\n\
-         time    about {seconds} s of one processor; several times that where much is thin or narrow\n",
+         time    about {seconds} s of one processor, a few times less or more by the shape\n",
         fitting.samples,
         bytes(need),
         bytes(allowed),
