@@ -131,7 +131,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let mended = repaired.map(|r| r.mesh).filter(|m| *m != mesh);
     let mesh = mended.clone().unwrap_or(mesh);
     let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.iter().chain(&hi).fold(0.0f64, |m, x| m.max(x.abs())));
-    let reach = 1.25 * widest_gap(&options.process);
+    let reach = 1.25 * options.process.widest_gap_mm();
     let step = largest * loaded.relative_step;
     let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
     let part = Part::new(mesh, up, step, reach)?;
@@ -259,17 +259,6 @@ fn best_up(mesh: TriangleMesh, step: f64, process: &Process) -> Result<Up> {
     let question = Question::of(process, part.step());
     let best = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
     Ok(best.list.first().map_or(Up::PlusZ, |o| Up::Along(o.up)))
-}
-
-/// The widest gap the process limits: how far bodies are looked for around each other.
-fn widest_gap(process: &Process) -> f64 {
-    // An offset closes gaps of twice its width.
-    [("narrow-gap", 1.0), ("narrow-gap.between-bodies", 1.0), ("offset", 2.0)]
-        .iter()
-        .filter_map(|(key, times)| process.limit(key).map(|l| (l, times)))
-        .flat_map(|(l, times)| [l.fail, l.warn].map(|x| x.map(|x| times * x)))
-        .flatten()
-        .fold(0.0, f64::max)
 }
 
 fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {

@@ -112,6 +112,17 @@ impl Process {
         self.limits.get(key).map(Limit::applied)
     }
 
+    /// The widest gap that is limited, millimetres: how far bodies are looked for around each other.
+    pub fn widest_gap_mm(&self) -> f64 {
+        // An offset closes gaps of twice its width.
+        [("narrow-gap", 1.0), ("narrow-gap.between-bodies", 1.0), ("offset", 2.0)]
+            .iter()
+            .filter_map(|(key, times)| self.limit(key).map(|l| (l, times)))
+            .flat_map(|(l, times)| [l.fail, l.warn].map(|x| x.map(|x| times * x)))
+            .flatten()
+            .fold(0.0, f64::max)
+    }
+
     /// Puts a limit from the command line in place: `thin-wall=0.4mm` or `thin-wall=0.4mm,0.6mm` (fail, warn).
     ///
     /// A warn limit that is not given stays if it is not weaker than the new fail limit. A key without kind, such as
