@@ -226,12 +226,21 @@ impl Error {
 /// assert_eq!(amcheck::error::printable("a\u{1b}[2Jb"), "a\\u{1b}[2Jb");
 /// ```
 pub fn printable(text: &str) -> String {
-    let mut out = String::new();
-    for (i, c) in text.chars().enumerate() {
-        if i == 120 {
-            out.push('…');
-            break;
-        }
+    let mut out = escaped(&text.chars().take(120).collect::<String>());
+    if text.chars().nth(120).is_some() {
+        out.push('…');
+    }
+    out
+}
+
+/// Text with control characters escaped, at its full length: what a parser says quotes what it read.
+///
+/// ```
+/// assert_eq!(amcheck::error::escaped("unknown `a\u{1b}[2J`"), "unknown `a\\u{1b}[2J`");
+/// ```
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
         if c.is_control() { out.extend(c.escape_default()) } else { out.push(c) }
     }
     out

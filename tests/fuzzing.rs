@@ -85,6 +85,18 @@ fn tools_hold() {
 }
 
 #[test]
+fn what_a_parser_quotes_is_escaped() {
+    // Found by a long run: the error of a role that holds a carriage return held it, too; only the command escaped it.
+    for word in ["hold\\r", "\\u001b[2J"] {
+        targets::tool(format!("[[piece]]\nrole = \"{word}\"\ndiameter_mm = 6\nlength_mm = 5\n").as_bytes());
+        targets::tool(format!("\"{word}\" = 1\n").as_bytes());
+        targets::acceptances(format!("[[accept]]\n\"{word}\" = 1\n").as_bytes());
+        targets::profile(format!("inherits = \"fdm\"\n\"{word}\" = 1\n").as_bytes());
+        targets::profile(format!("inherits = \"{word}\"\n").as_bytes());
+    }
+}
+
+#[test]
 fn acceptances_hold() {
     run(
         "acceptances",

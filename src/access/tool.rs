@@ -1,7 +1,7 @@
 //! Tools from their descriptions.
 
 use super::meridian::{Meridian, Outline, Piece, Role};
-use crate::error::{Error, Place, Result, ToolFault, printable};
+use crate::error::{Error, Place, Result, ToolFault, escaped, printable};
 use crate::geometry::vector::Vec3;
 use crate::geometry::{Health, TriangleMesh, revolved};
 use crate::process::ToolChoice;
@@ -110,7 +110,7 @@ impl Tool {
     pub fn from_toml(name: &str, text: &str, load: impl Fn(&str) -> Result<TriangleMesh>) -> Result<Self> {
         let described: Described = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|s| 1 + text[..s.start.min(text.len())].matches('\n').count() as u64);
-            let problem = e.message().lines().next().unwrap_or_default().to_string();
+            let problem = escaped(e.message().lines().next().unwrap_or_default());
             bad(name, line.map_or(Place::Whole, Place::Line), problem)
         })?;
         let title = described.title.clone().unwrap_or_else(|| name.to_string());

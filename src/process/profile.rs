@@ -5,7 +5,7 @@ use super::limit::{Limit, LimitBasis};
 use super::rule::{RULES, Rule, rule};
 use super::tools::{ToolChoice, Tools};
 use super::waiver::{self, Waiver};
-use crate::error::{Error, Place, Result, nearest, printable};
+use crate::error::{Error, Place, Result, escaped, nearest, printable};
 use std::collections::BTreeMap;
 use toml::Value;
 
@@ -61,7 +61,7 @@ impl Process {
             Error::Profile {
                 file: printable(file),
                 place: line.map_or(Place::Whole, Place::Line),
-                problem: e.message().to_string(),
+                problem: escaped(&e.message().trim().replace('\n', " ")),
                 remedy: "a profile is TOML; see `amcheck processes` for the keys".into(),
             }
         })?;

@@ -1,7 +1,7 @@
 //! What somebody accepts: a check at a place, with a reason and a day on which that ends.
 
 use super::date::Date;
-use crate::error::{Error, Place, Result, printable};
+use crate::error::{Error, Place, Result, escaped, printable};
 use serde::Deserialize;
 use toml::{Spanned, Value};
 
@@ -103,7 +103,7 @@ fn unreadable(file: &str, text: &str, e: &toml::de::Error) -> Error {
     Error::Profile {
         file: printable(file),
         place: e.span().map_or(Place::Whole, |s| line_of(text, s.start)),
-        problem: e.message().trim().replace('\n', " "),
+        problem: escaped(&e.message().trim().replace('\n', " ")),
         remedy: "an [[accept]] entry has check, reason, one of at_mm, box_mm and fingerprint, and may have within_mm, \
                  no_worse_than and until"
             .into(),
