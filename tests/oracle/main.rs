@@ -3,6 +3,7 @@
 //! Each case is a shape with a known measure under a random turn and shift; a case counts as violated if the truth lies outside the
 //! certified bracket by more than rounding. None may be.
 
+mod fields;
 mod medial;
 mod random;
 mod thickness;
