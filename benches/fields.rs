@@ -5,6 +5,7 @@ use amcheck::field::Indicator;
 use amcheck::geometry::{InsideRule, TriangleMesh, occupancy, voxelize};
 use amcheck::grid::Grid;
 use amcheck::layer::{downward_facets, support_volume, supports};
+use amcheck::medial::thickness::local_thickness;
 use amcheck::topology::{Adjacency, Side, betti, border, chambers, components};
 use amcheck::units::{Angle, Length};
 use divan::{Bencher, black_box};
@@ -110,6 +111,14 @@ fn nearest_samples(bencher: Bencher, n: usize) {
 fn balls(bencher: Bencher, n: usize) {
     let set = cast(n);
     bencher.bench(|| union_of_balls(set.grid(), |at| set.contains(set.grid().index(at)).then_some(at as u32 % 60)));
+}
+
+/// Both bounds of the local thickness of the whole part, distance transforms included.
+#[divan::bench(args = [128, 256], sample_count = 5)]
+fn local_thickness_with_bounds(bencher: Bencher, n: usize) {
+    let mesh = part();
+    let solid = voxelize(&mesh, &grid(&mesh, n), InsideRule::Crossings).expect("a solid");
+    bencher.bench(|| local_thickness(black_box(&solid), amcheck::medial::Side::Material, None));
 }
 
 /// Supports of the part as it lies, by columns with bounds and as samples.

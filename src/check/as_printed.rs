@@ -11,10 +11,10 @@ use crate::field::Indicator;
 use crate::geometry::vector::Vec3;
 use crate::medial::Side;
 use crate::morphology::{AsPrinted as Made, Bead};
-use crate::part::{Part, bead_of};
+use crate::part::{Part, bead_of, spread_of};
 use crate::process::Process;
 use crate::topology::{Adjacency, components};
-use crate::units::{bulk, report_digits, short};
+use crate::units::{Length, bulk, report_digits, short};
 
 /// AM401 `as-printed`.
 pub struct AsPrinted;
@@ -32,15 +32,18 @@ static META: Meta = Meta {
     code: "AM401",
     name: "as-printed",
     title: "The part as the process lays it down",
-    what: "Deposits the element of the process (bead, spot or pixel, one layer high) wherever at least half of it lies in the part, \
-           and compares: material that is not printed, voids that are filled, and the volume by which the rest grows or shrinks.",
+    what: "Lays the element of the process (bead, spot or pixel, one layer high) along the outline as a slicer does, and compares: \
+           material that is not printed because not even half of the element lies in it, and voids that close.",
     why: "What is finer than the element is not made as drawn: thin walls drop out, slots and holes close, and nothing of it \
           shows until the part is in hand.",
     how: "The share of the element in the part is counted, exactly, at every position of a lattice that divides the element: once \
-          for the cells wholly inside, once for the cells touched. So the printed shape lies between two sets, and a place is \
+          for the cells wholly inside, once for the cells touched. What half of the element lies in is printed as drawn, for a \
+          slicer moves the outline inwards by half a bead, or lays a narrower one. Beyond the outline material spreads, wherever so \
+          much of the element lies in the part that a flat face moves by half the gap that closes in the process (`closing_gap_mm` of its element). So \
+          the printed shape lies between two sets, and a place is \
           reported where even the larger one leaves it out, or the smaller one fills it. A remedy is laid on the lattice and \
           printed again before it is advised. The printed shape is shown with the part.",
-    limits: "Every face grows by half the element at a share of one half; slicers inset for that, so it is told and not judged. The \
+    limits: "The spread is rounded down to whole cells of the lattice; the cover line gives the width of the slots that close. The \
              element is a prism of whole cells. Layers are free along z, not tied to the layer grid. Where the lattice of the whole \
              part would be too large, sheets and slots are judged on the mesh by their widths and volumes are estimates.",
     source: "A. Nelaturi, V. Shapiro, Representation and analysis of additively manufactured parts, 2015. Limits: see the profile.",
@@ -56,7 +59,7 @@ impl Check for AsPrinted {
         if lost.is_none() && filled.is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let judge = Judge { part, context, bead: bead_of(process) };
+        let judge = Judge { part, context, bead: bead_of(process), spread: spread_of(process) };
         let mut measured = Measured { rule: lost.map(|_| "as-printed"), ..Measured::default() };
         match part.as_printed(process, LAMBDA)? {
             Some(made) => {
@@ -100,6 +103,8 @@ struct Judge<'a> {
     part: &'a Part,
     context: &'a Context,
     bead: Bead,
+    /// How far a face spreads.
+    spread: Length,
 }
 
 /// A place on the way to a finding.
@@ -167,17 +172,16 @@ impl Judge<'_> {
     }
 
     /// Sheets and slots by their widths, where no lattice holds the part: a slab is lost if thinner than λ of the element, a slot
-    /// filled if no wider than 2·(1 − λ) of it.
+    /// filled if narrower than twice the spread.
     fn on_the_mesh(&self, limits: [Option<Limits>; 2], measured: &mut Measured) -> Result<()> {
-        let widest = self.bead.widest().as_mm();
-        let share = [LAMBDA, 2.0 * (1.0 - LAMBDA)];
-        let rows = [(Side::Material, limits[0], "lost", share[0]), (Side::Void, limits[1], "filled", share[1])];
-        for (side, limits, kind, share) in rows {
+        let rows = [(Side::Material, limits[0], "lost"), (Side::Void, limits[1], "filled")];
+        for (side, limits, kind) in rows {
             let Some(limits) = limits else { continue };
-            let found = Sought { part: self.part, context: self.context, side, width: share * widest }.search();
+            let width = if kind == "lost" { LAMBDA * self.bead.widest().as_mm() } else { 2.0 * self.spread.as_mm() };
+            let found = Sought { part: self.part, context: self.context, side, width }.search();
             measured.spent += found.evaluations;
             let tie = self.part.step();
-            let thin = found.sheets(|t| t.diameter < share * self.bead.width_along(t.direction()).as_mm() - tie);
+            let thin = found.sheets(|t| t.diameter < self.least_width(kind, t.direction()) - tie);
             for (rank, detail) in thin.iter().take(PLACES).enumerate() {
                 measured.findings.push(self.finding(&self.place_of(detail), limits, kind, rank < TRIED)?);
             }
@@ -188,17 +192,18 @@ impl Judge<'_> {
                 short(found.finest)
             ));
         }
-        let mesh = self.part.mesh();
-        let coat: f64 = (0..mesh.triangles.len())
-            .map(|f| mesh.facet_area(f) * 0.5 * self.bead.width_along(mesh.normal(f)).as_mm())
-            .sum();
         measured.cover.push_str(&format!(
-            "An element of {} × {} mm is too fine for a lattice of the whole part; on it faces grow by half of it, about {} mm³.",
+            "An element of {} × {} mm is too fine for a lattice of the whole part.",
             short(self.bead.width.as_mm()),
-            short(self.bead.height.as_mm()),
-            rounded(coat)
+            short(self.bead.height.as_mm())
         ));
         Ok(())
+    }
+
+    /// The width across a direction below which material is lost, or a void filled.
+    fn least_width(&self, kind: &str, direction: Vec3) -> f64 {
+        let across = self.bead.width_along(direction).as_mm();
+        if kind == "lost" { LAMBDA * across } else { (2.0 * self.spread.as_mm()).min(across) }
     }
 
     fn place_of(&self, detail: &Detail) -> Place {
@@ -216,16 +221,15 @@ impl Judge<'_> {
         let mut f = Finding::judged(META.code, kind, place.bracket, place.basis, limits, "mm3", 0.0);
         locate(&mut f, self.part, self.context, place.at, place.extent);
         f.volume_mm3 = Some(report_digits(place.bracket.value));
-        let what = if kind == "lost" {
-            "of material is not printed"
-        } else {
-            "of void is filled, if the element is laid wherever half of it lies in the part"
-        };
+        let what = if kind == "lost" { "of material is not printed" } else { "of void is filled" };
         f.message = format!("{} mm³ {what}", rounded(place.bracket.value));
-        let across = self.bead.width_along(place.direction).as_mm();
-        let needed = if kind == "lost" { LAMBDA * across } else { 2.0 * (1.0 - LAMBDA) * across };
+        let needed = self.least_width(kind, place.direction);
         let verb = if kind == "lost" { "thicken" } else { "widen" };
-        let trial = if tried { Trial::around(self.part, self.bead, place.extent, LAMBDA)? } else { None };
+        let trial = if tried {
+            Trial::around(self.part, self.bead, place.extent, |d| d.compensated(LAMBDA, self.spread))?
+        } else {
+            None
+        };
         let missing = (needed - place.width).max(0.0);
         let steps = match &trial {
             Some(t) if kind == "lost" => t.thickened(place.direction, missing)?,
@@ -237,7 +241,7 @@ impl Judge<'_> {
                 "{verb} by {} mm; checked: none of it is {kind} then",
                 rounded(steps as f64 * t.step_along(place.direction))
             ),
-            _ => format!("{verb} to more than {} mm, the width of the element across it", rounded(across)),
+            _ => format!("less than {} mm across is {kind} here", rounded(needed)),
         };
         Ok(f)
     }
@@ -248,15 +252,17 @@ fn cover(made: &Made) -> Result<String> {
     let cells = &made.designed.cells;
     let [x, _, z] = cells.cell_mm();
     let grid = cells.grid.dims();
+    let closes = 2.0 * made.spread.map_or(0.0, |s| x * cells.whole(s) as f64);
     Ok(format!(
-        "{} × {} × {} cells of {} × {} mm, {} to the element: {} mm³ is not printed (between {} and {}), {} mm³ is printed outside \
-         (between {} and {}).",
+        "{} × {} × {} cells of {} × {} mm, {} to the element; slots up to {} mm close: {} mm³ is not printed (between {} and {}), {} mm³ \
+         is printed outside (between {} and {}).",
         grid[0],
         grid[1],
         grid[2],
         rounded(x),
         rounded(z),
         made.designed.element_cells(),
+        rounded(closes),
         rounded(under[0]),
         rounded(under[1]),
         rounded(under[2]),

@@ -72,10 +72,7 @@ impl Check for BedContact {
                 short((1000.0 * bracket.value).round() / 10.0),
                 short(mid.round())
             );
-            f.fix = format!(
-                "turn a larger face to the plate, or add a brim: {} mm² more would do",
-                short((limit * high - first).max(0.0).ceil())
-            );
+            f.fix = format!("add a brim: {} mm² more would do", short((limit * high - first).max(0.0).ceil()));
             let extent = part.extent();
             locate(
                 &mut f,

@@ -1,7 +1,7 @@
 //! AM601: concave edges sharper than the fillet that the process asks for.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
-use super::finding::{Basis, Bracket, Finding, Limits, Spot, Witness};
+use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
 use crate::geometry::vector::{along, bounds};
@@ -23,6 +23,8 @@ const FLAT: f64 = 2.0 * std::f64::consts::PI / 180.0;
 const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// Height in fillet radii below which a step is relief, such as text.
 const RELIEF: f64 = 5.0;
+/// Edges of a round that are measured.
+const TRIED: usize = 9;
 /// Places named one by one.
 const NAMED: usize = 12;
 
@@ -36,11 +38,11 @@ static META: Meta = Meta {
           while it is made.",
     how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
           misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. Shallower edges \
-          side by side are the facets of a round, whose radius is that of the circle they are drawn about. The fillet that is \
+          side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
           suggested has been laid in at every edge, and the surface measured for whether the ball fits.",
     limits: "Steps lower than five radii are relief and are not judged, nor is what is shorter than a radius. Grooves and holes that \
              turn by more than 150 degrees are judged by narrow-gap and small-hole. Edges between bodies that only touch are \
-             not seen. The radius of a round is an estimate.",
+             not seen. The radius of a round is an estimate. A process asks for one only where a published guide does; else it is yours to ask.",
     source: "Rolling-ball blends as closings: J. R. Rossignac, A. A. G. Requicha, Offsetting operations in solid modelling, 1986. \
              Limits: see the profile.",
 };
@@ -52,7 +54,8 @@ impl Check for Blend {
 
     fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
         let Some(limits) = limits_of(process, "blend") else {
-            return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
+            let why = "the process asks for no radius of inner edges; `--limit blend=0.4mm` does";
+            return Ok(Outcome::NotApplicable(why.into()));
         };
         let radius = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
         let edges = reflex_edges(part.mesh(), FLAT, |f| part.bounds_solid(f));
@@ -186,7 +189,7 @@ impl Notches<'_> {
     fn rounds(&self, shallow: &[ReflexEdge]) -> Vec<Finding> {
         let tight: Vec<ReflexEdge> = shallow
             .par_iter()
-            .filter(|e| e.inscribed_radius() < 0.98 * self.radius && self.misses(e))
+            .filter(|e| e.inscribed_radius() < 0.98 * self.radius && self.misses(e, self.radius, MISSED))
             .copied()
             .collect();
         let triangles = &self.part.mesh().triangles;
@@ -209,14 +212,13 @@ impl Notches<'_> {
         grouped
     }
 
-    /// Whether a ball of the asked radius comes down over an edge and stays more than a tenth of it away.
+    /// Whether a ball of radius r comes down over an edge and stays more than a share of r away.
     ///
     /// The ball moves out from the edge by what it lacks until it is clear: no place before is, for the distance changes by at
     /// most the way. One that is not clear within its radius over cos 75° lies in a groove or a hole.
-    fn misses(&self, edge: &ReflexEdge) -> bool {
-        let r = self.radius;
+    fn misses(&self, edge: &ReflexEdge, r: f64, share: f64) -> bool {
         let outward = edge.outward();
-        let mut away = (1.0 + MISSED) * r;
+        let mut away = (1.0 + share) * r;
         for looks in 0..40 {
             let Some(near) = self.part.distance().nearest(along(edge.middle, outward, away), r * (1.0 - 1e-6)) else {
                 return looks > 0;
@@ -229,18 +231,35 @@ impl Notches<'_> {
         false
     }
 
-    /// One round, if it is long enough to be a fillet.
+    /// The largest ball, up to the asked radius, that touches the facets beside an edge, to a hundredth of that radius.
+    fn largest(&self, edge: &ReflexEdge) -> f64 {
+        // A ball that touches both facets stays this far from the edge.
+        let share = 1.0 / (0.5 * edge.bend).cos() - 1.0 + 0.01;
+        let (mut low, mut high) = (0.0, self.radius);
+        while high - low > 0.01 * self.radius {
+            let middle = 0.5 * (low + high);
+            if self.misses(edge, middle, share) { high = middle } else { low = middle }
+        }
+        low
+    }
+
+    /// One round, if it is long enough to be a fillet: the median over its longest edges.
     fn round(&self, edges: &[ReflexEdge]) -> Option<Finding> {
-        let mut radii: Vec<f64> = edges.iter().map(ReflexEdge::inscribed_radius).collect();
-        radii.sort_by(f64::total_cmp);
-        let radius = *radii.get(radii.len() / 2)?;
-        let lead = edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
         let ends: Vec<_> = edges.iter().flat_map(|e| e.ends).map(|v| self.part.mesh().vertices[v as usize]).collect();
         if principal_extents(&ends)[0] < RELIEF * self.radius {
             return None;
         }
-        let bracket = Bracket::new(radius, *radii.first()?, radius / (0.5 * lead.bend).cos());
+        let mut longest: Vec<&ReflexEdge> = edges.iter().collect();
+        longest.sort_by(|a, b| b.length.total_cmp(&a.length));
+        let lead = *longest.first()?;
+        let mut radii: Vec<f64> = longest.into_iter().take(TRIED).map(|e| self.largest(e)).collect();
+        radii.sort_by(f64::total_cmp);
+        let radius = *radii.get(radii.len() / 2)?;
+        let bracket = Bracket::new(radius, *radii.first()?, *radii.last()? + 0.01 * self.radius);
         let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.step());
+        if f.state == State::Pass {
+            return None;
+        }
         locate(&mut f, self.part, self.context, lead.middle, bounds(ends)?);
         Some(f)
     }
@@ -322,7 +341,8 @@ mod tests {
                 assert_eq!((found.len(), found[0].kind.as_str()), (1, "round"), "{facets}: {found:?}");
                 // The chords of an inscribed arc lie within a sagitta of it: 1 − cos(π/4n), twice for the end facets.
                 let slack = 2.0 * (1.0 - (std::f64::consts::FRAC_PI_4 / facets as f64).cos());
-                assert!((found[0].value - 1.0).abs() <= slack + 1e-9, "{facets}: {}", found[0].value);
+                // The ball may miss by a hundredth of its radius: (1/cos 45° − 1)/(1/cos 45° − 1.01), and is halved in to 0.02 mm.
+                assert!((found[0].value - 1.0).abs() <= slack + 0.025 + 0.02, "{facets}: {}", found[0].value);
             }
         }
     }

@@ -29,7 +29,7 @@ static META: Meta = Meta {
           ceiling, with an anchor at both ends, among lines every 15 degrees and across the longest anchors; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: their distance to the nearest anchor counts. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
-          out. The crown's diameter follows from its chord and the slopes on both sides of its border.",
+          out. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
              Sloped surface that reaches out is judged by `overhang` alone.",
@@ -88,9 +88,16 @@ fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec
     if let Some(b) = c.cantilever.filter(|b| flat && b.low_mm > 0.0) {
         found.extend(place(part, process, context, c, "ledge", LEDGE, bracket(&b), b.ends));
     }
-    if let (Some([low, high]), Some(b)) = (c.crown_mm, c.bridge) {
-        let diameter = Bracket::new(0.5 * (low + high), low, high);
-        found.extend(place(part, process, context, c, "horizontal-hole", CROWN, diameter, b.ends));
+    if let (Some(crown), Some(b)) = (c.crown, c.bridge) {
+        // Like any hole it is judged by its diameter; the facets' bounds are shown.
+        let diameter = Bracket::exact(crown.diameter_mm - crown.sagitta_mm);
+        let hole = place(part, process, context, c, "horizontal-hole", CROWN, diameter, b.ends);
+        found.extend(hole.map(|mut f| {
+            let shown = Bracket::new(crown.diameter_mm, crown.low_mm, crown.high_mm).rounded();
+            (f.value, f.low, f.high) = (shown.value, shown.low, shown.high);
+            f.places.iter_mut().for_each(|p| (p.value, p.low, p.high) = (shown.value, shown.low, shown.high));
+            f
+        }));
     }
     found
 }

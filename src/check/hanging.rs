@@ -2,7 +2,7 @@
 
 use super::contract::limits_of;
 use crate::access::self_holding;
-use crate::geometry::vector::along;
+use crate::geometry::vector::{Vec3, along, sub};
 use crate::layer::{Ceiling, ceilings, downward_facets};
 use crate::part::Part;
 use crate::process::Process;
@@ -25,8 +25,19 @@ pub fn support_angle(process: &Process) -> Option<f64> {
 pub fn hanging(part: &Part, process: &Process) -> Vec<u32> {
     let Some(angle) = support_angle(process) else { return Vec::new() };
     let mut facets = downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step());
-    facets.retain(|&f| !covered(part, f));
+    facets.retain(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm));
     facets
+}
+
+/// Whether there is material no more than a layer below a whole facet: what is laid there rests on it, as on a support.
+fn rests(part: &Part, facet: u32, layer_mm: f64) -> bool {
+    let corners = part.mesh().corners(facet as usize);
+    let middle = part.mesh().centroid(facet as usize);
+    let below = |p: Vec3| {
+        let from = along(p, part.mesh().normal(facet as usize), 2.0 * part.step());
+        part.distance().first_hit(from, [0.0, 0.0, -1.0], 0.0, layer_mm + 4.0 * part.step()).is_some()
+    };
+    below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
 }
 
 /// Up to this height a layer lies on the plate: half a layer.
@@ -37,7 +48,8 @@ pub fn plate_z(process: &Process) -> f64 {
 /// The ceilings that hanging facets make, measured between their anchors.
 pub fn ceilings_of(part: &Part, process: &Process, hanging: &[u32]) -> Vec<Ceiling> {
     let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
-    ceilings(part.mesh(), hanging, plate_z(process), ledge, |f| covered(part, f))
+    let held = |f| covered(part, f) || rests(part, f, process.layer_height_mm);
+    ceilings(part.mesh(), hanging, plate_z(process), ledge, held)
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.

@@ -115,7 +115,8 @@ impl Lost<'_> {
     fn finding(&self, detail: &Detail, on_lattice: bool) -> Result<Finding> {
         let normal = detail.thinnest.direction();
         let needed = self.bead.width_along(normal).as_mm();
-        let trial = if on_lattice { Trial::around(self.part, self.bead, detail.extent, 1.0)? } else { None };
+        let trial =
+            if on_lattice { Trial::around(self.part, self.bead, detail.extent, |d| d.printed(1.0))? } else { None };
         let counted = trial.as_ref().map(Trial::lost);
         let about = detail.volume;
         let (bracket, basis) = match counted {
@@ -148,7 +149,7 @@ impl Lost<'_> {
                 format!("thicken by {} mm to {} mm; checked: none of it is lost then", three(added), three(to))
             }
             _ => {
-                format!("thicken by {} mm to {} mm, the width of the element across it", three(missing), three(needed))
+                format!("the element is {} mm wide across it, {} mm more than the sheet", three(needed), three(missing))
             }
         };
         Ok(f)

@@ -3,8 +3,10 @@
 use super::contract::{Context, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{locate, reported};
+use crate::geometry::vector::{sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
+use crate::medial::section::across;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -98,13 +100,54 @@ pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
 }
 
 /// What to change, from the limits that are broken.
-pub fn to_limit(f: &Finding, verb: &str) -> String {
+fn to_limit(f: &Finding, verb: &str) -> String {
     let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
     match (f.state, f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
         (State::Fail, Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
         (_, Some(limit), None) | (_, None, Some(limit)) | (_, Some(_), Some(limit)) => to(limit),
         (_, None, None) => format!("{} mm is as much as the limit asks", short(f.value)),
     }
+}
+
+/// What to change, tried at each place on the surface: whether what lies beside a rod keeps its own limit (the gap beside a pin, the wall
+/// around a hole) after it has grown to the limit.
+pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Finding) -> String {
+    let (verb, rule) = if side == Side::Material { ("thicken", "narrow-gap") } else { ("widen", "thin-wall") };
+    let beside = limits_of(process, rule).and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
+    let target = f.fail.into_iter().chain(f.warn).filter(|l| f.value < *l).fold(f.value, f64::max);
+    let own = |r: &&&Rod| f.places.iter().any(|p| p.at_mm == reported(part, r.narrowest.centre));
+    let growth = 0.5 * (target - f.value);
+    let (roomy, cramped): (Vec<&&Rod>, Vec<&&Rod>) =
+        rods.iter().filter(own).partition(|r| is_free(part, r, growth + beside));
+    match (roomy.len(), cramped.len()) {
+        (_, 0) => format!("{}: there is room for it, checked on the surface", to_limit(f, verb)),
+        (0, _) => format!(
+            "there is no room to {verb} it to {} mm: less than {} mm would be left beside it",
+            short(target),
+            short(beside)
+        ),
+        (n, m) => format!(
+            "{}: checked on the surface, there is room at {n} of {} places; elsewhere less than {} mm would be left beside it",
+            to_limit(f, verb),
+            n + m,
+            short(beside)
+        ),
+    }
+}
+
+/// Whether nothing lies within a length of a rod's side, on the other side of its surface.
+fn is_free(part: &Part, rod: &Rod, within: f64) -> bool {
+    let stride = rod.line.len().div_ceil(12).max(1);
+    rod.line.windows(2).step_by(stride).all(|w| {
+        let middle = [0, 1, 2].map(|a| 0.5 * (w[0].0[a] + w[1].0[a]));
+        let [u, v] = across(unit(sub(w[1].0, w[0].0)));
+        (0..8).all(|k| {
+            let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64 + 0.1).sin_cos();
+            let d = [0, 1, 2].map(|a| c * u[a] + s * v[a]);
+            let side = part.distance().first_hit(middle, d, 0.0, 2.0 * w[0].1.max(w[1].1));
+            side.is_none_or(|(at, _)| part.distance().first_hit(middle, d, at + part.step(), at + within).is_none())
+        })
+    })
 }
 
 /// Millimetres in a sentence.

@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Finding, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, plain, search, to_limit, worst};
+use super::rods::{diameter_finding, is_judged, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -55,7 +55,7 @@ impl Check for SmallHole {
                 1 => format!("hole of {value} mm, {place}"),
                 n => format!("{n} holes of {value} mm, the first {place}"),
             };
-            f.fix = to_limit(f, "widen");
+            f.fix = remedy(part, process, Side::Void, &holes, f);
         }
         let mut cover = format!(
             "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} holes.",

@@ -2,16 +2,17 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Witness};
+use super::hanging::needing_support;
 use super::place::{locate, reported};
 use super::tooling::{Tooling, direction_in_file, round};
 use crate::access::{Columns, Keeper, Removal, Stuck, patches, remove};
 use crate::error::Result;
 use crate::geometry::contour::surface;
 use crate::geometry::vector::hull;
-use crate::layer::{downward_facets, supports};
+use crate::layer::supports;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{Angle, bulk, report_digits, short};
+use crate::units::{bulk, report_digits, short};
 use std::collections::BTreeMap;
 
 /// AM501 `support-access`.
@@ -21,7 +22,7 @@ static META: Meta = Meta {
     code: "AM501",
     name: "support-access",
     title: "Supports that no tool can take off",
-    what: "Puts columns under all surface flatter than the overhang limit, takes them away in rounds with the listed tools, and \
+    what: "Puts columns under all surface flatter than the overhang limit that does not hold itself, takes them away in rounds with the listed tools, and \
            gives what stays for ever: its volume, the contact that no tool reaches, and whether the part or other supports keep it.",
     why: "A support that cannot be taken off stays in the part; in a cavity it cannot even be seen.",
     how: "Columns go straight down from every overhang to the part or the plate; a support is what hangs together. It comes off in a \
@@ -50,13 +51,9 @@ impl Check for SupportAccess {
             return Ok(Outcome::NotApplicable("the process prints no supports that a tool takes off".into()));
         }
         let angle = hangs.warn.or(hangs.fail).unwrap_or(0.0);
-        let facets: Vec<u32> =
-            downward_facets(part.mesh(), 0.5 * process.layer_height_mm, Angle::degrees(angle), part.step())
-                .into_iter()
-                .filter(|&f| part.bounds_solid(f as usize))
-                .collect();
+        let facets = needing_support(part, process);
         let mut measured = Measured {
-            cover: format!("No surface is flatter than {}°, so nothing is supported.", short(angle)),
+            cover: format!("No surface flatter than {}° needs support.", short(angle)),
             rule: Some("support-access"),
             worst: Some(Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None }),
             ..Measured::default()
@@ -140,15 +137,15 @@ impl Judged<'_> {
         f.area_mm2 = Some(report_digits(worst.area_mm2));
         locate(&mut f, self.part, self.context, worst.contact.at, hull(self.removal.boxes[c], worst.extent));
         let keeper = match worst.keeper {
-            Keeper::Part => "the part",
-            Keeper::Supports => "other supports",
+            Keeper::Part => "the part keeps",
+            Keeper::Supports => "other supports keep",
         };
         f.message = format!(
-            "a support of {} mm³ stays: {keeper} keeps the tools from its contact of {} mm²",
+            "a support of {} mm³ stays: {keeper} the tools from its contact of {} mm²",
             short(round(volume)),
             short(round(worst.area_mm2))
         );
-        f.fix = format!("turn the part, or slope or remove the {} mm² that hang over", short(round(worst.area_mm2)));
+        f.fix = format!("slope or remove the {} mm² that hang over", short(round(worst.area_mm2)));
         if let Some((short_by, tool, direction)) = worst.short {
             let from = direction_in_file(self.part, direction);
             let name = &self.tooling.tools[tool].name;

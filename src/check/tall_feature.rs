@@ -119,7 +119,7 @@ fn topple(part: &Part, process: &Process, context: &Context) -> Option<Finding> 
         format!("the centre of mass lies only {} mm inside the footprint", short(round(depth)))
     };
     f.fix = format!(
-        "turn the part, or widen its foot by {} mm on that side",
+        "widen its foot by {} mm on that side: the centre of mass is above it then",
         short((100.0 * (least - depth)).ceil() / 100.0)
     );
     Some(f)

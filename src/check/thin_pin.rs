@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, placed, plain, search, to_limit, worst};
+use super::rods::{diameter_finding, is_judged, placed, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -54,6 +54,9 @@ impl Check for ThinPin {
         findings.sort_by(Finding::worst_first);
         let mut findings = group_equal(findings, 0.004);
         findings.iter_mut().for_each(describe);
+        for f in findings.iter_mut().filter(|f| f.kind == "pin") {
+            f.fix = remedy(part, process, Side::Material, &pins, f);
+        }
         let mut cover = format!(
             "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} pins.",
             found.places,
@@ -108,6 +111,7 @@ fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
     let held = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",
+        _ if rod.ends.contains(&End::Narrower) => "stepped",
         1 => "free at one end",
         _ => "loose",
     };
@@ -126,7 +130,4 @@ fn describe(f: &mut Finding) {
         ),
     };
     f.message = if f.count == 1 { one } else { format!("{} {many}", f.count) };
-    if f.kind == "pin" {
-        f.fix = to_limit(f, "thicken");
-    }
 }

@@ -9,7 +9,7 @@ use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::morphology::{AsPrinted, Cells};
 use crate::notice::Notice;
-use crate::part::{Part, bead_of};
+use crate::part::Part;
 use crate::process::Process;
 use crate::topology::{Adjacency, Betti, Change, betti, changes, components};
 use crate::units::short;
@@ -26,23 +26,20 @@ static META: Meta = Meta {
            that are enclosed or filled.",
     why: "A hinge that fuses, a hole that closes or a wall that opens is another part than the one that was designed, however small \
           the volume that makes the difference.",
-    how: "The part is laid down with the process' element where at least half of the element lies in the part. First what is not \
+    how: "Bodies fuse where they stand nearer than the gap that closes in the process, by their exact distance. \
+          For the rest the part is printed on a lattice as by as-printed. First what is not \
           printed is taken away from the design, then what is printed beside it is added. Of either, all samples that change no Betti \
           number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
           characteristic and by union-find. The changes add up to the differences of the Betti numbers.",
     limits: "An estimate: the lattice has a few cells across the element, and what is finer than a cell is not seen; where the lattice \
-             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer: \
-             where half of an element is enough, walls grow by half an element and gaps up to a whole one close, which a slicer's \
-             inset avoids. Two changes that touch are one place.",
+             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer. \
+             Two changes that touch are one place.",
     source: "Betti numbers of as-printed shapes: S. Nelaturi and others, 2019. Simple points: G. Bertrand, G. Malandain, A new \
              characterization of three-dimensional simple points, 1994.",
 };
 
 /// Share of the element that must lie in the part for it to be laid down.
 const LAMBDA: f64 = 0.5;
-/// Cells that a window between two bodies may take.
-const WINDOW_CELLS: u128 = 1 << 22;
-
 impl Check for Topology {
     fn meta(&self) -> &'static Meta {
         &META
@@ -53,11 +50,10 @@ impl Check for Topology {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let mut measured = Measured { rule: Some("topology"), ..Measured::default() };
-        let mut events = Vec::new();
+        let mut events = fused(part, process);
         match part.as_printed(process, LAMBDA)? {
             Some(printed) => {
                 let [before, after] = whole(part, &printed, &mut events)?;
-                events.extend(too_near(part, printed.designed.cells.cell_mm()[0]));
                 measured.cover = format!(
                     "Laid down with {} cells across the element: {} as designed, {} as printed.",
                     printed.designed.cells.wide,
@@ -67,14 +63,13 @@ impl Check for Topology {
                 measured.notices.extend(unlike(part, before));
             }
             None => {
-                let windows = between_bodies(part, process, &mut events)?;
                 let width = short(process.element.width_mm);
                 let why = format!("an element of {width} mm is too fine for a lattice of the whole part");
                 if events.is_empty() {
                     return Ok(Outcome::NotApplicable(why));
                 }
-                let text = format!("{why}; only whether bodies fuse was looked at, in {windows} windows");
-                measured.notices.push(Notice::new("topology-in-windows", text.clone()));
+                let text = format!("{why}; only whether bodies fuse was looked at");
+                measured.notices.push(Notice::new("topology-by-distance", text.clone()));
                 measured.cover = text;
             }
         }
@@ -103,7 +98,8 @@ fn whole(part: &Part, printed: &AsPrinted, events: &mut Vec<Event>) -> Result<[B
     for (change, step) in lost.chain(gained) {
         let mut own = Vec::new();
         events_of(part, cells, &change, step, &mut own);
-        own.retain(|e| change.samples >= least || (e.kind == "fused" && e.bodies.len() > 1));
+        // What happens between bodies is told by their distance.
+        own.retain(|e| change.samples >= least && e.bodies.len() < 2);
         events.extend(own);
     }
     Ok([seen, betti(&printed.centres, Adjacency::Face)?])
@@ -126,9 +122,10 @@ fn without_specks(part: &Part, printed: &AsPrinted) -> Indicator {
     pieces.select(|p| order.binary_search(&p).is_err())
 }
 
-/// Bodies that stand nearer than a cell: the lattice sees them as one already, and so does an element many cells wide.
-fn too_near(part: &Part, cell: f64) -> Vec<Event> {
-    let near = part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < cell);
+/// Bodies that stand nearer than the gap that closes: exact distances, equal passes.
+fn fused(part: &Part, process: &Process) -> Vec<Event> {
+    let least = process.element.closing_gap_mm - part.step();
+    let near = part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < least);
     near.map(|p| Event {
         kind: "fused",
         times: 1,
@@ -137,32 +134,6 @@ fn too_near(part: &Part, cell: f64) -> Vec<Event> {
         bodies: p.bodies.map(|b| u64::from(b) + 1).to_vec(),
     })
     .collect()
-}
-
-/// Lays down a window about the nearest points of all bodies nearer than an element; how many windows there were.
-fn between_bodies(part: &Part, process: &Process, events: &mut Vec<Event>) -> Result<usize> {
-    let bead = bead_of(process);
-    let reach = 3.0 * bead.width.as_mm().max(bead.height.as_mm());
-    let near: Vec<_> =
-        part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < bead.width.as_mm()).collect();
-    for pair in &near {
-        let (lo, hi) = bounds(pair.points).unwrap_or_default();
-        let window = (lo.map(|c| c - reach), hi.map(|c| c + reach));
-        let Some(cells) = Cells::covering(&bead, window, WINDOW_CELLS)? else { continue };
-        if pair.distance < cells.cell_mm()[0] {
-            continue;
-        }
-        let printed = part.deposited(bead, cells)?.printed(LAMBDA)?;
-        let both = printed.designed.shape.centres.intersection(&printed.centres)?;
-        let mut own = Vec::new();
-        for change in changes(&both, &printed.centres, Adjacency::Face)? {
-            events_of(part, &printed.designed.cells, &change, Step::Gained, &mut own);
-        }
-        // Within a window a body may come in two pieces, which is no news.
-        events.extend(own.into_iter().filter(|e| e.kind == "fused" && e.bodies.len() > 1).take(1));
-    }
-    events.extend(too_near(part, bead.width.as_mm() / 6.0));
-    Ok(near.len())
 }
 
 /// Whether samples are taken away from the design, or added beside it.
@@ -187,7 +158,7 @@ struct Event {
 type Kind = (&'static str, &'static str, &'static str, &'static str);
 
 const KINDS: [Kind; 10] = [
-    ("fused", "pieces fuse", "places where pieces fuse", "part them by at least one element more"),
+    ("fused", "pieces fuse", "places where pieces fuse", "part them by more than the gap that closes"),
     ("piece-lost", "a piece is not printed", "pieces are not printed", "make it at least one element wide"),
     ("split", "a piece falls apart", "places where a piece falls apart", "thicken the neck to at least one element"),
     ("hole-closed", "a hole closes", "holes close", "open it by at least one element"),
@@ -330,7 +301,10 @@ impl Judge<'_> {
         };
         f.message = if times == 1 { format!("{one}{named}") } else { format!("{times} {many}{named}") };
         let (width, height) = (self.process.element.width_mm, self.process.layer_height_mm);
-        f.fix = format!("{remedy} ({} × {} mm)", short(width), short(height));
+        f.fix = match kind {
+            "fused" => format!("{remedy}, {} mm", short(self.process.element.closing_gap_mm)),
+            _ => format!("{remedy} ({} × {} mm)", short(width), short(height)),
+        };
         if self.part.health().bodies.len() > 1 && !bodies.is_empty() {
             f.bodies = Some(bodies);
         }

@@ -6,10 +6,12 @@ use super::place::{locate, reported};
 use super::vent::vents;
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
-use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{add, scale};
+use crate::geometry::{Solid, TriangleMesh};
+use crate::grid::Grid;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{bulk, report_digits, short};
+use crate::units::{Length, bulk, report_digits, short};
 
 /// AM301 `trapped-volume`.
 pub struct TrappedVolume;
@@ -27,7 +29,8 @@ static META: Meta = Meta {
           rest a ball is let out: where the distance to the part is at least the ball's radius, connected regions are labelled; \
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
-          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again.",
+          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again. \
+          What stays undecided is looked at again with half the spacing, as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out and as wide as the limit; narrower voids are slots \
              and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
              bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates.",
@@ -48,34 +51,53 @@ impl Check for TrappedVolume {
         if sealed.is_none() && way_out.is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let voids = Voids::of(part)?;
-        let found = voids.sealed()?;
-        let mut judge = Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new() };
-        let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
-        if let Some(limits) = sealed {
-            judge.sealed("sealed", &found.certain, limits, widest)?;
-            judge.sealed("may-be-sealed", &found.undecided, limits, widest)?;
+        let mut measured = look(part, part.solid()?, process, context)?;
+        let (mut h, mut left) = (context.spacing_mm, context.refine);
+        // The way out is a matter of the whole void: a finer look at a place of it decides nothing.
+        while measured.findings.iter().any(|f| !f.decided) {
+            h *= 0.5;
+            let whole = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3])?;
+            let (samples, edge) = (whole.samples() as u64, [2.0 * h; 3]);
+            let Some(rest) = left.checked_sub(samples) else { break };
+            let Ok(solid) = part.window(scale(edge, -1.0), add(part.extent(), edge), Length::mm(h)) else { break };
+            left = rest;
+            measured = look(part, &solid, process, &Context { spacing_mm: h, ..*context })?;
+            measured.spent = context.refine - left;
         }
-        if let Some(limits) = way_out {
-            let clearance = voids.clearance()?;
-            let mut met = voids.nothing();
-            let chambers = voids.narrow(&clearance, widest, &mut met)?;
-            judge.narrow(&chambers, limits, widest)?;
-            // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
-            let tied = process.prints_supports;
-            let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
-            if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| tied) {
-                judge.on_plate(&voids.narrow(&standing, widest, &mut met)?, &chambers, limits);
-            }
-            if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
-                let ball = limits.fail.unwrap_or(widest);
-                let rooms = voids.mouths(&standing, 2.0 * widest, ball, &met)?;
-                judge.mouths(&rooms, &chambers, mouths, ball);
-            }
-        }
-        judge.finish(&found.nooks, way_out.map(|_| widest));
-        Ok(Outcome::Measured(Box::new(judge.measured)))
+        Ok(Outcome::Measured(Box::new(measured)))
     }
+}
+
+/// What is found on the grid of one solid of the part.
+fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Result<Measured> {
+    let (sealed, way_out) = (limits_of(process, "trapped-volume.sealed"), limits_of(process, "trapped-volume"));
+    let voids = Voids::within(part, solid)?;
+    let found = voids.sealed()?;
+    let mut judge = Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new() };
+    let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
+    if let Some(limits) = sealed {
+        judge.sealed("sealed", &found.certain, limits, widest)?;
+        judge.sealed("may-be-sealed", &found.undecided, limits, widest)?;
+    }
+    if let Some(limits) = way_out {
+        let clearance = voids.clearance()?;
+        let mut met = voids.nothing();
+        let chambers = voids.narrow(&clearance, widest, &mut met)?;
+        judge.narrow(&chambers, limits, widest)?;
+        // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
+        let tied = process.prints_supports;
+        let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
+        if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| tied) {
+            judge.on_plate(&voids.narrow(&standing, widest, &mut met)?, &chambers, limits);
+        }
+        if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
+            let ball = limits.fail.unwrap_or(widest);
+            let rooms = voids.mouths(&standing, 2.0 * widest, ball, &met)?;
+            judge.mouths(&rooms, &chambers, mouths, ball);
+        }
+    }
+    judge.finish(&found.nooks, way_out.map(|_| widest));
+    Ok(judge.measured)
 }
 
 /// What findings are made with.
@@ -180,7 +202,7 @@ impl Judge<'_> {
         f.volume_mm3 = Some(report_digits(sum));
         f.places = news.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
         f.message = format!("{} mm³ of void are closed by the plate until the part is cut off", short(sum.round()));
-        f.fix = "let it out above the plate, or turn the part by 180°".into();
+        f.fix = "let it out above the plate".into();
         self.note(f, largest, "mm3", "trapped-volume.on-plate");
     }
 

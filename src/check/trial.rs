@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, add, sub};
-use crate::morphology::{AsPrinted, Bead, Cells};
+use crate::morphology::{AsPrinted, Bead, Cells, Designed};
 use crate::part::Part;
 
 /// Cells of a trial's lattice at most.
@@ -18,15 +18,20 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// The place in a box; `None` if its lattice would be too large.
+    /// The place in a box, printed as said; `None` if its lattice would be too large.
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn around(part: &Part, bead: Bead, extent: (Vec3, Vec3), lambda: f64) -> Result<Option<Trial>> {
+    pub fn around(
+        part: &Part,
+        bead: Bead,
+        extent: (Vec3, Vec3),
+        print: impl Fn(Designed) -> Result<AsPrinted>,
+    ) -> Result<Option<Trial>> {
         let reach = 2.5 * bead.widest().as_mm();
         let window = (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]));
         let Some(cells) = Cells::covering(&bead, window, MOST_CELLS)? else { return Ok(None) };
-        Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(lambda)?, extent }))
+        Ok(Some(Trial { made: print(part.deposited(bead, cells)?)?, extent }))
     }
 
     /// The two numbers that the volume designed and not printed in the box lies between, mm³.
@@ -49,7 +54,7 @@ impl Trial {
     pub fn thickened(&self, direction: Vec3, missing: f64) -> Result<Option<usize>> {
         let first = self.steps_for(direction, missing);
         for steps in first..first + STEPS {
-            let printed = self.made.designed.thickened(steps).printed(self.made.lambda)?;
+            let printed = self.made.designed.thickened(steps).printed_as(&self.made)?;
             let cells = &self.made.designed.cells;
             if cells.volume_in(&self.made.designed.shape.centres, &printed.centres, self.extent).as_mm3() == 0.0 {
                 return Ok(Some(steps));
@@ -65,7 +70,7 @@ impl Trial {
     pub fn widened(&self, direction: Vec3, missing: f64) -> Result<Option<usize>> {
         let first = self.steps_for(direction, missing);
         for steps in first..first + STEPS {
-            let printed = self.made.designed.thinned(steps).printed(self.made.lambda)?;
+            let printed = self.made.designed.thinned(steps).printed_as(&self.made)?;
             let filled = printed.filled()?;
             let cells = &self.made.designed.cells;
             let none = crate::field::Indicator::empty(cells.grid);

@@ -56,8 +56,13 @@ pub(super) struct Voids<'a> {
 }
 
 impl<'a> Voids<'a> {
+    /// On the part's own grid.
     pub fn of(part: &'a Part) -> Result<Self> {
-        let solid = part.solid()?;
+        Voids::within(part, part.solid()?)
+    }
+
+    /// On the grid of a solid of the whole part.
+    pub fn within(part: &'a Part, solid: &'a Solid) -> Result<Self> {
         let loose = components(&solid.inner.complement(), Adjacency::Corner);
         let closed = loose.at_border().into_iter().map(|open| !open).collect();
         // A shell that crosses itself bounds other voids than its own.

@@ -8,6 +8,8 @@ use rustc_hash::FxHashMap;
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// A wall steeper than this (89°) goes straight down.
+const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,8 +25,21 @@ pub struct Ceiling {
     pub bridge: Option<Reach>,
     /// The farthest that material reaches out from its only anchor.
     pub cantilever: Option<Reach>,
-    /// Between these lies the diameter of the round passage whose crown this is; `None` for flat ceilings and for cantilevers.
-    pub crown_mm: Option<[f64; 2]>,
+    /// The round passage whose crown this is; `None` for flat ceilings and for cantilevers.
+    pub crown: Option<Crown>,
+}
+
+/// The diameter of a round passage across the build direction, from the chord below its crown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crown {
+    /// Chord over the sine of the slope at its ends, midway between the facets that meet there: exact where they are those of a regular
+    /// polygon. Where walls go straight down it is the chord.
+    pub diameter_mm: f64,
+    /// The same with the slopes of the facets.
+    pub low_mm: f64,
+    pub high_mm: f64,
+    /// What the facets take from the diameter: it is judged no finer.
+    pub sagitta_mm: f64,
 }
 
 /// A length with bounds, and where.
@@ -51,10 +66,10 @@ impl SelfHolding {
     /// Whether a ceiling holds itself for certain, as a bridge, the crown of a lying hole, or a ledge.
     pub fn holds(&self, ceiling: &Ceiling) -> bool {
         let within = |high: f64, limit: Option<f64>| limit.is_some_and(|l| high <= l + 1e-6);
-        match (ceiling.cantilever, ceiling.bridge, ceiling.crown_mm) {
+        match (ceiling.cantilever, ceiling.bridge, ceiling.crown) {
             (Some(_), _, _) => false,
             (None, None, _) => self.ledge_mm.is_some(),
-            (None, Some(_), Some([_, high])) => within(high, self.crown_mm),
+            (None, Some(_), Some(c)) => within(c.diameter_mm - c.sagitta_mm, self.crown_mm),
             (None, Some(b), None) => ceiling.flat_share >= 0.5 && within(b.high_mm, self.bridge_mm),
         }
     }
@@ -237,16 +252,20 @@ fn describe(
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
     let lift = |f: Farthest| reach(mesh, &facets, f);
     let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
-    let crown_mm = match (spans.bridge, spans.cantilever) {
+    let crown = match (spans.bridge, spans.cantilever) {
         // The border of the crown is the corner between the last facet that hangs and the first that does not.
         (Some(b), None) if flat_share < 0.5 && steepest > FLAT => {
             let outer = next.clamp(steepest, 0.5 * std::f64::consts::PI);
-            Some([b.low / outer.sin(), b.high / steepest.sin()])
+            let upright = outer > UPRIGHT;
+            let (middle, least) = if upright { (outer, outer) } else { (0.5 * (outer + steepest), steepest) };
+            let diameter_mm = b.low / middle.sin();
+            let sagitta_mm = if upright { 0.0 } else { diameter_mm * (1.0 - (0.5 * (outer - steepest)).cos()) };
+            Some(Crown { diameter_mm, low_mm: b.low / outer.sin(), high_mm: b.high / least.sin(), sagitta_mm })
         }
         _ => None,
     };
     let (bridge, cantilever) = (spans.bridge.map(lift), spans.cantilever.map(lift));
-    Some(Ceiling { area_mm2, flat_share, extent, bridge, cantilever, crown_mm, facets })
+    Some(Ceiling { area_mm2, flat_share, extent, bridge, cantilever, crown, facets })
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.
@@ -333,7 +352,7 @@ mod tests {
                 arm_found.low_mm <= arm && arm <= arm_found.high_mm + 1e-9 && arm_found.low_mm > 0.9 * arm,
                 "{arm_found:?}"
             );
-            assert!(all.iter().all(|c| c.flat_share == 1.0 && c.crown_mm.is_none()));
+            assert!(all.iter().all(|c| c.flat_share == 1.0 && c.crown.is_none()));
         }
     }
 
@@ -358,8 +377,9 @@ mod tests {
         }
         let all = found(&turned(&tube, 0.4), 0.4);
         assert_eq!(all.len(), 1, "{all:?}");
-        let [low, high] = all[0].crown_mm.unwrap();
+        let Crown { diameter_mm, low_mm: low, high_mm: high, sagitta_mm } = all[0].crown.unwrap();
         assert!(low <= 5.0 + 1e-9 && 5.0 <= high + 1e-9 && high - low < 2.5, "{low} {high}");
+        assert!((diameter_mm - 5.0).abs() <= sagitta_mm + 1e-9, "{diameter_mm} {sagitta_mm}");
     }
 
     #[test]
@@ -378,6 +398,6 @@ mod tests {
         }
         let cap = TriangleMesh::weld(facets.into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
         let all = found(&cap, 0.4);
-        assert!(all.iter().all(|c| c.bridge.is_none() && c.crown_mm.is_none()), "{all:?}");
+        assert!(all.iter().all(|c| c.bridge.is_none() && c.crown.is_none()), "{all:?}");
     }
 }

@@ -60,10 +60,8 @@ struct Cell {
 const TURNS: usize = 12;
 /// Sides whose directions are tried as well, the longest first.
 const LONG_SIDES: usize = 8;
-/// Crossings of a line with a side that one search may take.
-const BUDGET: usize = 1_000_000;
-/// A region with more sides than this is only sampled: its bound is then its own extent.
-const SIDES: usize = 128;
+/// Sides that the lines of one search may be held against.
+const BUDGET: usize = 20_000_000;
 /// The nearest anchors that are tried for being seen.
 const TRIED: usize = 8;
 /// A bracket narrower than this share of its value is left as it is.
@@ -101,8 +99,7 @@ impl Plan {
     /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
     /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: every 15° and across the
     /// longest anchored sides. Branch and bound over squares: a square's bound is the longest chord of all lines that meet
-    /// it, exact by looking on both sides of every corner between them, in the best direction. Regions with more than 128 sides
-    /// are sampled, and bounded by their extent.
+    /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
     /// # Cost
     /// O(directions · sides) for each square, at most a budget of line crossings; what is open then stays in the bracket.
@@ -110,23 +107,20 @@ impl Plan {
         let mut best = Spans::default();
         let mut cells = self.first_cells();
         let mut closed = [0.0f64; 2];
-        let strips = 2 + self.sides.len() / 3;
-        let per_cell = self.lines.len() * self.sides.len() * if self.is_simple() { strips } else { 1 };
-        let mut left = BUDGET / per_cell.max(1);
+        let mut left = BUDGET;
         loop {
-            for cell in &mut cells {
-                self.measure(cell, ledge, &mut best);
-            }
+            let work: usize = cells.iter_mut().map(|cell| self.measure(cell, ledge, &mut best)).sum();
+            left = left.saturating_sub(work);
             let known = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
             let is_open =
                 |c: &Cell| (0..2).any(|n| c.high[n] > known[n] * (1.0 + CLOSE) + 1e-9) && c.half > 1e-4 * self.extent;
+            let each = work / cells.len().max(1);
             let (open, done): (Vec<Cell>, Vec<Cell>) = cells.into_iter().partition(is_open);
             done.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
-            if open.is_empty() || open.len() * 4 > left {
+            if open.is_empty() || open.len() * 4 * each > left {
                 open.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
                 break;
             }
-            left -= open.len() * 4;
             cells = open.iter().flat_map(quarters).collect();
         }
         best.bridge = raised(best.bridge, closed[0], 0.0, self.lo);
@@ -143,17 +137,14 @@ impl Plan {
             .collect()
     }
 
-    fn is_simple(&self) -> bool {
-        self.sides.len() <= SIDES
-    }
-
-    /// Bounds a square, and measures its centre if it lies in the region.
-    fn measure(&self, cell: &mut Cell, ledge: f64, best: &mut Spans) {
+    /// Bounds a square, and measures its centre if it lies in the region; how many sides lines were held against.
+    fn measure(&self, cell: &mut Cell, ledge: f64, best: &mut Spans) -> usize {
+        let mut work = 2 * self.sides.len();
         let reach = cell.half * std::f64::consts::SQRT_2;
         let x = cell.centre;
         cell.high = [0.0; 2];
         if !self.meets(x, reach) {
-            return;
+            return work;
         }
         let inside = self.chord_at(x, self.lines[0]).is_some();
         // A square whose centre lies outside is bounded from its nearest place on the boundary.
@@ -161,7 +152,7 @@ impl Plan {
         let (near, seen, foot) = self.nearest_anchor(from);
         let farthest = seen + reach_from;
         if farthest <= ledge {
-            return;
+            return work;
         }
         let mut shortest: Option<(f64, [Point; 2])> = None;
         let (mut all, mut some) = (f64::INFINITY, 0.0f64);
@@ -173,8 +164,8 @@ impl Plan {
                 let point = |t: f64| [x[0] + t * d[0], x[1] + t * d[1]];
                 shortest = Some((chord.t[1] - chord.t[0], chord.t.map(point)));
             }
-            let diagonal = std::f64::consts::SQRT_2 * self.extent;
-            let (longest, whole) = if self.is_simple() { self.strip(x, d, reach) } else { (diagonal, false) };
+            let (longest, whole, held) = self.strip(x, d, reach);
+            work += held;
             some = some.max(longest);
             if whole {
                 all = all.min(longest);
@@ -182,63 +173,57 @@ impl Plan {
         }
         cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest] };
         if !inside || seen <= ledge {
-            return;
+            return work;
         }
         match shortest {
             Some((low, ends)) => keep(&mut best.bridge, Farthest { low, high: low, at: x, ends }),
             None => keep(&mut best.cantilever, Farthest { low: near, high: near, at: x, ends: [x, foot] }),
         }
+        work
     }
 
     /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
-    /// anchored.
-    fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool) {
+    /// anchored; then how many sides lines were held against.
+    fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool, usize) {
         let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
         let tiny = 1e-9 * self.extent;
+        // Only sides that reach into the strip are met by its lines.
+        let local: Vec<Side> = self
+            .sides
+            .iter()
+            .filter(|s| {
+                let (a, b) = (across(s.from), across(s.to));
+                a.min(b) <= reach + tiny && a.max(b) >= -reach - tiny
+            })
+            .copied()
+            .collect();
         let mut offsets = vec![-reach, reach];
-        for o in self.sides.iter().map(|s| across(s.from)).filter(|o| o.abs() < reach) {
+        for o in local.iter().map(|s| across(s.from)).filter(|o| o.abs() < reach) {
             offsets.extend([o - tiny, o + tiny]);
         }
+        let work = self.sides.len() + offsets.len() * local.len();
         let (mut longest, mut whole) = (0.0f64, true);
         for o in offsets {
             let start = [x[0] - o * d[1], x[1] + o * d[0]];
-            self.chords(start, d, |c| {
+            chords(&local, start, d, |c| {
                 if c.t[0] <= 2.0 * reach && c.t[1] >= -2.0 * reach {
                     whole &= c.anchored;
                     longest = if c.anchored { longest.max(c.t[1] - c.t[0]) } else { longest };
                 }
             });
         }
-        (longest, whole)
+        (longest, whole, work)
     }
 
     /// The chord through a point of the region; `None` outside.
     fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
         let mut found = None;
-        self.chords(x, d, |c| {
+        chords(&self.sides, x, d, |c| {
             if c.t[0] <= 0.0 && c.t[1] >= 0.0 {
                 found = Some(c);
             }
         });
         found
-    }
-
-    /// Calls back with the stretches of a line inside the region.
-    fn chords(&self, x: Point, d: Point, mut found: impl FnMut(Chord)) {
-        let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
-        let along = |p: Point| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1];
-        let mut crossings: Vec<(f64, bool)> = Vec::new();
-        for s in &self.sides {
-            let (a, b) = (across(s.from), across(s.to));
-            if (a < 0.0) != (b < 0.0) {
-                let (p, q) = (along(s.from), along(s.to));
-                crossings.push((p + (q - p) * a / (a - b), s.anchored));
-            }
-        }
-        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for pair in crossings.chunks_exact(2) {
-            found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
-        }
     }
 
     /// Whether a disc meets the region: its centre is inside or a side comes near.
@@ -256,9 +241,9 @@ impl Plan {
         let mut feet: Vec<(f64, Point)> =
             self.sides.iter().filter(|s| s.anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
         feet.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let near = feet.first().map_or(f64::INFINITY, |f| f.0);
+        let (near, nearest) = feet.first().copied().unwrap_or((f64::INFINITY, x));
         let shown = feet.into_iter().take(TRIED).find(|f| self.sees(x, f.1));
-        let (mut seen, at) = shown.unwrap_or((f64::INFINITY, x));
+        let (mut seen, at) = shown.unwrap_or((f64::INFINITY, nearest));
         if !seen.is_finite() {
             // Nobody walks farther inside the region than along its whole boundary.
             seen = self.sides.iter().map(|s| length(s.from, s.to)).sum();
@@ -280,6 +265,24 @@ impl Plan {
             let t = along(s.from) + (along(s.to) - along(s.from)) * a / (a - b);
             (a < 0.0) == (b < 0.0) || t <= 1e-9 * self.extent || t >= l - 1e-6 * self.extent
         })
+    }
+}
+
+/// Calls back with the stretches of a line inside the region that sides bound: all those that the line meets.
+fn chords(sides: &[Side], x: Point, d: Point, mut found: impl FnMut(Chord)) {
+    let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
+    let along = |p: Point| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1];
+    let mut crossings: Vec<(f64, bool)> = Vec::new();
+    for s in sides {
+        let (a, b) = (across(s.from), across(s.to));
+        if (a < 0.0) != (b < 0.0) {
+            let (p, q) = (along(s.from), along(s.to));
+            crossings.push((p + (q - p) * a / (a - b), s.anchored));
+        }
+    }
+    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for pair in crossings.chunks_exact(2) {
+        found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
     }
 }
 

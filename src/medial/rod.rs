@@ -11,6 +11,8 @@ use rustc_hash::FxHashMap;
 const TAPER: f64 = 0.2588;
 /// Stations on either side of the place a rod was found at.
 const STATIONS: usize = 400;
+/// Two ways across a round section differ by at most this share.
+const ALIKE: f64 = 0.05;
 /// A rod that thins to this share of the width searched for runs out to a point.
 const POINT: f64 = 0.05;
 /// An end this near, in diameters, closes the rod.
@@ -23,6 +25,8 @@ pub enum End {
     Closed,
     /// Into something wider.
     Open,
+    /// With a step, beyond which a narrower rod goes on.
+    Narrower,
     /// It tapers to a point.
     Point,
     /// It comes back to where it began.
@@ -153,8 +157,13 @@ impl Search<'_> {
             let (behind, _) = self.distance.first_hit(c, scale(e, -1.0), 0.0, most - ahead)?;
             Some((ahead + behind, along(c, e, 0.5 * (ahead - behind)), e))
         });
-        let (_, middle, e) = widths.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        self.settled(middle, unit(cross(inward, e)))
+        let widths: Vec<(f64, Vec3, Vec3)> = widths.collect();
+        let off = |width: f64| (width / wide - 1.0).abs();
+        let narrowest = widths.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let settled = |(_, middle, e): &(f64, Vec3, Vec3)| self.settled(*middle, unit(cross(inward, *e)));
+        // A disc is narrowest along its axis, or slantwise; what is as wide as the first way across shows the axis first.
+        let alike = widths.iter().min_by(|a, b| off(a.0).total_cmp(&off(b.0))).filter(|w| off(w.0) < ALIKE);
+        alike.and_then(settled).or_else(|| settled(narrowest))
     }
 
     /// The section of a rod through a point, across the axis that its own side shows.
@@ -202,10 +211,15 @@ impl Search<'_> {
         let sections: Vec<Section> = back.into_iter().rev().chain([seed]).chain(ahead).collect();
         let run = sections.windows(2).map(|w| distance(w[0].centre, w[1].centre)).sum();
         let mut line: Vec<(Vec3, f64)> = sections.iter().map(|s| (s.centre, s.diameter())).collect();
-        let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)];
+        let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)]
+            .map(|(end, inner, kind)| (end, inner, if self.narrows(end, inner, kind) { End::Narrower } else { kind }));
+        let [first, last] = caps.map(|c| c.2);
         let [before, after] = caps.map(|(end, inner, kind)| {
             let (end, inner) = (end?, inner?);
             let outward = unit(sub(end.centre, inner.centre));
+            if kind == End::Narrower {
+                return None;
+            }
             let far = self.cap(end, outward)?;
             let closed =
                 kind == End::Open && !self.widens(along(end.centre, outward, 0.5 * far.min(0.2 * end.diameter())), end);
@@ -218,6 +232,14 @@ impl Search<'_> {
         let radius = 0.5 * line.iter().map(|s| s.1).fold(0.0, f64::max);
         let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
         Rod { narrowest, line, length, run, ends, extent: (lo.map(|x| x - radius), hi.map(|x| x + radius)) }
+    }
+
+    /// Whether a rod that stops being alike goes on with a narrower section.
+    fn narrows(&self, end: Option<&Section>, inner: Option<&Section>, kind: End) -> bool {
+        let (Some(end), Some(inner), End::Open) = (end, inner, kind) else { return false };
+        let outward = unit(sub(end.centre, inner.centre));
+        let beyond = self.settled(along(end.centre, outward, 0.02 * end.diameter()), end.axis);
+        beyond.is_some_and(|s| s.diameter() < 0.9 * end.diameter())
     }
 
     /// Distance from the end of a rod to a face across it, if one is near.

@@ -46,6 +46,11 @@ impl Prism {
         self.runs.iter().map(|(a, b)| (b - a) as u64).sum::<u64>() * self.high as u64
     }
 
+    /// Number of cells before a plane across x.
+    pub fn cells_before(&self, x: usize) -> u64 {
+        self.runs.iter().map(|&(a, b)| (b.min(x).max(a) - a) as u64).sum::<u64>() * self.high as u64
+    }
+
     /// The placements at which at least `least` cells of the element lie in the set: `{ p : |A ∩ (p + B)| ≥ least }`.
     ///
     /// Counts are exact. Placements before the set's grid are not looked at: the set must keep an element's width from it.

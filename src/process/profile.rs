@@ -16,6 +16,8 @@ pub struct Element {
     pub kind: String,
     /// Width across the build direction, millimetres.
     pub width_mm: f64,
+    /// Gaps narrower than this close while it is laid, millimetres; 0 if none does.
+    pub closing_gap_mm: f64,
 }
 
 /// A process: a machine and the limits it sets.
@@ -100,7 +102,7 @@ impl Process {
             layer_height_mm: 0.0,
             prints_supports: true,
             powder_supports: false,
-            element: Element { kind: String::new(), width_mm: 0.0 },
+            element: Element { kind: String::new(), width_mm: 0.0, closing_gap_mm: 0.0 },
             tools: Tools::default(),
             limits: BTreeMap::new(),
             accept: Vec::new(),
@@ -253,7 +255,7 @@ impl Reader<'_> {
 
     fn element(&self, process: &mut Process, value: &Value) -> Result<()> {
         let table = self.table("element", value)?;
-        self.only(table, "element.", &["kind", "width_mm"])?;
+        self.only(table, "element.", &["kind", "width_mm", "closing_gap_mm"])?;
         if let Some(kind) = table.get("kind") {
             let kind = self.string("kind", kind)?;
             if !["bead", "spot", "pixel"].contains(&kind) {
@@ -267,6 +269,9 @@ impl Reader<'_> {
         }
         if let Some(width) = table.get("width_mm") {
             process.element.width_mm = self.positive("width_mm", width)?;
+        }
+        if let Some(gap) = table.get("closing_gap_mm") {
+            process.element.closing_gap_mm = self.positive("closing_gap_mm", gap)?;
         }
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! Closed forms against the fields that checks rest on, counted over ten thousand random cases.
 
-use crate::random::{Random, cuboid, lathe};
+use crate::random::Random;
 use amcheck::field::Field;
 use amcheck::geometry::vector::{cross, dot, sub};
-use amcheck::geometry::{InsideRule, MeshDistance, TriangleMesh, voxelize};
+use amcheck::geometry::{InsideRule, MeshDistance, TriangleMesh, cuboid, extruded, revolved, voxelize};
 use amcheck::grid::Grid;
 use amcheck::layer::{downward_facets, support_volume};
 use amcheck::morphology::offset;
@@ -55,7 +55,7 @@ fn polygon() -> f64 {
 fn turned(outline: &[[f64; 2]]) -> (TriangleMesh, f64) {
     let pairs = outline.iter().zip(outline.iter().cycle().skip(1));
     let sum: f64 = pairs.map(|([r, z], [s, w])| (w - z) * (r * r + r * s + s * s) / 3.0).sum();
-    (lathe(outline, N), polygon() * sum.abs())
+    (revolved(outline, N), polygon() * sum.abs())
 }
 
 /// Ball, box, slab, cylinder, cone, torus, wedge, block with a hole; each with its volume.
@@ -92,14 +92,8 @@ fn shape(r: &mut Random, kind: usize) -> (TriangleMesh, f64) {
         }
         6 => {
             let (deep, half, long) = (r.between(1.0, 2.4), r.between(0.2, 0.8), r.between(0.6, 2.0));
-            let at = |i: usize, y: f64| [[0.0, y, 0.0], [deep, y, -half], [deep, y, half]][i];
-            let mut facets = vec![[at(0, 0.0), at(1, 0.0), at(2, 0.0)], [at(0, long), at(2, long), at(1, long)]];
-            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-                facets.push([at(i, 0.0), at(j, long), at(j, 0.0)]);
-                facets.push([at(i, 0.0), at(i, long), at(j, long)]);
-            }
-            let mesh = TriangleMesh::weld(facets);
-            (if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }, deep * half * long)
+            let outline = [[0.0, 0.0], [deep, -half], [deep, half]];
+            (extruded(&outline, &[[0, 1, 2]], long), deep * half * long)
         }
         _ => {
             let (hole, rim, long) = (r.between(0.15, 0.5), r.between(0.8, 1.2), r.between(0.4, 1.6));
@@ -154,7 +148,7 @@ fn throats(case: usize) -> Shown {
         [room, 0.0],
         [0.0, 0.0],
     ];
-    let mesh = r.moved(&lathe(&outline, N));
+    let mesh = r.moved(&revolved(&outline, N));
     let distance = MeshDistance::new(&mesh);
     // The inscribed circle of the polygon.
     let truth = 2.0 * neck * (PI / N as f64).cos();

@@ -1,7 +1,9 @@
 //! Parts with known truths, judged by the whole pipeline.
 
+mod false_alarms;
 mod fixtures;
 mod golden;
+mod judged_fields;
 mod metamorphic;
 mod models;
 mod same_answer;

@@ -160,7 +160,7 @@ fn square_slots_are_holes_as_wide_as_they_are() {
 }
 
 #[test]
-fn the_nine_spires_taper_to_their_least_diameter() {
+fn discs_and_spires_have_their_diameters() {
     use amcheck::medial::Side;
     use amcheck::medial::rod::Wanted;
     let Some(folder) = corpus() else { return };
@@ -171,6 +171,18 @@ fn the_nine_spires_taper_to_their_least_diameter() {
         prepared.part().rods(Wanted { side: Side::Material, within, elongation: 1.81 }).into_owned().rods
     };
     let close = |d: &f64, t: f64| (d - t).abs() < 0.01;
+    // Six discs on top of each other, each 5 mm high.
+    let discs = rods_of("calibration/dimensional_stack.stl", 40.0);
+    // The lowest is no full disc above 4 mm: there is an inscription in its upper face.
+    for (truth, height) in [(30.0, 4.0), (25.0, 5.0), (20.0, 5.0), (15.0, 5.0), (10.0, 5.0), (5.0, 5.0)] {
+        // Of 400 corners on the circle: the equal-area diameter is a ten-thousandth less.
+        let disc = discs.iter().find(|r| close(&r.diameter(), truth));
+        assert!(
+            disc.is_some_and(|r| (r.length - height).abs() < 0.05),
+            "{truth}: {:?}",
+            discs.iter().map(|r| (r.diameter(), r.length)).collect::<Vec<_>>()
+        );
+    }
     let spires = rods_of("calibration/kickstarter_fdm_v4.stl", 3.0);
     assert_eq!(spires.iter().filter(|r| close(&r.diameter(), 0.681) && r.length > 20.0).count(), 9);
 }
