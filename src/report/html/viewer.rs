@@ -55,20 +55,31 @@ struct Fitted {
     layers: Option<Detail>,
 }
 
-/// The finest part that fits into its share of `most` bytes, then the finest layers that fit beside it.
+/// The finest part that fits into its share of `most` bytes and leaves room for layers, with the finest layers that fit beside it;
+/// the finest part alone where there is room for no layers at all.
 fn fitted(c: &Context, most: usize) -> Option<Fitted> {
     let packed =
         |part: Detail, layers: Option<Detail>| STANDARD.encode(zipped(&glb::write_at(c.exhibit, part, layers)));
     let layered = !c.exhibit.layers.is_empty();
     let own = if layered { (OWN * most as f64) as usize } else { most };
-    let alone = |part: Detail| (part, packed(part, None));
-    let (part, text) = PARTS.into_iter().map(alone).find(|(_, text)| text.len() <= own)?;
-    if !layered {
-        return Some(Fitted { text, part, layers: None });
+    let mut alone: Option<Fitted> = None;
+    for part in PARTS {
+        let text = packed(part, None);
+        if text.len() > own {
+            continue;
+        }
+        let finest = alone.get_or_insert(Fitted { text, part, layers: None });
+        if !layered {
+            break;
+        }
+        // Layers that did not fit at their coarsest beside a part are tried again beside a coarser one.
+        let beside = |layers: Detail| Fitted { text: packed(part, Some(layers)), part, layers: Some(layers) };
+        if let Some(both) = LAYERS.into_iter().map(beside).find(|f| f.text.len() <= most) {
+            *finest = both;
+            break;
+        }
     }
-    let beside = |layers: Detail| Fitted { text: packed(part, Some(layers)), part, layers: Some(layers) };
-    let found = LAYERS.into_iter().map(beside).find(|f| f.text.len() <= most);
-    Some(found.unwrap_or(Fitted { text, part, layers: None }))
+    alone
 }
 
 /// Program and part as text for `page.js`, as fine as fits into `room` bytes; a coarser copy is said.
