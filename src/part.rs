@@ -4,8 +4,8 @@ pub use crate::access::Up;
 
 use crate::access::Setup;
 use crate::error::{Error, Result};
-use crate::geometry::health::{self, Fault, NO_LABEL, crossings};
-use crate::geometry::vector::{Vec3, along, dot, sub};
+use crate::geometry::health::{self, Fault, NO_LABEL, Sides, crossings};
+use crate::geometry::vector::{Vec3, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::medial::rod::{Rods, Search, Wanted};
@@ -15,7 +15,6 @@ use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::Length;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
@@ -148,14 +147,9 @@ impl Part {
             return Ok(());
         }
         let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
-        let winding = self.winding();
-        let sides: Vec<(f64, f64)> = (0..self.mesh.triangles.len())
-            .into_par_iter()
-            .map(|f| {
-                let (p, n) = (self.mesh.centroid(f), self.mesh.normal(f));
-                (winding.at(along(p, n, -off)), winding.at(along(p, n, off)))
-            })
-            .collect();
+        let beside = Sides { mesh: &self.mesh, winding: self.winding(), off };
+        let whole = self.health.is_solid() && bodies.iter().all(|&b| b != NO_LABEL);
+        let sides = if whole { beside.of_closed(&labelled, 2.0 * self.step) } else { beside.of_each() };
         let inside = |w: f64| w >= INSIDE;
         let enclosed: f64 =
             (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
@@ -270,7 +264,8 @@ impl Part {
     /// The features a ball on one side can touch.
     pub fn features(&self, side: Side) -> &Features {
         let cell = if side == Side::Material { &self.material } else { &self.void };
-        cell.get_or_init(|| Features::new(&self.mesh, side, |f| self.bounds_solid(f)))
+        let features = || Features::new(&self.mesh, side, |f| self.bounds_solid(f));
+        cell.get_or_init(|| features().of_bodies(&self.health.facet_body))
     }
 
     /// The facet across each edge, among those that bound the solid.
@@ -278,11 +273,17 @@ impl Part {
         self.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
     }
 
-    /// The thin sheets on one side; kept for the first question asked.
-    pub fn cover(&self, side: Side, question: &Question) -> Cow<'_, Cover> {
-        let search = || Cover::search(self.distance(), self.features(side), question);
-        let (kept_for, kept) = self.covers[side as usize].get_or_init(|| (*question, search()));
-        if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
+    /// The thin sheets on one side, kept for the first question asked, and the evaluations that this answer cost.
+    pub fn cover(&self, side: Side, question: &Question) -> (Cow<'_, Cover>, u64) {
+        let mut spent = 0;
+        let mut search = || {
+            let cover = Cover::search(self.distance(), self.features(side), question);
+            spent = cover.evaluations;
+            cover
+        };
+        let (kept_for, kept) = self.covers[side as usize].get_or_init(|| (question.clone(), search()));
+        let cover = if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) };
+        (cover, spent)
     }
 
     /// The rods of material or void; kept for the first width asked for.

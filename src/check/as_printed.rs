@@ -59,7 +59,7 @@ impl Check for AsPrinted {
         if lost.is_none() && filled.is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let judge = Judge { part, context, bead: bead_of(process), spread: spread_of(process) };
+        let judge = Judge { part, process, context, bead: bead_of(process), spread: spread_of(process) };
         let mut measured = Measured { rule: lost.map(|_| "as-printed"), ..Measured::default() };
         match part.as_printed(process, LAMBDA)? {
             Some(made) => {
@@ -101,6 +101,7 @@ impl Check for AsPrinted {
 
 struct Judge<'a> {
     part: &'a Part,
+    process: &'a Process,
     context: &'a Context,
     bead: Bead,
     /// How far a face spreads.
@@ -178,7 +179,7 @@ impl Judge<'_> {
         for (side, limits, kind) in rows {
             let Some(limits) = limits else { continue };
             let width = if kind == "lost" { LAMBDA * self.bead.widest().as_mm() } else { 2.0 * self.spread.as_mm() };
-            let found = Sought { part: self.part, context: self.context, side, width }.search();
+            let found = Sought { part: self.part, process: self.process, context: self.context, side, width }.search();
             measured.spent += found.evaluations;
             let tie = self.part.step();
             let thin = found.sheets(|t| t.diameter < self.least_width(kind, t.direction()) - tie);

@@ -1,21 +1,34 @@
 //! Fine sheets of material or void, found on the mesh: what AM106 judges.
 
-use super::contract::Context;
+use super::contract::{Context, limits_of};
+use super::search;
 use crate::geometry::health::Role;
 use crate::geometry::vector::{Vec3, bounds, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::{group, principal_extents};
-use crate::medial::{Cover, Question, Sample, Shape, Side};
-use crate::part::Part;
+use crate::medial::{Sample, Shape, Side};
+use crate::part::{Part, bead_of};
+use crate::process::Process;
 
 /// What rises or sinks by no more than this is relief, millimetres.
 pub const RELIEF_MM: f64 = 2.0;
 /// A group that thins to less than this share of the width sought runs out to an edge: only what is parallel in it counts.
 const RUN_OUT: f64 = 0.3;
 
+/// The widest limit of a rule, millimetres; 0 without one.
+pub fn rule_width(process: &Process, rule: &str) -> f64 {
+    limits_of(process, rule).and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0)
+}
+
+/// Up to this width material is sought: the element's own, or that of raised detail.
+pub fn raised_width(process: &Process) -> f64 {
+    bead_of(process).widest().as_mm().max(rule_width(process, "lost-feature.embossed"))
+}
+
 /// What is sought: everything thinner than a width, on one side of the surface.
 pub struct Sought<'a> {
     pub part: &'a Part,
+    pub process: &'a Process,
     pub context: &'a Context,
     pub side: Side,
     pub width: f64,
@@ -71,30 +84,26 @@ impl From<&Sample> for Thin {
 impl<'a> Sought<'a> {
     /// Searches by branch and bound.
     pub fn search(&self) -> Found<'a> {
-        let tie = self.part.step();
-        let question = Question {
-            fail: 0.0,
-            warn: self.width - tie,
-            notice: 1.02 * self.width,
-            resolution: 0.75 * self.width,
-            tolerance: 2.0 * tie,
-            budget: self.context.refine / 256,
-        };
-        let cover = Cover::search(self.part.distance(), self.part.features(self.side), &question);
+        let question = search::question(self.part, self.process, self.context, self.side, &[self.width]);
+        let (cover, evaluations) = self.part.cover(self.side, &question);
         let body = |facet: u32| self.part.health().facet_body.get(facet as usize).copied();
         let samples = cover
             .samples
-            .into_iter()
-            .filter(|s| s.shape == Shape::Sheet && body(s.facet) == body(s.opposite) && !self.is_sealed(s.facet))
+            .iter()
+            .filter(|s| s.shape == Shape::Sheet && s.diameter < self.width)
+            .filter(|s| body(s.facet) == body(s.opposite) && !self.is_sealed(s.facet))
+            .copied()
             .collect();
-        let open = cover.unresolved.iter().map(|u| u.extent).fold(question.finest(), f64::max);
+        let resolution = 0.75 * self.width;
+        let thin = cover.unresolved.iter().filter(|u| u.low < self.width);
+        let open = thin.map(|u| u.extent).fold(question.finest(), f64::max);
         Found {
             part: self.part,
             width: self.width,
-            link: 1.5 * question.resolution,
+            link: 1.5 * resolution,
             samples,
             finest: (1e3 * open).ceil() / 1e3,
-            evaluations: cover.evaluations,
+            evaluations,
         }
     }
 }

@@ -29,10 +29,11 @@ static META: Meta = Meta {
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
     how: "The angle between the two facets of each edge is exact. The depth is where a ball on the bisector, measured on the mesh, first is as \
           thick as the wall limit. Edges that follow each other are one finding. Walls and wedges share the rule that a ball with contacts \
-          120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; what runs \
-          out, and contacts from 120 to 150 degrees, is a wedge of up to 60 degrees and is measured here.",
+          120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
+          up to 60 degrees that runs out to an edge of the mesh is measured here.",
     limits: "A convex right angle, a chamfer and a thread of 60 degrees are no knife edges. What is shorter than the wall limit or never as thick as a \
-             quarter of it is counted and not judged. An edge that was blunted by a narrow face is a wall as thick as that face.",
+             quarter of it is counted and not judged. A wedge blunted by a narrow face is a wall as thick as that face where its sides lean by less \
+             than 30 degrees; from 30 to 60 degrees it is judged by neither check and counted in the cover line of thin-wall.",
     source: "Limits: see the profile.",
 };
 

@@ -1,7 +1,7 @@
 //! AM106: material that the process' element cannot make at all, and detail too fine to read.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
-use super::detail::{Detail, Sought};
+use super::detail::{Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::trial::Trial;
@@ -49,9 +49,8 @@ impl Check for LostFeature {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
         let bead = bead_of(process);
-        let widest = |limits: Option<Limits>| limits.and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
         let mut measured = Measured { rule: lost.map(|_| "lost-feature"), ..Measured::default() };
-        let sought = Sought { part, context, side: Side::Material, width: bead.widest().as_mm().max(widest(raised)) };
+        let sought = Sought { part, process, context, side: Side::Material, width: raised_width(process) };
         let found = sought.search();
         measured.spent += found.evaluations;
         let mut covered = format!(
@@ -83,19 +82,19 @@ impl Check for LostFeature {
             ));
         }
         if let Some(limits) = raised {
+            let width = rule_width(process, "lost-feature.embossed");
             let fine = found.sheets(|s| {
-                s.diameter < widest(raised) - part.step()
-                    && s.diameter >= bead.width_along(s.direction()).as_mm() - part.step()
+                s.diameter < width - part.step() && s.diameter >= bead.width_along(s.direction()).as_mm() - part.step()
             });
             measured.findings.extend(details(part, context, &fine, limits, "embossed-detail"));
         }
         if let Some(limits) = engraved {
             let fused = limits_of(process, "narrow-gap").and_then(|l| l.fail).unwrap_or(0.0);
-            let sought = Sought { part, context, side: Side::Void, width: widest(engraved) };
+            let width = rule_width(process, "lost-feature.engraved");
+            let sought = Sought { part, process, context, side: Side::Void, width };
             let found = sought.search();
             measured.spent += found.evaluations;
-            let fine =
-                found.sheets(|s| s.diameter < widest(engraved) - part.step() && s.diameter >= fused - part.step());
+            let fine = found.sheets(|s| s.diameter < width - part.step() && s.diameter >= fused - part.step());
             measured.findings.extend(details(part, context, &fine, limits, "engraved-detail"));
         }
         measured.cover = covered + ".";

@@ -24,6 +24,7 @@ mod overhang;
 mod place;
 pub mod registry;
 mod rods;
+mod search;
 mod sheet;
 mod sheet_shape;
 mod small_hole;

@@ -3,6 +3,7 @@
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::search;
 use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
 use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
@@ -14,6 +15,7 @@ use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::Notice;
 use crate::part::Part;
+use crate::process::Process;
 use crate::units::{report_digits, short};
 
 /// Bound and ball that differ by less than this are one, millimetres.
@@ -40,6 +42,7 @@ pub struct Kind {
 /// The search for thin sheets on one side of a part's surface.
 pub struct Sheets<'a> {
     pub part: &'a Part,
+    pub process: &'a Process,
     pub context: &'a Context,
     pub code: &'static str,
     pub side: Side,
@@ -58,26 +61,21 @@ impl Sheets<'_> {
         self.kinds.iter().flat_map(|k| [k.limits.fail, k.limits.warn]).flatten().fold(0.0, f64::max)
     }
 
-    pub fn question(&self) -> Question {
-        let tie = self.part.step();
-        let fail = self.kinds.iter().filter_map(|k| k.limits.fail).fold(0.0, f64::max);
-        Question {
-            fail: fail - tie,
-            warn: self.widest() - tie,
-            notice: self.notice(),
-            resolution: 0.75 * self.widest(),
-            tolerance: 2.0 * tie,
-            // An evaluation visits some sixty-four boxes and facets.
-            budget: self.context.refine / 64,
-        }
+    fn question(&self) -> Question {
+        let limits: Vec<f64> = self.kinds.iter().flat_map(|k| [k.limits.fail, k.limits.warn]).flatten().collect();
+        search::question(self.part, self.process, self.context, self.side, &limits)
+    }
+
+    /// Samples that are farther apart than twice this are not beside each other.
+    fn resolution(&self) -> f64 {
+        0.75 * self.widest()
     }
 
     /// Searches, groups and judges.
     pub fn measure(&self) -> (Measured, Vec<FacetSheet>) {
         let question = self.question();
-        let cover = self.part.cover(self.side, &question);
-        let mut measured =
-            Measured { rule: self.kinds.first().map(|k| k.rule), spent: cover.evaluations, ..Measured::default() };
+        let (cover, spent) = self.part.cover(self.side, &question);
+        let mut measured = Measured { rule: self.kinds.first().map(|k| k.rule), spent, ..Measured::default() };
         let mut wedges = cover.samples.iter().filter(|s| s.shape == Shape::Wedge).count();
         for kind in &self.kinds {
             match kind.reading {
@@ -87,7 +85,9 @@ impl Sheets<'_> {
         }
         // What may be as thin as something already found is no news.
         let known = measured.findings.iter().map(|f| f.value).fold(f64::INFINITY, f64::min);
-        if let Some(open) = self.budget_ended(&question, &cover, known - TOUCH).filter(|f| f.state > State::Pass) {
+        if let Some(open) =
+            self.budget_ended(&question, &cover, (known - TOUCH).min(self.widest())).filter(|f| f.state > State::Pass)
+        {
             measured.findings.push(open);
         }
         measured.cover = self.cover_text(&question, &cover, wedges);
@@ -120,7 +120,7 @@ impl Sheets<'_> {
                 continue;
             }
             let corners = |f: u32| self.part.mesh().triangles[f as usize];
-            for members in group(&level, 1.5 * q.resolution, |s| u64::from(self.body(s.facet)), corners) {
+            for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
                 match sheet_of(&samples, scale) {
                     Some(sheet) => sheets.push((sheet, samples)),
@@ -326,7 +326,7 @@ impl Sheets<'_> {
         let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
         let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest() && u.low < below).collect();
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
-        let bracket = Bracket { value: worst.low, low: worst.low, high: q.notice };
+        let bracket = Bracket { value: worst.low, low: worst.low, high: self.notice().max(worst.low) };
         let mut f =
             Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.step());
         let extent = bounds(open.iter().map(|u| u.at)).unwrap_or((worst.at, worst.at));
@@ -357,7 +357,7 @@ impl Sheets<'_> {
         if wedges > 0 {
             text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
         }
-        if cover.unresolved.iter().any(|u| u.extent > q.finest()) {
+        if cover.unresolved.iter().any(|u| u.extent > q.finest() && u.low < self.widest()) {
             text.push_str(" The budget ended before all was decided.");
         }
         text

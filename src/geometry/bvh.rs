@@ -166,6 +166,38 @@ impl Bvh {
         best2
     }
 
+    /// Calls `visit(primitive, ball)` for primitives in boxes that meet an open ball given by centre and radius, nearest boxes
+    /// first; `visit` returns the ball to go on with, which has to lie in the one before.
+    #[inline]
+    pub fn in_shrinking_ball(&self, mut ball: (Vec3, f64), mut visit: impl FnMut(u32, (Vec3, f64)) -> (Vec3, f64)) {
+        let mut stack = [0usize; 96];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth]];
+            if node.distance2(ball.0) >= ball.1 * ball.1 {
+                continue;
+            }
+            match node.children() {
+                Some([l, r]) => {
+                    let (dl, dr) = (self.nodes[l].distance2(ball.0), self.nodes[r].distance2(ball.0));
+                    let (near, far) = if dl <= dr { (l, r) } else { (r, l) };
+                    for child in [far, near] {
+                        if depth < stack.len() {
+                            stack[depth] = child;
+                            depth += 1;
+                        }
+                    }
+                }
+                None => {
+                    for &primitive in &self.order[node.run()] {
+                        ball = visit(primitive, ball);
+                    }
+                }
+            }
+        }
+    }
+
     /// Calls `visit(primitive)` for every primitive whose box may meet the segment `p + s·d`, `0 ≤ s ≤ far`;
     /// `visit` returns the new `far`.
     pub fn along_ray(&self, p: Vec3, d: Vec3, mut far: f64, mut visit: impl FnMut(u32, f64) -> f64) {

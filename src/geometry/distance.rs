@@ -3,7 +3,7 @@
 use super::bvh::{Bounds, Bvh, bounds_of};
 use super::mesh::TriangleMesh;
 use super::triangle::{closest_pair, closest_point, ray_hit};
-use super::vector::{Vec3, along, bounds, distance, dot, norm2, sub};
+use super::vector::{Vec3, along, bounds, dot, norm2, sub};
 
 /// The point of a mesh that is nearest to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,20 +191,34 @@ impl MeshDistance {
     /// The Visual Computer 28, 2012, here with exact nearest points of facets.
     pub fn touching_ball(&self, p: Vec3, inward: Vec3, cap: f64, tolerance: f64) -> TouchingBall {
         let mut ball = TouchingBall { centre: along(p, inward, cap), radius: cap, from: p, stop: None };
-        for _ in 0..64 {
-            let Some(n) = self.nearest(ball.centre, ball.radius - tolerance) else { break };
-            let chord = sub(n.point, p);
-            let depth = dot(inward, chord);
-            let r = norm2(chord) / (2.0 * depth);
-            if !(depth > 0.0 && r < ball.radius) {
-                break;
-            }
-            ball = TouchingBall { centre: along(p, inward, r), radius: r, from: p, stop: Some(n) };
-            if distance(n.point, p) <= tolerance {
-                break;
-            }
-        }
+        // Balls that touch at p lie in each other as they shrink: what one walk has left out, none of them holds.
+        self.tree.in_shrinking_ball((ball.centre, ball.radius), |facet, _| {
+            self.shrink_off(facet, inward, tolerance, &mut ball);
+            (ball.centre, ball.radius)
+        });
         ball
+    }
+
+    /// Shrinks a ball that touches at `ball.from` until a facet intrudes by no more than the tolerance.
+    #[inline]
+    fn shrink_off(&self, facet: u32, inward: Vec3, tolerance: f64, ball: &mut TouchingBall) {
+        let p = ball.from;
+        for _ in 0..64 {
+            let point = closest_point(ball.centre, self.triangles[facet as usize]);
+            let least = ball.radius - tolerance;
+            let d2 = norm2(sub(point, ball.centre));
+            if least <= 0.0 || d2 >= least * least {
+                return;
+            }
+            let chord = sub(point, p);
+            let depth = dot(inward, chord);
+            let radius = norm2(chord) / (2.0 * depth);
+            if !(depth > 0.0 && radius < ball.radius) {
+                return;
+            }
+            let stop = Nearest { point, facet, distance: radius };
+            *ball = TouchingBall { centre: along(p, inward, radius), radius, from: p, stop: Some(stop) };
+        }
     }
 }
 

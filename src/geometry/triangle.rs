@@ -82,6 +82,26 @@ pub fn closest_on_segments([p1, q1]: [Vec3; 2], [p2, q2]: [Vec3; 2]) -> (Vec3, V
 /// The minimum over the six corner–face and nine edge–edge pairs, which is the distance of disjoint triangles, and
 /// a crossing point where an edge of one pierces the other. Degenerate triangles are their segments or points.
 pub fn closest_pair(s: [Vec3; 3], t: [Vec3; 3]) -> (Vec3, Vec3) {
+    closest_pair_within(s, t, f64::INFINITY).unwrap_or((s[0], t[0]))
+}
+
+/// The nearest points of two triangles if they may be nearer than `within`; `None` where a plane between them says that
+/// they are not.
+pub fn closest_pair_within(s: [Vec3; 3], t: [Vec3; 3], within: f64) -> Option<(Vec3, Vec3)> {
+    let (m, n) = (normal_of(s), normal_of(t));
+    let (over_t, over_s) = (heights(s, t[0], n), heights(t, s[0], m));
+    let apart = |h: [f64; 3], n: Vec3| {
+        let least = if h.iter().all(|x| *x > 0.0) || h.iter().all(|x| *x < 0.0) {
+            h.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()))
+        } else {
+            0.0
+        };
+        (least > 0.0, least * least > within * within * norm2(n))
+    };
+    let ((above_t, far_from_t), (above_s, far_from_s)) = (apart(over_t, n), apart(over_s, m));
+    if far_from_t || far_from_s {
+        return None;
+    }
     let mut best = (s[0], t[0]);
     let mut best2 = f64::INFINITY;
     let mut offer = |p: Vec3, q: Vec3| {
@@ -91,22 +111,59 @@ pub fn closest_pair(s: [Vec3; 3], t: [Vec3; 3]) -> (Vec3, Vec3) {
             best = (p, q);
         }
     };
+    // A corner whose foot lies beside the other triangle is nearest to one of its edges.
     for i in 0..3 {
-        offer(s[i], closest_point(s[i], t));
-        offer(closest_point(t[i], s), t[i]);
-        for j in 0..3 {
-            let (p, q) = closest_on_segments([s[i], s[(i + 1) % 3]], [t[j], t[(j + 1) % 3]]);
+        if let Some(q) = foot_inside(s[i], t, n, over_t[i]) {
+            offer(s[i], q);
+        }
+        if let Some(p) = foot_inside(t[i], s, m, over_s[i]) {
+            offer(p, t[i]);
+        }
+    }
+    for a in edges(&s) {
+        for b in edges(&t) {
+            let (p, q) = closest_on_segments(a, b);
             offer(p, q);
         }
     }
-    for i in 0..3 {
-        for (edge, face) in [([s[i], s[(i + 1) % 3]], t), ([t[i], t[(i + 1) % 3]], s)] {
-            if let Some(p) = pierce(edge, face) {
-                return (p, p);
+    if !above_t && !above_s {
+        for (of, face) in [(s, t), (t, s)] {
+            if let Some(p) = edges(&of).find_map(|edge| pierce(edge, face)) {
+                return Some((p, p));
             }
         }
     }
-    best
+    Some(best)
+}
+
+/// Twice the area vector.
+#[inline]
+fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
+    cross(sub(b, a), sub(c, a))
+}
+
+/// Heights of three points over the plane through `on` with normal `n`, times |n|.
+#[inline]
+fn heights(points: [Vec3; 3], on: Vec3, n: Vec3) -> [f64; 3] {
+    points.map(|p| dot(sub(p, on), n))
+}
+
+/// The foot of a point on a triangle's plane, if it lies in the triangle; `height` is over the plane, times |n|.
+#[inline]
+fn foot_inside(p: Vec3, [a, b, c]: [Vec3; 3], n: Vec3, height: f64) -> Option<Vec3> {
+    let n2 = norm2(n);
+    if n2 == 0.0 {
+        return None;
+    }
+    let left = |from: Vec3, to: Vec3| dot(cross(sub(to, from), sub(p, from)), n) >= 0.0;
+    (left(a, b) && left(b, c) && left(c, a)).then(|| along(p, n, -height / n2))
+}
+
+/// The edges of a triangle: one if it is a segment (a, b, b), its point if it has no length.
+#[inline]
+fn edges(&[a, b, c]: &[Vec3; 3]) -> impl Iterator<Item = [Vec3; 2]> {
+    let count = if b == c { 1 } else { 3 };
+    [[a, b], [b, c], [c, a]].into_iter().take(count)
 }
 
 /// Where a segment crosses the inside of a triangle, if it does.

@@ -1,7 +1,7 @@
 //! The nearest opposing feature: a lower bound of the thickness at a patch of surface.
 
 use super::feature::{Feature, Features};
-use crate::geometry::triangle::closest_pair;
+use crate::geometry::triangle::{closest_pair, closest_pair_within};
 use crate::geometry::vector::{Vec3, along, cross, distance, dot, norm2, scale, sub, unit};
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
@@ -10,6 +10,11 @@ pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
 pub const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
 /// What rounding may do to an angle, radians.
 const MARGIN: f64 = 1e-6;
+/// Sines and cosines of the eighths of a turn.
+const EIGHTHS: [(f64, f64); 8] = {
+    const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [(0.0, 1.0), (H, H), (1.0, 0.0), (H, -H), (0.0, -1.0), (-H, -H), (-1.0, 0.0), (-H, H)]
+};
 
 /// A flat patch of surface, or an edge or vertex, that chords start from.
 #[derive(Debug, Clone, Copy)]
@@ -91,8 +96,7 @@ impl Reach {
             let u = unit(cross(inward, side));
             let v = cross(inward, u);
             let (sin, cos) = half_angle.sin_cos();
-            for k in 0..8 {
-                let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64).sin_cos();
+            for (s, c) in EIGHTHS {
                 let w = [0, 1, 2].map(|a| cos * (c * u[a] + s * v[a]) - sin * inward[a]);
                 reach.push(w, offset(w));
             }
@@ -113,6 +117,12 @@ impl Reach {
             let least: f64 = (0..3).map(|a| if w[a] > 0.0 { w[a] * lo[a] } else { w[a] * hi[a] }).sum();
             least <= *offset
         })
+    }
+
+    /// Whether each half-space holds a point of a triangle.
+    #[inline]
+    fn meets_corners(&self, t: &[Vec3; 3]) -> bool {
+        self.planes[..self.count].iter().all(|(w, offset)| t.iter().any(|p| dot(*p, *w) <= *offset))
     }
 
     /// Whether a point lies in all half-spaces.
@@ -194,6 +204,11 @@ impl Features {
     /// # Cost
     /// One best-first walk of the tree, pruned by distance, cone of normals and reach of the patch.
     pub fn nearest_chord(&self, patch: &Patch, within: f64) -> Option<Chord> {
+        self.nearest_chord_where(patch, within, |_| true)
+    }
+
+    /// The same for the opposing features that are accepted.
+    pub fn nearest_chord_where(&self, patch: &Patch, within: f64, accept: impl Fn(&Feature) -> bool) -> Option<Chord> {
         let least_angle = WALL_SEPARATION - MARGIN - patch.spread - patch.slack;
         let reach = Reach::new(patch);
         let (lo, hi) = crate::geometry::vector::bounds(patch.corners)?;
@@ -221,8 +236,8 @@ impl Features {
                 }
                 continue;
             }
-            for &i in &self.tree.order()[node.run()] {
-                if let Some(c) = self.chord_to(patch, &reach, i, least_angle, best2) {
+            for &i in self.tree.order()[node.run()].iter().filter(|&&i| accept(&self.list[i as usize])) {
+                if let Some(c) = self.chord_to(patch, &reach, i, least, best2) {
                     let c2 = c.bound * c.bound;
                     if c2 < best2 || (c2 == best2 && best.is_some_and(|b| i < b.feature)) {
                         best2 = c2;
@@ -235,8 +250,15 @@ impl Features {
     }
 
     /// The shortest chord from the patch to one feature, if there can be one whose bound is not above √`best2`.
-    fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least_angle: f64, best2: f64) -> Option<Chord> {
+    fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least: (f64, f64, f64), best2: f64) -> Option<Chord> {
+        let (_, cos, least_angle) = least;
         let feature = &self.list[index as usize];
+        if feature.spread + feature.slack == 0.0 && dot(feature.axis, patch.axis) > cos + 1e-9 {
+            return None;
+        }
+        if !reach.meets_corners(&feature.corners) {
+            return None;
+        }
         let widest = feature.widest_angle(patch.axis) + feature.slack;
         if widest < least_angle {
             return None;
@@ -259,7 +281,7 @@ impl Features {
             let length = distance(p, q);
             Chord { from: p, to: q, length, bound: length * stretch, feature: index }
         };
-        let unbound = chord(closest_pair(patch.corners, feature.corners));
+        let unbound = chord(closest_pair_within(patch.corners, feature.corners, best2.sqrt() / stretch)?);
         if unbound.bound * unbound.bound > best2 {
             return None;
         }

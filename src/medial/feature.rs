@@ -79,6 +79,8 @@ pub struct Features {
     facets: usize,
     pub tree: Bvh,
     pub side: Side,
+    /// Body of each facet of the mesh; empty if all are one.
+    bodies: Vec<u32>,
 }
 
 impl Features {
@@ -130,11 +132,21 @@ impl Features {
             let (lo, hi) = bounds(f.corners).unwrap_or(([0.0; 3], [0.0; 3]));
             Bounds { lo, hi, axis: f.axis, spread: f.spread + f.slack }
         }));
-        Features { list, facets, tree, side }
+        Features { list, facets, tree, side, bodies: Vec::new() }
     }
 }
 
 impl Features {
+    /// The same features with the body of each facet of the mesh.
+    pub fn of_bodies(self, bodies: &[u32]) -> Self {
+        Features { bodies: bodies.to_vec(), ..self }
+    }
+
+    /// The body of a facet.
+    pub fn body(&self, facet: u32) -> u32 {
+        self.bodies.get(facet as usize).copied().unwrap_or(0)
+    }
+
     /// The feature of a facet, if it bounds the solid and has area.
     pub fn of_facet(&self, facet: u32) -> Option<&Feature> {
         let facets = &self.list[..self.facets];

@@ -15,6 +15,7 @@ pub mod refine;
 pub mod reflex;
 pub mod rod;
 pub mod section;
+mod seek;
 pub mod thickness;
 
 pub use cover::{Cover, Question, Sample, Shape};

@@ -3,6 +3,7 @@
 mod false_alarms;
 mod fixtures;
 mod golden;
+mod judged;
 mod judged_fields;
 mod metamorphic;
 mod models;

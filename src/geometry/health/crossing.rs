@@ -40,7 +40,8 @@ pub fn crossings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync
         .with_min_len(256)
         .map_init(Vec::new, |stack, &f| {
             let mut found = (0, None);
-            for_overlapping(tree, f, stack, |g| {
+            let Some(extent) = bounds(tree.corners(f)) else { return found };
+            for_overlapping(tree, extent, stack, |g| {
                 if g > f && compared(f, g) {
                     let crossing = cross_of(tree, f, g, tolerance);
                     found = worse(found, (u64::from(crossing.is_some()), crossing));
@@ -52,9 +53,13 @@ pub fn crossings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync
     Fault { count, at_mm: worst.map(|w| w.middle) }
 }
 
-/// Visits the facets whose boxes overlap that of a facet.
-fn for_overlapping(tree: &MeshDistance, facet: u32, stack: &mut Vec<usize>, mut visit: impl FnMut(u32)) {
-    let Some((lo, hi)) = bounds(tree.corners(facet)) else { return };
+/// Visits the facets whose boxes in the tree overlap a box.
+pub(super) fn for_overlapping(
+    tree: &MeshDistance,
+    (lo, hi): (Vec3, Vec3),
+    stack: &mut Vec<usize>,
+    mut visit: impl FnMut(u32),
+) {
     let (nodes, order) = (tree.tree().nodes(), tree.tree().order());
     stack.push(0);
     while let Some(at) = stack.pop() {

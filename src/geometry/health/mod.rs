@@ -14,6 +14,7 @@ mod outward;
 mod rays;
 mod repair;
 mod shells;
+mod sides;
 mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
@@ -21,4 +22,5 @@ pub use crossing::crossings;
 pub use measure::{Fault, Health, Hole};
 pub use repair::{Repair, Repaired, agreed, repair_tolerance, repaired};
 pub use shells::Shell;
+pub use sides::Sides;
 pub use turn::turn_shells;

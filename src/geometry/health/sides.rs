@@ -1,0 +1,141 @@
+//! The winding number on both sides of each facet of a surface.
+
+use super::crossing::for_overlapping;
+use super::edges::EdgeTable;
+use crate::geometry::triangle::{closest_pair_within, closest_point};
+use crate::geometry::vector::{Vec3, along, bounds, distance};
+use crate::geometry::{MeshDistance, TriangleMesh, Winding};
+use rayon::prelude::*;
+
+/// What is evaluated beside the facets of a mesh.
+pub struct Sides<'a> {
+    pub mesh: &'a TriangleMesh,
+    pub winding: &'a Winding,
+    /// How far beside a facet, millimetres.
+    pub off: f64,
+}
+
+impl Sides<'_> {
+    /// The winding number just behind and just before each facet.
+    pub fn of_each(&self) -> Vec<(f64, f64)> {
+        (0..self.mesh.triangles.len()).into_par_iter().map(|f| self.beside(f)).collect()
+    }
+
+    /// The same for a closed surface, where one facet speaks for all that are joined to it and that nothing else touches.
+    ///
+    /// The winding number of a closed surface changes only across it. Two facets with a common edge have the same numbers on
+    /// their sides if no third facet comes within `tolerance` of either but at the corners they share; `tree` holds
+    /// all facets of the mesh.
+    ///
+    /// # Cost
+    /// O(T log T) and a winding number for each facet that something else touches.
+    pub fn of_closed(&self, tree: &MeshDistance, tolerance: f64) -> Vec<(f64, f64)> {
+        let count = self.mesh.triangles.len();
+        let clear: Vec<bool> = (0..count as u32)
+            .into_par_iter()
+            .with_min_len(256)
+            .map_init(Vec::new, |stack, f| self.is_clear(tree, f, tolerance, stack))
+            .collect();
+        let patch = self.patches(&clear);
+        let mut speaker = vec![usize::MAX; count];
+        for f in 0..count {
+            let at = &mut speaker[patch[f]];
+            if *at == usize::MAX || self.mesh.facet_area(f) > self.mesh.facet_area(*at) {
+                *at = f;
+            }
+        }
+        let known: Vec<(f64, f64)> =
+            speaker.par_iter().map(|&f| if f == usize::MAX { (0.0, 0.0) } else { self.beside(f) }).collect();
+        patch.into_iter().map(|p| known[p]).collect()
+    }
+
+    fn beside(&self, f: usize) -> (f64, f64) {
+        let (p, n) = (self.mesh.centroid(f), self.mesh.normal(f));
+        (self.winding.at(along(p, n, -self.off)), self.winding.at(along(p, n, self.off)))
+    }
+
+    /// Whether other facets come near a facet only at the corners they share with it.
+    fn is_clear(&self, tree: &MeshDistance, f: u32, tolerance: f64, stack: &mut Vec<usize>) -> bool {
+        let corners = self.mesh.corners(f as usize);
+        let Some((lo, hi)) = bounds(corners) else { return false };
+        let wide = (lo.map(|x| x - tolerance), hi.map(|x| x + tolerance));
+        let mut clear = self.mesh.facet_area(f as usize) > 0.0;
+        for_overlapping(tree, wide, stack, |g| {
+            clear = clear && (g == f || self.apart(f as usize, g as usize, tolerance));
+        });
+        clear
+    }
+
+    fn apart(&self, f: usize, g: usize, tolerance: f64) -> bool {
+        let (s, t) = (self.mesh.corners(f), self.mesh.corners(g));
+        let own = |of: usize, other: usize| -> Vec<Vec3> {
+            let shared = self.mesh.triangles[other];
+            let corners = self.mesh.triangles[of].into_iter().zip(self.mesh.corners(of));
+            corners.filter(|(v, _)| !shared.contains(v)).map(|(_, p)| p).collect()
+        };
+        let far = |a: [Vec3; 3], b: [Vec3; 3]| {
+            closest_pair_within(a, b, tolerance).is_none_or(|(p, q)| distance(p, q) > tolerance)
+        };
+        match (own(f, g).as_slice(), own(g, f).as_slice()) {
+            ([_, _, _], [_, _, _]) => far(s, t),
+            (&[a, b], &[c, d]) => far([a, b, b], t) && far([c, d, d], s),
+            (&[a], &[b]) => {
+                distance(a, closest_point(a, t)) > tolerance && distance(b, closest_point(b, s)) > tolerance
+            }
+            _ => false,
+        }
+    }
+
+    /// For each facet the least facet it is joined to by edges between two clear ones.
+    fn patches(&self, clear: &[bool]) -> Vec<usize> {
+        let mut patch: Vec<usize> = (0..clear.len()).collect();
+        fn root(patch: &mut [usize], mut f: usize) -> usize {
+            while patch[f] != f {
+                patch[f] = patch[patch[f]];
+                f = patch[f];
+            }
+            f
+        }
+        for edge in EdgeTable::of(self.mesh).edges() {
+            let [(_, a), (_, b)] = edge.sides else { continue };
+            if a.direction() != b.direction() && clear[a.facet()] && clear[b.facet()] {
+                let (a, b) = (root(&mut patch, a.facet()), root(&mut patch, b.facet()));
+                patch[a.max(b)] = a.min(b);
+            }
+        }
+        (0..clear.len()).map(|f| root(&mut patch, f)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::units::Length;
+
+    fn ball(at: Vec3, radius: f64) -> TriangleMesh {
+        let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Primitive::Ball { radius: Length::mm(radius) }.mesh(Length::mm(0.02)).transformed(one, at)
+    }
+
+    #[test]
+    fn one_facet_speaks_for_what_every_facet_says_for_itself() {
+        // Two balls that cross, one inside both, and two blocks with a common face.
+        let block = |x: f64| {
+            let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            Primitive::Box { edges: [Length::mm(2.0); 3] }.mesh(Length::mm(0.1)).transformed(one, [x, 0.0, 9.0])
+        };
+        let parts = [ball([4.0, 0.1, 0.2], 3.0), ball([2.0, 0.0, 0.0], 0.5), block(0.0), block(2.0), block(1.0)];
+        let mesh = parts.iter().fold(ball([0.0; 3], 3.0), |all, part| all.joined(part));
+        let (winding, tree) = (Winding::new(&mesh), MeshDistance::new(&mesh));
+        let sides = Sides { mesh: &mesh, winding: &winding, off: 1e-3 };
+        let (each, spoken) = (sides.of_each(), sides.of_closed(&tree, 1e-6));
+        let inside = |w: f64| w.round() as i64;
+        for (f, (a, b)) in each.iter().zip(&spoken).enumerate() {
+            assert_eq!((inside(a.0), inside(a.1)), (inside(b.0), inside(b.1)), "facet {f}: {a:?} {b:?}");
+        }
+        let clear =
+            (0..mesh.triangles.len() as u32).filter(|&f| sides.is_clear(&tree, f, 1e-6, &mut Vec::new())).count();
+        assert!(clear > mesh.triangles.len() / 2, "{clear} of {}", mesh.triangles.len());
+    }
+}

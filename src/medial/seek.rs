@@ -1,0 +1,320 @@
+//! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
+
+use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
+use super::cover::{Cover, FIRST_LOOK, FacetSheet, Question, Sample, Shape, Unresolved};
+use super::feature::{Feature, Features};
+use crate::geometry::MeshDistance;
+use crate::geometry::distance::TouchingBall;
+use crate::geometry::triangle::closest_point;
+use crate::geometry::vector::{Vec3, along, distance, norm2, scale, sub};
+use std::collections::VecDeque;
+
+/// A ball whose contacts are at least this far apart, but less than a wall's, lies in a wedge (120°).
+const WEDGE_SEPARATION: f64 = 120.0 * std::f64::consts::PI / 180.0;
+
+/// Short of a wall's separation by so little that the thickness is the same (140°).
+const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
+/// A ball stopped at less than this was stopped by the side it grew from (12°).
+const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
+
+/// Ball and bound that differ by less than this share of the limit agree; the thinnest place of a group is sought further.
+const AGREE: f64 = 0.005;
+/// A patch that may be thinner than what is known on its feature by no more than this share is passed over.
+const SAME: f64 = 0.95;
+/// Patches up to this many resolutions are taken whole where the sheet is even.
+const EVEN: f64 = 8.0;
+/// The search on one feature.
+pub(super) struct Seeker<'a> {
+    mesh: &'a MeshDistance,
+    features: &'a Features,
+    question: &'a Question,
+    facet: u32,
+    budget: u64,
+    /// Longest edge of the feature.
+    extent: f64,
+    /// Least diameter of a sheet found so far.
+    thinnest: f64,
+    /// Least bound of the patches passed over, because something as thin was known on the feature.
+    passed: f64,
+    cover: Cover,
+}
+
+/// What is known of a patch after one look.
+enum Look {
+    /// Nothing below the limits is here, or it has been recorded.
+    Done,
+    /// Too coarse to be sampled; `low` bounds what may be here.
+    Coarse { low: f64 },
+    /// Nothing is decided yet; `low` bounds what may be here.
+    Open { low: f64 },
+}
+
+impl<'a> Seeker<'a> {
+    /// A search that may cost so many evaluations.
+    pub(super) fn new(mesh: &'a MeshDistance, features: &'a Features, question: &'a Question, budget: u64) -> Self {
+        let (thinnest, passed) = (f64::INFINITY, f64::INFINITY);
+        Seeker { mesh, features, question, facet: 0, budget, extent: 0.0, thinnest, passed, cover: Cover::default() }
+    }
+
+    /// Looks at a feature, halving what is open, and returns what was found.
+    pub(super) fn seek(mut self, feature: &Feature) -> Cover {
+        let whole = Patch::from(feature);
+        (self.facet, self.extent) = (feature.facet, whole.longest_edge().0);
+        let mut queue = VecDeque::from([whole]);
+        while let Some(patch) = queue.pop_front() {
+            let Some(chord) = self.features.nearest_chord(&patch, self.question.notice) else {
+                self.cover.evaluations += 1;
+                continue;
+            };
+            self.cover.evaluations += 2;
+            if self.cover.facets.is_empty() {
+                self.cover.facets.push(FacetSheet { low: chord.bound, ..FacetSheet::FREE });
+            }
+            let look =
+                if patch.spread > 0.0 { self.look_at_edge(&patch, &chord) } else { self.look_at_facet(&patch, &chord) };
+            if let Look::Open { low } | Look::Coarse { low } = look {
+                // Coarse patches are sampled for their area as long as that is cheap.
+                let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
+                if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
+                    // Its bound takes this one in.
+                    self.passed = self.passed.min(low);
+                    continue;
+                }
+                if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest() {
+                    queue.extend(patch.halves());
+                } else if self.question.is_thin(low) {
+                    self.cover.unresolved.push(Unresolved {
+                        at: patch.centroid(),
+                        low,
+                        extent: patch.longest_edge().0,
+                        facet: self.facet,
+                    });
+                }
+            }
+        }
+        let sheets = self.cover.samples.iter_mut().filter(|s| s.shape == Shape::Sheet);
+        if let Some(thinnest) = sheets.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
+            thinnest.low = thinnest.low.min(self.passed);
+        }
+        self.cover
+    }
+
+    /// Whether something as thin is already known on this very feature, which a small facet is all of.
+    fn is_known(&self, low: f64) -> bool {
+        let class = |thickness| self.question.class(thickness);
+        let small = self.extent <= 2.5 * self.question.resolution(low);
+        low >= 0.999 * self.thinnest || (small && low >= SAME * self.thinnest && class(low) == class(self.thinnest))
+    }
+
+    /// Looks along the shortest chord of a flat patch, then grows a ball at its centroid and compares it with the bound.
+    fn look_at_facet(&mut self, patch: &Patch, chord: &Chord) -> Look {
+        let q = self.question;
+        let edge = patch.longest_edge().0;
+        let resolution = q.resolution(chord.bound);
+        let large = patch.area() > 0.5 * resolution * resolution || edge > 8.0 * resolution;
+        if q.is_thin(chord.bound) && edge > resolution && large {
+            let done = edge <= EVEN * resolution && (self.even(patch, chord) || self.between(patch, chord));
+            return if done { Look::Done } else { Look::Coarse { low: chord.bound } };
+        }
+        if let Some(exact) = self.along_chord(chord, patch.area()) {
+            self.push(exact);
+            return Look::Done;
+        }
+        let inward = scale(patch.axis, -1.0);
+        let ball = self.mesh.touching_ball(patch.centroid(), inward, 0.51 * q.notice, q.tolerance);
+        let low = self.bound(patch, &ball, chord);
+        if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
+            let apart = q.class(low) != q.class(2.0 * ball.radius) && 2.0 * ball.radius - low > AGREE * q.widest();
+            let finest = edge <= q.finest() || self.faces_others(patch, chord);
+            if apart && !finest && !self.is_known(low) {
+                return Look::Open { low };
+            }
+            // At the finest patch what the ball measures is what is there.
+            let low = if apart && finest { 2.0 * ball.radius } else { low };
+            let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
+            let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
+            self.record(&ball, shape, low, patch.area());
+            return Look::Done;
+        }
+        if let Some(settled) = self.settled(&ball, chord) {
+            self.record(&settled, Shape::Sheet, chord.bound, patch.area());
+            return Look::Done;
+        }
+        let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));
+        if q.is_thin(low) && !blocked && !self.faces_others(patch, chord) {
+            return Look::Open { low };
+        }
+        if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.is_thin(2.0 * ball.radius) {
+            self.record(&ball, Shape::Wedge, low, patch.area());
+        }
+        Look::Done
+    }
+
+    /// Records a patch larger than the resolution as four samples if the balls at its middle and near its corners agree with
+    /// the bound: the sheet is as thick as that all over.
+    fn even(&mut self, patch: &Patch, chord: &Chord) -> bool {
+        let q = self.question;
+        let inward = scale(patch.axis, -1.0);
+        let centroid = patch.centroid();
+        let near = |c: Vec3| along(centroid, sub(c, centroid), 0.6);
+        let [a, b, c] = patch.corners.map(near);
+        let mut balls = [None; 4];
+        for (at, ball) in [centroid, a, b, c].into_iter().zip(&mut balls) {
+            let grown = self.mesh.touching_ball(at, inward, 0.51 * q.notice, q.tolerance);
+            self.cover.evaluations += 1;
+            let thick = 2.0 * grown.radius;
+            let agrees = thick - chord.bound <= AGREE * q.widest() && q.class(thick) == q.class(chord.bound);
+            if !(agrees && grown.stop.is_some() && grown.separation() >= PARALLEL) {
+                return false;
+            }
+            *ball = Some(grown);
+        }
+        for ball in balls.into_iter().flatten() {
+            self.record(&ball, Shape::Sheet, chord.bound, 0.25 * patch.area());
+        }
+        true
+    }
+
+    /// Records a patch larger than the resolution that other bodies alone can be opposite, as one sample.
+    ///
+    /// How far bodies are apart is known from their pairs; samples only show where they are near.
+    fn between(&mut self, patch: &Patch, chord: &Chord) -> bool {
+        if !self.faces_others(patch, chord) {
+            return false;
+        }
+        let q = self.question;
+        let ball = self.mesh.touching_ball(patch.centroid(), scale(patch.axis, -1.0), 0.51 * q.notice, q.tolerance);
+        self.cover.evaluations += 1;
+        if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION {
+            self.record(&ball, Shape::Sheet, chord.bound, patch.area());
+        }
+        true
+    }
+
+    /// Whether the nearest chord leads to another body and none to the patch's own.
+    fn faces_others(&mut self, patch: &Patch, chord: &Chord) -> bool {
+        let own = self.features.body(self.facet);
+        if self.features.body(self.features.list[chord.feature as usize].facet) == own {
+            return false;
+        }
+        self.cover.evaluations += 1;
+        let within = self.question.widest();
+        self.features.nearest_chord_where(patch, within, |f| self.features.body(f.facet) == own).is_none()
+    }
+
+    /// A ball that measures the sheet at a patch although the one at its centroid is stopped at a flatter angle.
+    ///
+    /// Where the surface bends gently towards the ball, a neighbouring facet stops it: it is grown again from there. A ball
+    /// that is almost a wall's and at most 5 % larger than the bound lies on the border between wall and wedge: the sheet
+    /// is as thick as that either way.
+    fn settled(&self, ball: &TouchingBall, chord: &Chord) -> Option<TouchingBall> {
+        let q = self.question;
+        let mut ball = *ball;
+        for _ in 0..4 {
+            let stop = ball.stop?;
+            if ball.separation() >= NEARLY_WALL {
+                let thick = 2.0 * ball.radius;
+                return (thick <= 1.05 * chord.bound
+                    && (q.class(thick) == q.class(chord.bound) || thick - chord.bound <= AGREE * q.widest()))
+                .then_some(ball);
+            }
+            if ball.separation() > GENTLE {
+                return None;
+            }
+            let inward = scale(self.mesh.normal(stop.facet), -self.features.side.sign());
+            ball = self.mesh.touching_ball(stop.point, inward, 0.51 * q.notice, q.tolerance);
+        }
+        None
+    }
+
+    /// No wall ball on the patch is thinner: the chord bound, or the Lipschitz bound from the ball at the centroid.
+    ///
+    /// If a ball of radius r' touches the patch at p' with its other contact q at most 20° off the normal, then the ball
+    /// through p and q has radius at most r' + δ·tan 20° + δ²/|p'q|, δ = |pp'|; so r' is at least the empty ball's
+    /// radius at p less that.
+    fn bound(&self, patch: &Patch, ball: &TouchingBall, chord: &Chord) -> f64 {
+        let p = patch.centroid();
+        let reach = patch.corners.iter().map(|&c| distance(c, p)).fold(0.0, f64::max);
+        let slack = 0.364 * reach + reach * reach / chord.length.max(1e-9);
+        chord.bound.max(2.0 * (ball.radius - slack))
+    }
+
+    /// Whether one facet is in the way of every ball on the patch as large as the bound.
+    ///
+    /// Balls of that radius at the corners have centres oᵢ; if all of them reach deeper than the tolerance to points qᵢ of
+    /// one (convex) facet, so does the ball at any mean of the corners, because |Σλᵢ(qᵢ − oᵢ)| ≤ Σλᵢ|qᵢ − oᵢ|.
+    fn blocked(&self, patch: &Patch, stop: u32, bound: f64) -> bool {
+        let r = 0.5 * bound;
+        let reach = r - self.question.tolerance;
+        let facet = self.mesh.corners(stop);
+        let holds = |centre: Vec3| reach > 0.0 && norm2(sub(closest_point(centre, facet), centre)) < reach * reach;
+        patch.corners.iter().all(|&c| holds(along(c, patch.axis, -r)))
+    }
+
+    /// Looks along the shortest chord of an edge or a vertex.
+    fn look_at_edge(&mut self, patch: &Patch, chord: &Chord) -> Look {
+        let q = self.question;
+        if let Some(sample) = self.along_chord(chord, 0.0) {
+            if q.is_thin(sample.diameter) && patch.longest_edge().0 > q.resolution(sample.diameter) {
+                return if self.faces_others(patch, chord) { Look::Done } else { Look::Coarse { low: chord.bound } };
+            }
+            self.push(sample);
+            return Look::Done;
+        }
+        // A ball from the edge along the chord that is stopped sooner, at a flatter angle, is no wall.
+        let d = sub(chord.to, chord.from);
+        if chord.length > 0.0 {
+            let ball = self.mesh.touching_ball(chord.from, scale(d, 1.0 / chord.length), 0.51 * q.notice, q.tolerance);
+            if 2.0 * ball.radius < 0.98 * chord.length && patch.longest_edge().0 <= q.resolution(chord.bound) {
+                return Look::Done;
+            }
+        }
+        if self.faces_others(patch, chord) { Look::Done } else { Look::Open { low: chord.bound } }
+    }
+
+    /// The ball on the chord as diameter, if it is empty: then the bound is attained.
+    fn along_chord(&mut self, chord: &Chord, area: f64) -> Option<Sample> {
+        let r = 0.5 * chord.length;
+        if r <= 0.0 {
+            return None;
+        }
+        let centre = [0, 1, 2].map(|a| 0.5 * (chord.from[a] + chord.to[a]));
+        self.cover.evaluations += 1;
+        if self.mesh.nearest(centre, r - self.question.tolerance.max(1e-4 * r)).is_some() {
+            return None;
+        }
+        Some(Sample {
+            shape: Shape::Sheet,
+            centre,
+            contacts: [chord.from, chord.to],
+            diameter: chord.length,
+            low: chord.bound,
+            separation: std::f64::consts::PI,
+            area,
+            facet: self.facet,
+            opposite: self.features.list[chord.feature as usize].facet,
+        })
+    }
+
+    fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, area: f64) {
+        let Some(stop) = ball.stop else { return };
+        self.push(Sample {
+            shape,
+            centre: ball.centre,
+            contacts: [ball.from, stop.point],
+            diameter: 2.0 * ball.radius,
+            low: low.min(2.0 * ball.radius),
+            separation: ball.separation(),
+            area,
+            facet: self.facet,
+            opposite: stop.facet,
+        });
+    }
+
+    fn push(&mut self, sample: Sample) {
+        if sample.shape == Shape::Sheet {
+            self.thinnest = self.thinnest.min(sample.diameter);
+        }
+        self.cover.samples.push(sample);
+    }
+}
