@@ -8,6 +8,7 @@ use crate::geometry::health::{self, Fault, NO_LABEL, Sides, crossings};
 use crate::geometry::vector::{Vec3, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
+use crate::layer::Ceiling;
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::section::Adjacency;
 use crate::medial::{Cover, Features, Question, Side};
@@ -44,6 +45,7 @@ pub struct Part {
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
+    ceilings: OnceLock<([f64; 3], Arc<Vec<Ceiling>>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
 }
 
@@ -115,6 +117,7 @@ impl Part {
             pairs: OnceLock::new(),
             solid: OnceLock::new(),
             printed: OnceLock::new(),
+            ceilings: OnceLock::new(),
             setups: OnceLock::new(),
         };
         part.choose_bounding_facets()?;
@@ -374,6 +377,12 @@ impl Part {
         };
         let (of, made) = self.printed.get_or_init(|| ((bead, lambda, spread), make()));
         if *of == (bead, lambda, spread) { made.clone() } else { make() }
+    }
+
+    /// The ceilings of the part as `measure` finds them; shared by all who ask with the same key.
+    pub fn ceilings(&self, key: [f64; 3], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
+        let (of, found) = self.ceilings.get_or_init(|| (key, Arc::new(measure())));
+        if *of == key { found.clone() } else { Arc::new(measure()) }
     }
 
     /// The part, or what a window of it holds, on a lattice of an element.

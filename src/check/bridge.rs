@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
-use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of, hanging};
+use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, along, scale};
@@ -48,7 +48,7 @@ impl Check for Bridge {
         if limits_of(process, BRIDGE).is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let all = ceilings_of(part, process, &hanging(part, process));
+        let all = ceilings_of(part, process);
         let longest = all
             .iter()
             .filter(|c| c.flat_share >= 0.5)

@@ -3,10 +3,11 @@
 use super::contract::limits_of;
 use crate::access::self_holding;
 use crate::geometry::vector::{Vec3, along, sub};
-use crate::layer::{Ceiling, ceilings, downward_facets};
+use crate::layer::{Ceiling, THOROUGH, ceilings, downward_facets};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
+use std::sync::Arc;
 
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
@@ -22,7 +23,7 @@ pub fn support_angle(process: &Process) -> Option<f64> {
 }
 
 /// The facets of the solid that look down at less than the process' angle, off the plate, with no body right below them.
-pub fn hanging(part: &Part, process: &Process) -> Vec<u32> {
+fn hanging(part: &Part, process: &Process) -> Vec<u32> {
     let Some(angle) = support_angle(process) else { return Vec::new() };
     let mut facets = downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step());
     facets.retain(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm));
@@ -45,18 +46,19 @@ pub fn plate_z(process: &Process) -> f64 {
     0.5 * process.layer_height_mm
 }
 
-/// The ceilings that hanging facets make, measured between their anchors.
-pub fn ceilings_of(part: &Part, process: &Process, hanging: &[u32]) -> Vec<Ceiling> {
+/// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
+pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
     let held = |f| covered(part, f) || rests(part, f, process.layer_height_mm);
-    ceilings(part.mesh(), hanging, plate_z(process), ledge, held)
+    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, ledge];
+    part.ceilings(key, || ceilings(part.mesh(), &hanging(part, process), plate_z(process), ledge, THOROUGH, held))
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.
 pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
-    let (all, holding) = (hanging(part, process), self_holding(process));
+    let holding = self_holding(process);
     let mut facets: Vec<u32> =
-        ceilings_of(part, process, &all).into_iter().filter(|c| !holding.holds(c)).flat_map(|c| c.facets).collect();
+        ceilings_of(part, process).iter().filter(|c| !holding.holds(c)).flat_map(|c| c.facets.clone()).collect();
     facets.sort_unstable();
     facets
 }

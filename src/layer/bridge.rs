@@ -8,6 +8,10 @@ use rustc_hash::FxHashMap;
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Sides that lines are held against for one ceiling where its span is judged.
+pub const THOROUGH: usize = 20_000_000;
+/// The same where orientations are compared.
+pub const QUICK: usize = 100_000;
 /// A wall steeper than this (89°) goes straight down.
 const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
@@ -84,12 +88,13 @@ impl SelfHolding {
 /// plan, as in a screw, are measured as if they did not.
 ///
 /// # Cost
-/// O(facets), and for each ceiling wider than `ledge_mm` a bounded search over its boundary.
+/// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary bounded by `effort`, such as [`THOROUGH`].
 pub fn ceilings(
     mesh: &TriangleMesh,
     hanging: &[u32],
     plate_z: f64,
     ledge_mm: f64,
+    effort: usize,
     resting: impl Fn(u32) -> bool + Sync,
 ) -> Vec<Ceiling> {
     let joined = with_slivers(mesh, hanging);
@@ -113,7 +118,7 @@ pub fn ceilings(
             // Slivers only carry the boundary on: they come behind the hanging facets.
             let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();
             let rims = rims.get(&of).map_or(&[][..], |r| r);
-            describe(mesh, facets, rims, plate_z, ledge_mm, &resting)
+            describe(mesh, facets, rims, [plate_z, ledge_mm], effort, &resting)
         })
         .collect()
 }
@@ -225,8 +230,8 @@ fn describe(
     mesh: &TriangleMesh,
     facets: Vec<u32>,
     rims: &[&Rim],
-    plate_z: f64,
-    ledge_mm: f64,
+    [plate_z, ledge_mm]: [f64; 2],
+    effort: usize,
     resting: &impl Fn(u32) -> bool,
 ) -> Option<Ceiling> {
     let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
@@ -248,7 +253,8 @@ fn describe(
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
     let small = diagonal <= ledge_mm && sides.iter().any(|s| s.anchored);
-    let spans = if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm)).unwrap_or_default() };
+    let spans =
+        if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm, effort)).unwrap_or_default() };
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
     let lift = |f: Farthest| reach(mesh, &facets, f);
     let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
@@ -309,7 +315,7 @@ mod tests {
 
     fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
         let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
-        ceilings(mesh, &hanging, 1e-4, ledge, |_| false)
+        ceilings(mesh, &hanging, 1e-4, ledge, THOROUGH, |_| false)
     }
 
     fn turned(mesh: &TriangleMesh, turn: f64) -> TriangleMesh {

@@ -10,7 +10,7 @@ mod sight;
 mod support;
 mod tall;
 
-pub use bridge::{Ceiling, Crown, Reach, SelfHolding, ceilings};
+pub use bridge::{Ceiling, Crown, QUICK, Reach, SelfHolding, THOROUGH, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};

@@ -60,8 +60,6 @@ struct Cell {
 const TURNS: usize = 12;
 /// Sides whose directions are tried as well, the longest first.
 const LONG_SIDES: usize = 8;
-/// Sides that the lines of one search may be held against.
-const BUDGET: usize = 20_000_000;
 /// The nearest anchors that are tried for being seen.
 const TRIED: usize = 8;
 /// A bracket narrower than this share of its value is left as it is.
@@ -102,12 +100,13 @@ impl Plan {
     /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
     /// # Cost
-    /// O(directions · sides) for each square, at most a budget of line crossings; what is open then stays in the bracket.
-    pub fn spans(&self, ledge: f64) -> Spans {
+    /// O(directions · sides) for each square; lines are held against at most `effort` sides, and what is open then stays in the
+    /// bracket.
+    pub fn spans(&self, ledge: f64, effort: usize) -> Spans {
         let mut best = Spans::default();
         let mut cells = self.first_cells();
         let mut closed = [0.0f64; 2];
-        let mut left = BUDGET;
+        let mut left = effort;
         loop {
             let work: usize = cells.iter_mut().map(|cell| self.measure(cell, ledge, &mut best)).sum();
             left = left.saturating_sub(work);
@@ -327,6 +326,8 @@ mod tests {
     use super::*;
     use crate::random::Lcg;
 
+    const EFFORT: usize = 20_000_000;
+
     /// A polygon whose sides are anchored where said, turned and shifted.
     fn region(corners: &[Point], anchored: &[bool], turn: f64, shift: Point) -> Plan {
         let (s, c) = turn.sin_cos();
@@ -360,7 +361,7 @@ mod tests {
             let turn = std::f64::consts::TAU * rng.unit();
             let shift = [50.0 * rng.unit(), 50.0 * rng.unit()];
             let (a, b) = (5.0 + 40.0 * rng.unit(), 2.0 + 20.0 * rng.unit());
-            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0);
+            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0, EFFORT);
             // From one end to the other: the span is the length, and nothing is a cantilever.
             let spans = held(&[false, true, false, true]);
             holds(spans.bridge, a, 1e-6);
@@ -383,18 +384,18 @@ mod tests {
             .map(|(s, c)| [6.0 * c, 6.0 * s])
             .collect();
         // The shortest line through the middle runs across two sides.
-        holds(region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0).bridge, 12.0 * 3.75f64.to_radians().cos(), 0.06);
+        holds(region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0, EFFORT).bridge, 12.0 * 3.75f64.to_radians().cos(), 0.06);
         // A ledge of 0.4 mm along a wall of 30 mm is held by the wall.
         let narrow = region(&rectangle(30.0, 0.4), &[true, false, false, false], 0.3, [1.0; 2]);
-        assert_eq!(narrow.spans(0.5), Spans::default());
+        assert_eq!(narrow.spans(0.5, EFFORT), Spans::default());
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
-        holds(narrow.spans(0.0).cantilever, 0.4, 0.1);
+        holds(narrow.spans(0.0, EFFORT).cantilever, 0.4, 0.1);
     }
 
     #[test]
     fn a_pocket_with_two_arms_is_bridged_across_its_arms() {
         let pocket = [[0.0, 0.0], [30.0, 0.0], [30.0, 4.0], [4.0, 4.0], [4.0, 30.0], [0.0, 30.0]];
-        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0);
+        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0, EFFORT);
         // In the corner the shortest line is one across the inner corner: longer than an arm is wide, shorter than the diagonal.
         let f = spans.bridge.unwrap();
         assert!(f.low >= 4.0 - 1e-6 && f.high < 7.5, "{f:?}");
