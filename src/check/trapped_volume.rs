@@ -30,7 +30,8 @@ static META: Meta = Meta {
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
           1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again. \
-          What stays undecided is looked at again with half the spacing, as far as the budget for finer samples goes.",
+          What stays undecided in a closed mesh is looked at again with half the spacing, as far as the budget for finer \
+          samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out and as wide as the limit; narrower voids are slots \
              and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
              bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates.",
@@ -53,8 +54,9 @@ impl Check for TrappedVolume {
         }
         let mut measured = look(part, part.solid()?, process, context)?;
         let (mut h, mut left) = (context.spacing_mm, context.refine);
-        // The way out is a matter of the whole void: a finer look at a place of it decides nothing.
-        while measured.findings.iter().any(|f| !f.decided) {
+        // The way out is a matter of the whole void: a finer look at a place of it decides nothing. Nor does one at a surface that
+        // is not closed, where inside is as doubtful at any spacing.
+        while part.health().is_solid() && measured.findings.iter().any(|f| !f.decided) {
             h *= 0.5;
             let whole = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3])?;
             let (samples, edge) = (whole.samples() as u64, [2.0 * h; 3]);

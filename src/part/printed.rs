@@ -1,0 +1,59 @@
+//! A part as a process prints it.
+
+use super::Part;
+use crate::error::{Error, Result};
+use crate::geometry::InsideRule;
+use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
+use crate::process::Process;
+use crate::units::Length;
+use std::sync::Arc;
+
+/// What was deposited first, and by what.
+pub(super) type Printed = ((Bead, f64, Length), Result<Option<Arc<AsPrinted>>>);
+
+/// Cells that a part is deposited on at most: eight bytes for sixty-four of them, for each of some seven sets.
+const MOST_CELLS: u128 = 1 << 26;
+
+impl Part {
+    /// The part as the process prints it: what at least the share λ of its element holds as drawn, and no face spread by more than
+    /// [`spread_of`] the process; shared by all who ask for the same.
+    ///
+    /// `None` if the element is too fine for a lattice of the whole part: nothing is then known of it.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] for an element without extent or λ outside `[0, 1]`, otherwise as [`crate::geometry::enclose`].
+    pub fn as_printed(&self, process: &Process, lambda: f64) -> Result<Option<Arc<AsPrinted>>> {
+        let (bead, spread) = (bead_of(process), spread_of(process));
+        let make = || {
+            let bounds = self.mesh.bounds().unwrap_or_default();
+            let Some(cells) = Cells::covering(&bead, bounds, MOST_CELLS)? else { return Ok(None) };
+            self.deposited(bead, cells)?.compensated(lambda, spread).map(|made| Some(Arc::new(made)))
+        };
+        let (of, made) = self.printed.get_or_init(|| ((bead, lambda, spread), make()));
+        if *of == (bead, lambda, spread) { made.clone() } else { make() }
+    }
+
+    /// The part, or what a window of it holds, on a lattice of an element.
+    ///
+    /// # Errors
+    /// As [`crate::geometry::enclose`].
+    pub fn deposited(&self, bead: Bead, cells: Cells) -> Result<Designed> {
+        let by_crossings =
+            self.health.is_solid().then(|| Designed::cast(&self.mesh, InsideRule::Crossings, bead, cells));
+        match by_crossings {
+            Some(Err(Error::Operand { .. })) | None => Designed::cast(&self.mesh, InsideRule::Winding, bead, cells),
+            Some(cast) => cast,
+        }
+    }
+}
+
+/// The element of a process as a prism: a pixel is square, a bead and a spot are round.
+pub fn bead_of(process: &Process) -> Bead {
+    let footprint = if process.element.kind == "pixel" { Footprint::Square } else { Footprint::Disc };
+    Bead { footprint, width: Length::mm(process.element.width_mm), height: Length::mm(process.layer_height_mm) }
+}
+
+/// How far a printed face may lie outside the drawn one: half the gap that closes, and at most half the element.
+pub fn spread_of(process: &Process) -> Length {
+    Length::mm(0.5 * process.element.closing_gap_mm.min(process.element.width_mm))
+}
