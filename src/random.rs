@@ -1,7 +1,5 @@
 //! Random numbers for tests, the same in every run.
 
-use crate::geometry::vector::Vec3;
-
 /// A linear congruential generator with the constants of D. E. Knuth's MMIX.
 pub(crate) struct Lcg(pub u64);
 
@@ -16,12 +14,12 @@ impl Lcg {
         self.below(1 << 31) as f64 / f64::from(1u32 << 31)
     }
 
-    pub fn point(&mut self, lo: f64, hi: f64) -> Vec3 {
+    pub fn point(&mut self, lo: f64, hi: f64) -> [f64; 3] {
         [0; 3].map(|_| lo + (hi - lo) * self.unit())
     }
 
     /// A rotation, from a quaternion drawn in the unit ball.
-    pub fn rotation(&mut self) -> [Vec3; 3] {
+    pub fn rotation(&mut self) -> [[f64; 3]; 3] {
         let q = loop {
             let q = [0; 4].map(|_| 2.0 * self.unit() - 1.0);
             let n: f64 = q.iter().map(|x| x * x).sum();

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 /// Every room with its floor; a room uses itself and lower floors only.
 const FLOORS: &[(usize, &[&str])] = &[
-    (0, &["error", "notice"]),
+    (0, &["error", "notice", "random"]),
     (1, &["units"]),
     (2, &["grid"]),
     (3, &["field"]),
     (4, &["geometry", "distance", "convolution"]),
-    (5, &["random", "io", "morphology", "medial", "topology", "layer", "process"]),
+    (5, &["io", "morphology", "medial", "topology", "layer", "process"]),
     (6, &["access"]),
     (7, &["part"]),
     (8, &["check"]),
@@ -53,6 +53,35 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     }
     found.sort();
     found
+}
+
+/// What may stand at the top of the repository, beside what begins with a dot.
+const TOP: &[&str] = &[
+    "Cargo.toml",
+    "Cargo.lock",
+    "CHANGELOG.md",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "README.md",
+    "benches",
+    "fixtures",
+    "reports",
+    "rustfmt.toml",
+    "src",
+    "tests",
+];
+
+#[test]
+fn the_top_level_holds_what_was_agreed() {
+    let listed = std::process::Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output();
+    let Some(listed) = listed.ok().filter(|l| l.status.success()) else {
+        println!("skipped: what is kept in the repository is known to git alone");
+        return;
+    };
+    let listed = String::from_utf8_lossy(&listed.stdout);
+    let top = listed.split('\0').filter_map(|path| path.split('/').next()).filter(|name| !name.is_empty());
+    let strays: Vec<&str> = top.filter(|name| !name.starts_with('.') && !TOP.contains(name)).collect();
+    assert!(strays.is_empty(), "{strays:?}");
 }
 
 /// A source file of the library: its place below `src`, and its code before the tests.

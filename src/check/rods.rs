@@ -40,6 +40,15 @@ pub fn search<'a>(part: &'a Part, process: &Process, side: Side) -> Option<Cow<'
     Some(part.rods(wanted(process, side)?))
 }
 
+/// From where rods were looked for, and how many of a kind were found.
+pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
+    format!(
+        "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {count} {kind}.",
+        found.places,
+        plain(found.spacing)
+    )
+}
+
 /// Whether a rod is judged by its diameter.
 ///
 /// A pin has a free end, or is a ring, and is at least as high as wide; a strut held at both ends is a wall. A blind hole is at least as deep

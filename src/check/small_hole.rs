@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Finding, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, plain, remedy, search, worst};
+use super::rods::{diameter_finding, is_judged, looked, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -57,12 +57,7 @@ impl Check for SmallHole {
             };
             f.fix = remedy(part, process, Side::Void, &holes, f);
         }
-        let mut cover = format!(
-            "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} holes.",
-            found.places,
-            plain(found.spacing),
-            holes.len()
-        );
+        let mut cover = looked(&found, holes.len(), "holes");
         if !dimples.is_empty() {
             cover.push_str(&format!(" {} dimples less deep than wide were left aside.", dimples.len()));
         }

@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, placed, plain, remedy, search, worst};
+use super::rods::{diameter_finding, is_judged, looked, placed, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -57,12 +57,7 @@ impl Check for ThinPin {
         for f in findings.iter_mut().filter(|f| f.kind == "pin") {
             f.fix = remedy(part, process, Side::Material, &pins, f);
         }
-        let mut cover = format!(
-            "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {} pins.",
-            found.places,
-            plain(found.spacing),
-            pins.len()
-        );
+        let mut cover = looked(&found, pins.len(), "pins");
         let struts = found.rods.iter().filter(|r| r.ends == [End::Open; 2] && r.length >= r.diameter()).count();
         if struts > 0 {
             cover.push_str(&format!(" {struts} struts held at both ends are judged as walls."));

@@ -7,6 +7,8 @@ mod lattice;
 mod shell;
 #[cfg(test)]
 pub(super) mod tests;
+#[cfg(test)]
+mod torn;
 mod winding;
 
 pub use cast::{enclose, occupancy, voxelize, voxelize_layers};
