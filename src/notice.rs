@@ -35,3 +35,14 @@ impl Notice {
         self
     }
 }
+
+/// A count with the words for one and for several of what is counted.
+///
+/// ```
+/// use amcheck::notice::number_of;
+/// assert_eq!(number_of(1, ["edge is open", "edges are open"]), "1 edge is open");
+/// assert_eq!(number_of(576, ["edge is open", "edges are open"]), "576 edges are open");
+/// ```
+pub fn number_of(count: u64, [one, several]: [&str; 2]) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}

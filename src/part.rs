@@ -7,7 +7,7 @@ pub use printed::{bead_of, spread_of};
 
 use crate::access::Setup;
 use crate::error::{Error, Result};
-use crate::geometry::health::{self, Fault, NO_LABEL, Sides, crossings};
+use crate::geometry::health::{self, Meetings, NO_LABEL, Sides, meetings};
 use crate::geometry::vector::{Vec3, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
@@ -15,7 +15,7 @@ use crate::layer::Ceiling;
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::section::Adjacency;
 use crate::medial::{Cover, Features, Question, Side};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use crate::units::Length;
 use printed::Printed;
 use std::borrow::Cow;
@@ -33,7 +33,7 @@ pub struct Part {
     step: f64,
     notices: Vec<Notice>,
     bounding: Vec<bool>,
-    crossings: Fault,
+    meetings: Meetings,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
     grid: Option<Grid>,
@@ -85,7 +85,7 @@ impl Part {
         let mut health = None;
         if as_read.miswound_edges.count > 0 {
             let (agreed, turned) = health::agreed(&mesh);
-            let text = format!("{turned} facets were turned to agree with their neighbours");
+            let text = number_of(turned as u64, health::TURNED);
             notices.push(Notice::new("turned-facets", text).counted(turned as u64));
             health = Some(Health::of(&agreed));
             mesh = agreed;
@@ -94,7 +94,7 @@ impl Part {
         health::turn_shells(&mut mesh, &health);
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
-            crossings: Fault::default(),
+            meetings: Meetings::default(),
             mesh,
             as_read,
             health,
@@ -138,7 +138,7 @@ impl Part {
         let bodies = &self.health.facet_body;
         let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
         let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
-        self.crossings = crossings(&labelled, of_one_body, 2.0 * self.step);
+        self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
         if self.is_plain() {
             for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
                 *bounds = body != NO_LABEL;
@@ -166,7 +166,13 @@ impl Part {
             }
         }
         if turned > 0 {
-            let text = format!("{turned} facets were turned so that the enclosed side is inside");
+            let text = number_of(
+                turned,
+                [
+                    "facet was turned so that the enclosed side is inside",
+                    "facets were turned so that the enclosed side is inside",
+                ],
+            );
             self.notices.push(Notice::new("turned-facets", text).counted(turned));
         }
         Ok(())
@@ -207,9 +213,9 @@ impl Part {
         self.step
     }
 
-    /// Facets of one body that cross each other by more than the resolution of the file.
-    pub fn crossings(&self) -> Fault {
-        self.crossings
+    /// Facets of one body that cross each other, or lie on each other, by more than the resolution of the file.
+    pub fn meetings(&self) -> Meetings {
+        self.meetings
     }
 
     /// Whether the mesh bounds a solid just as it stands: closed, oriented, bodies apart, nothing passing through itself.
@@ -218,7 +224,7 @@ impl Part {
     pub fn is_plain(&self) -> bool {
         let touching = || self.body_pairs().iter().any(|p| p.distance <= self.step);
         let sound = self.health.is_solid() && self.health.duplicate_facets.count == 0;
-        sound && self.crossings.count == 0 && !touching()
+        sound && self.meetings.crossing.count == 0 && self.meetings.overlapping.count == 0 && !touching()
     }
 
     /// Whether a facet bounds the solid; ghosts and facets inside the union do not.

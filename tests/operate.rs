@@ -245,6 +245,9 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
     std::fs::write(bench.0.join("plane.gcode"), "G18\nG2 X2 Z2 I1 E2\n").unwrap();
     std::fs::write(bench.0.join("spline.gcode"), "G1 X1 E1\nG5 X2 Y2 I1 J1 P1 Q1 E2\n").unwrap();
     std::fs::write(bench.0.join("good.gcode"), FRAME).unwrap();
+    for name in ["large.stl", "large.csv", "large.gcode"] {
+        std::fs::write(bench.0.join(name), vec![b'\n'; 2 << 20]).unwrap();
+    }
     let mut open = mesh("box:4x4x4mm");
     open.triangles.pop();
     bench.put("open.stl", &open);
@@ -262,6 +265,14 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("minkowski part.stl box:9000x9000x9000mm", 5, &["E020"]),
         ("offset part.stl --by -2.5mm", 4, &["E013", "nothing remains"]),
         ("offset part.stl --by 1mm --voxel 0.0001mm", 5, &["E020", "--voxel", "fits"]),
+        // Whatever is read keeps to the memory that is allowed, a third of it at most.
+        ("offset large.stl --by 1mm --memory 3MiB", 5, &["E020", "large.stl", "--memory"]),
+        ("minkowski part.stl large.stl --memory 3MiB", 5, &["E020", "large.stl", "--memory"]),
+        ("sweep part.stl --along large.csv --memory 3MiB", 5, &["E020", "large.csv", "--memory"]),
+        ("sweep --gcode large.gcode --memory 3MiB", 5, &["E020", "large.gcode", "--memory"]),
+        ("orient large.stl --memory 3MiB", 5, &["E020", "large.stl", "--memory"]),
+        ("orient part.stl --memory 3MiB", 5, &["E020", "triangles", "--memory"]),
+        ("part.stl --tool large.stl --memory 3MiB", 5, &["E020", "large.stl", "--memory"]),
         ("offset part.stl --by nan", 2, &["E001", "nan"]),
         ("offset part.stl --by 1e999mm", 2, &["E001", "finite"]),
         ("close part.stl --radius 0mm", 2, &["E041", "0 mm is not positive"]),

@@ -6,11 +6,13 @@ use super::place::{locate, reported};
 use crate::error::Result;
 use crate::geometry::Health;
 use crate::geometry::health::{self, Fault};
+use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
+use crate::units::{report_digits, short};
 
-/// A kind of fault: name, what was read, words, remedy, and where it stands in another mesh's health.
-type Kind = (&'static str, Fault, &'static str, &'static str, fn(&Health) -> Fault);
+/// A kind of fault: name, what was read, words for one and for several, remedy, and where it stands in another mesh's health.
+type Kind = (&'static str, Fault, [&'static str; 2], &'static str, fn(&Health) -> Fault);
 
 /// AM001 `mesh`.
 pub struct Mesh;
@@ -24,14 +26,14 @@ static META: Meta = Meta {
     name: "mesh",
     title: "Mesh: open, non-manifold, miswound, duplicate, crossing facets",
     what: "Counts open edges, edges of more than two facets, edges whose facets disagree in winding, doubled facets and \
-           facets of one body that pass through each other, and gives the worst place of each. Bodies, closed inner voids, ghosts and facets without area are noted beside them.",
+           facets of one body that pass through each other or lie on each other, and gives the worst place of each. Bodies, closed inner voids, ghosts and facets without area are noted beside them.",
     why: "A slicer has to guess what is inside where the surface has holes or contradicts itself; different slicers guess \
           differently, and parts of the model can vanish.",
     how: "Corners are welded where their coordinates are equal (0.0 = -0.0); every edge is then counted with its direction. \
           Which shell lies in which is decided by rays in several directions and, where these disagree, by solid angles. \
           Facets whose boxes overlap are tried on each other. Where the facets do not agree, inside is where the \
           generalized winding number is at least one half; where they cross, the part is the union.",
-    limits: "Crossings shallower than twice the resolution of the file, and facets that overlap in one plane, count as touching. \
+    limits: "Crossings and overlaps shallower than twice the resolution of the file count as touching. \
              A facet that crosses others is taken to bound the part where its middle does. Faults warn; what they do to the \
              other checks is that inside comes from the winding number.",
     source: "Winding number: A. Jacobson, L. Kavan, O. Sorkine-Hornung, Robust inside-outside segmentation using generalized \
@@ -45,36 +47,50 @@ impl Check for Mesh {
 
     fn run(&self, part: &Part, _: &Process, context: &Context) -> Result<Outcome> {
         let h = part.health_as_read();
-        let faults: [Kind; 5] = [
+        let faults: [Kind; 6] = [
             (
                 "open-edges",
                 h.open_edges,
-                "open edges",
+                ["open edge", "open edges"],
                 "close the holes with a mesh repair, or export the solid again",
                 |h| h.open_edges,
             ),
             (
                 "non-manifold",
                 h.non_manifold_edges,
-                "edges with more than two facets",
+                ["edge with more than two facets", "edges with more than two facets"],
                 "unite the bodies that share them, or move them apart by 0.01 mm",
                 |h| h.non_manifold_edges,
             ),
             (
                 "miswound",
                 h.miswound_edges,
-                "edges whose facets are wound against each other",
+                ["edge whose facets are wound against each other", "edges whose facets are wound against each other"],
                 "make the normals consistent and export again",
                 |h| h.miswound_edges,
             ),
-            ("duplicate-facets", h.duplicate_facets, "facets that repeat another", "delete the doubled surface", |h| {
-                h.duplicate_facets
-            }),
-            // Mending cuts no crossing: as many would be left.
+            (
+                "duplicate-facets",
+                h.duplicate_facets,
+                ["facet that repeats another", "facets that repeat another"],
+                "delete the doubled surface",
+                |h| h.duplicate_facets,
+            ),
+            // Mending cuts nothing: as many would be left.
+            (
+                "overlapping-facets",
+                part.meetings().overlapping,
+                [
+                    "pair of facets that lie on each other in one plane",
+                    "pairs of facets that lie on each other in one plane",
+                ],
+                "unite the body with itself, so that the surface is there once",
+                |_| Fault { count: u64::MAX, at_mm: None },
+            ),
             (
                 "self-crossing",
-                part.crossings(),
-                "pairs of facets that pass through each other",
+                part.meetings().crossing,
+                ["pair of facets that pass through each other", "pairs of facets that pass through each other"],
                 "unite the body with itself, so that no surface lies inside the material",
                 |_| Fault { count: u64::MAX, at_mm: None },
             ),
@@ -100,7 +116,13 @@ impl Check for Mesh {
                 at,
                 h.largest_hole.filter(|_| kind == "open-edges").map_or((at, at), |r| (r.box_mm[0], r.box_mm[1])),
             );
-            f.message = format!("{count} {text}, worst at {}", at_text(reported(part, at)));
+            f.area_mm2 = match kind {
+                "duplicate-facets" => Some(report_digits(h.duplicate_mm2)),
+                "overlapping-facets" => Some(report_digits(part.meetings().overlap_mm2)),
+                _ => None,
+            };
+            let area = f.area_mm2.map_or(String::new(), |a| format!(", {} mm² in all", short(a)));
+            f.message = format!("{}{area}, worst at {}", number_of(count, text), at_text(reported(part, at)));
             f.fix = match mended.as_ref().map(|h| left(h).count) {
                 Some(rest) if rest < count => format!("--repair leaves {rest} of them; or {fix}"),
                 _ => fix.into(),

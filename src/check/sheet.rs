@@ -13,7 +13,7 @@ use crate::medial::cover::FacetSheet;
 use crate::medial::refine::thinnest_on;
 use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -246,7 +246,13 @@ impl Sheets<'_> {
         let (touching, apart): (Vec<&BodyPair>, Vec<&BodyPair>) =
             self.part.body_pairs().iter().partition(|p| p.distance <= self.part.step());
         if let Some(first) = touching.first() {
-            let text = format!("{} pairs of bodies touch or cross and are one piece in print", touching.len());
+            let text = number_of(
+                touching.len() as u64,
+                [
+                    "pair of bodies touches or crosses and is one piece in print",
+                    "pairs of bodies touch or cross and are one piece in print",
+                ],
+            );
             measured.notices.push(
                 Notice::new("touching-bodies", text)
                     .counted(touching.len() as u64)

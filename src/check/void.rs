@@ -66,7 +66,7 @@ impl<'a> Voids<'a> {
         let loose = components(&solid.inner.complement(), Adjacency::Corner);
         let closed = loose.at_border().into_iter().map(|open| !open).collect();
         // A shell that crosses itself bounds other voids than its own.
-        let whole = part.crossings().count == 0;
+        let whole = part.meetings().crossing.count == 0;
         let cavities = if whole { cavities(part.mesh(), part.health(), part.step()) } else { Vec::new() };
         Ok(Voids { part, solid, grid: *solid.inner.grid(), loose, closed, cavities })
     }

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use super::words::MEMORY;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -86,7 +87,7 @@ pub struct Judging {
     pub refine: String,
 
     /// Memory that fields may take
-    #[arg(long, default_value = "4GiB", value_name = "BYTES")]
+    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
     pub memory: String,
 
     /// Threads to use; the answer does not depend on it
@@ -219,6 +220,10 @@ pub struct Orienting {
     #[arg(long, default_value_t = 20, value_name = "N")]
     pub best: usize,
 
+    /// Memory that the part may take
+    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
+    pub memory: String,
+
     /// Folder for the results; reports/ and the name of the part if left out
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -330,7 +335,7 @@ pub struct How {
     pub voxel: Option<String>,
 
     /// Memory that fields may take
-    #[arg(long, default_value = "4GiB", value_name = "BYTES")]
+    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
     pub memory: String,
 
     /// Unit of the numbers of the mesh files; STL has none

@@ -2,7 +2,7 @@
 
 use super::args::Batch;
 use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
-use super::words::{MOST_FILE_BYTES, one_of, usage};
+use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
 use crate::batch::{
     Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, worst_code, write_tables,
@@ -37,7 +37,7 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
         settings: how.settings(),
-        limit_bytes: MOST_FILE_BYTES.min(how.options.memory.file_bytes()),
+        limit_bytes: how.options.memory.file_bytes(),
         jobs: jobs.max(1),
         earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
     };

@@ -3,12 +3,11 @@
 use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::progress::{Progress, Weights, Wished};
-use super::words::{MOST_FILE_BYTES, bytes, count, one_of, units, up, usage, voxel};
+use super::words::{allowance, count, one_of, units, up, usage, voxel};
 use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
-use crate::io::{Loaded, Salvage, content_of, machine, read, threemf};
-use crate::memory::Allowance;
+use crate::io::{Loaded, Salvage, read, threemf};
 use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::stances::COMPARED;
@@ -74,8 +73,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
 /// The bytes of the part, and the mesh they hold.
 pub(super) fn loaded(a: &Arguments, part: &Path, options: &Options) -> Result<(Vec<u8>, Loaded)> {
     let salvage = if a.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse };
-    let content = content_of(part, MOST_FILE_BYTES.min(options.memory.file_bytes()))?;
-    options.memory.admit_content(&content)?;
+    let content = options.memory.content(part)?;
     let mesh = read(&part.to_string_lossy(), &content, salvage)?;
     Ok((content, mesh))
 }
@@ -195,8 +193,9 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
         registry::find(&waiver.check)?;
     }
     let today = today(a, &process)?;
+    let memory = allowance(&a.memory)?;
     if !a.tools.is_empty() {
-        process.tools = Tools::of_user(super::tools::chosen(&a.tools)?);
+        process.tools = Tools::of_user(super::tools::chosen(&a.tools, &memory)?);
     }
     let mut o = Options::new(process);
     o.today = today;
@@ -205,7 +204,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
-    o.memory = Allowance { bytes: bytes(&a.memory)?, ceiling: machine::ceiling() };
+    o.memory = memory;
     for name in a.only.iter().chain(&a.skip) {
         registry::find(name)?;
     }

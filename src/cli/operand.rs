@@ -1,10 +1,10 @@
 //! What an operation is done to: a mesh file or a built-in element.
 
 use super::complaint::{Answer, Complaint};
-use super::words::MOST_FILE_BYTES;
 use crate::error::{Error, Result};
 use crate::geometry::{Health, Primitive, TriangleMesh};
-use crate::io::{Loaded, Salvage, read_path};
+use crate::io::Loaded;
+use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::operate::Element;
 use crate::units::Length;
@@ -25,14 +25,14 @@ impl Operand {
     /// A name such as `ball:2mm` is a built-in element unless there is a file of that name.
     ///
     /// # Errors
-    /// As [`Primitive::parse`] and [`read_path`]; [`Error::NotSolid`] for a surface with a boundary.
-    pub fn read(name: &Path, unit_mm: Option<f64>) -> Answer<Self> {
+    /// As [`Primitive::parse`] and [`Allowance::mesh`]; [`Error::NotSolid`] for a surface with a boundary.
+    pub fn read(name: &Path, unit_mm: Option<f64>, memory: &Allowance) -> Answer<Self> {
         if let Some(words) = built_in(name) {
             let stem = words.split(':').next().unwrap_or_default().to_lowercase();
             let element = Element::BuiltIn(Primitive::parse(words)?);
             return Ok(Operand { element, stem, notices: Vec::new() });
         }
-        let read = || read_path(name, MOST_FILE_BYTES, Salvage::Refuse).and_then(|(_, loaded)| solid(loaded, unit_mm));
+        let read = || memory.mesh(name).and_then(|loaded| solid(loaded, unit_mm));
         let (mesh, notices) = read().map_err(|e| Complaint::about(Some(name), e))?;
         let stem = if name == Path::new("-") { None } else { name.file_stem() };
         let stem = stem.map_or_else(|| "stdin".into(), |s| s.to_string_lossy().into_owned());

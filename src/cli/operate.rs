@@ -5,12 +5,13 @@ use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::operand::Operand;
 use super::toolpath as printed;
-use super::words::{MOST_FILE_BYTES, bytes, units, voxel};
+use super::words::{allowance, units, voxel};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::grid::Fitting;
-use crate::io::{bytes_of, machine, toolpath};
+use crate::io::toolpath;
+use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::operate::{self, Element, Operated};
 use crate::units::{Length, short};
@@ -66,7 +67,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             printed::print(code, part.as_deref(), bead.as_deref(), design.as_deref(), how)
         }
         Operation::Sweep { part: Some(part), along: Some(along), how, .. } => {
-            let path = stroke(along).map_err(|e| Complaint::about(Some(along), e))?;
+            let path = stroke(along, &allowance(&how.memory)?).map_err(|e| Complaint::about(Some(along), e))?;
             let (lo, hi) = bounds(path.iter().copied()).unwrap_or_default();
             let room = [0, 1, 2].map(|a| hi[a] - lo[a]);
             let mut job = Job::new("sweep", part, how)?;
@@ -85,7 +86,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
 struct Job {
     part: Operand,
     spacing: Option<Length>,
-    memory: u128,
+    memory: Allowance,
     unit_mm: Option<f64>,
     to: Outputs,
 }
@@ -95,10 +96,9 @@ impl Job {
     fn new(operation: &str, part: &Path, how: &How) -> Answer<Self> {
         let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
         let spacing = how.voxel.as_deref().map(voxel).transpose()?;
-        let ceiling = machine::ceiling().map_or(u128::MAX, |c| u128::from(c.bytes));
-        let memory = bytes(&how.memory)?.min(ceiling);
+        let memory = allowance(&how.memory)?;
         let to = Outputs::open(how)?;
-        let part = Operand::read(part, unit_mm)?;
+        let part = Operand::read(part, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?;
         Ok(Job { part, spacing, memory, unit_mm, to })
     }
@@ -113,7 +113,7 @@ impl Job {
     ) -> Answer<String> {
         let extent = self.part.extent();
         let spacing = self.spacing.unwrap_or_else(|| default_spacing(extent));
-        Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory)?;
+        Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
         let made = make(&self.part, spacing)?;
         let before =
             self.to.has_picture().then(|| Before { mesh: self.part.mesh(spacing), title: printable(&self.part.stem) });
@@ -125,7 +125,7 @@ impl Job {
 /// A job on a part, and its element.
 fn two(operation: &str, pair: &Pair, how: &How) -> Answer<(Job, Operand)> {
     let mut job = Job::new(operation, &pair.part, how)?;
-    let element = Operand::read(&pair.element, job.unit_mm)?;
+    let element = Operand::read(&pair.element, job.unit_mm, &job.memory)?;
     job.part.notices.extend(element.notices.iter().cloned());
     Ok((job, element))
 }
@@ -146,8 +146,8 @@ fn ball(radius: &str) -> Result<(Element, Length)> {
 }
 
 /// The one stroke of a path.
-fn stroke(file: &Path) -> Result<Vec<Vec3>> {
-    let mut strokes = toolpath::read_points(&bytes_of(file, MOST_FILE_BYTES)?)?.strokes;
+fn stroke(file: &Path, memory: &Allowance) -> Result<Vec<Vec3>> {
+    let mut strokes = toolpath::read_points(&memory.content(file)?)?.strokes;
     match (strokes.pop(), strokes.len()) {
         (Some(stroke), 0) => Ok(stroke),
         (_, others) => Err(Error::Unsupported {

@@ -5,13 +5,14 @@ use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::operand::Operand;
 use super::operate::{BYTES_BY_DISTANCES, summary};
-use super::words::{MOST_FILE_BYTES, bytes, units, voxel};
+use super::words::{allowance, units, voxel};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
+use crate::io::gcode;
 use crate::io::toolpath::Toolpath;
-use crate::io::{bytes_of, gcode};
+use crate::memory::Allowance;
 use crate::operate::{Departure, Element, deposit};
 use crate::process::Process;
 use crate::units::{Length, Volume};
@@ -34,21 +35,21 @@ struct Hung {
 pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Option<&Path>, how: &How) -> Answer<String> {
     let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
     let spacing = how.voxel.as_deref().map(voxel).transpose()?;
-    let memory = bytes(&how.memory)?;
+    let memory = allowance(&how.memory)?;
     let to = Outputs::open(how)?;
     let bead = match part {
-        Some(part) => Hung { shape: own_bead(&Operand::read(part, unit_mm)?)?, below: 0.0 },
+        Some(part) => Hung { shape: own_bead(&Operand::read(part, unit_mm, &memory)?)?, below: 0.0 },
         None => nozzle_bead(bead)?,
     };
-    let path = strokes(code, bead.below).map_err(|e| Complaint::about(Some(code), e))?;
-    let design = design.map(|file| Operand::read(file, unit_mm)).transpose()?;
+    let path = strokes(code, bead.below, &memory).map_err(|e| Complaint::about(Some(code), e))?;
+    let design = design.map(|file| Operand::read(file, unit_mm, &memory)).transpose()?;
     let stem = code.file_stem().map_or_else(|| "path".into(), |s| s.to_string_lossy().into_owned());
     let to = to.or_at(format!("{stem}_sweep.stl"))?;
     let half = bead.shape.half_extent();
     let (lo, hi) = bounds(path.strokes.iter().flatten().copied()).unwrap_or_default();
     let extent = [0, 1, 2].map(|a| hi[a] - lo[a] + 2.0 * half[a]);
     let spacing = spacing.unwrap_or_else(|| default_spacing(half, extent));
-    Fitting::within(extent, spacing, BYTES_BY_DISTANCES, memory)?;
+    Fitting::within(extent, spacing, BYTES_BY_DISTANCES, memory.least())?;
     let made = deposit(&path.strokes, &bead.shape, spacing)?;
     let design = design.map(|d| d.mesh(spacing));
     let departure = design.as_ref().map(|mesh| made.departure(mesh)).transpose()?;
@@ -59,8 +60,8 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
 }
 
 /// The strokes of a file, lowered.
-fn strokes(code: &Path, below: f64) -> Result<Toolpath> {
-    let mut path = gcode::read(&bytes_of(code, MOST_FILE_BYTES)?)?;
+fn strokes(code: &Path, below: f64, memory: &Allowance) -> Result<Toolpath> {
+    let mut path = gcode::read(&memory.content(code)?)?;
     path.strokes.iter_mut().flatten().for_each(|p| p[2] -= below);
     Ok(path)
 }

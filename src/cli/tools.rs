@@ -1,9 +1,9 @@
 //! Tools: the ones a user names, and the ones amcheck knows, listed and drawn.
 
-use super::words::MOST_FILE_BYTES;
+use super::words::{MEMORY, allowance};
 use crate::access::{Basis, Tool};
 use crate::error::{Error, Place, Result, printable};
-use crate::io::{Salvage, read_path};
+use crate::memory::Allowance;
 use crate::process::{TOOLS, ToolChoice};
 use crate::units::short;
 use std::fmt::Write;
@@ -16,19 +16,19 @@ const HIGH: usize = 24;
 /// The tools that a user names: built in, a description in TOML, or a mesh whose tip is at its origin and whose axis is +z.
 ///
 /// # Errors
-/// [`Error::UnknownName`] for a name that is neither, otherwise as [`Tool::chosen`] and [`read_path`].
-pub fn chosen(names: &[String]) -> Result<Vec<ToolChoice>> {
-    names.iter().map(|name| choice(name)).collect()
+/// [`Error::UnknownName`] for a name that is neither, otherwise as [`Tool::chosen`] and [`Allowance::mesh`].
+pub fn chosen(names: &[String], memory: &Allowance) -> Result<Vec<ToolChoice>> {
+    names.iter().map(|name| choice(name, memory)).collect()
 }
 
-fn choice(name: &str) -> Result<ToolChoice> {
+fn choice(name: &str, memory: &Allowance) -> Result<ToolChoice> {
     let path = Path::new(name);
     if TOOLS.iter().any(|(n, _)| *n == name) || !(name.contains('.') || path.exists()) {
         return ToolChoice::named(name);
     }
     let stem = path.file_stem().map_or_else(|| name.to_string(), |s| s.to_string_lossy().into_owned());
     let mesh_of = |path: &Path| {
-        read_path(path, MOST_FILE_BYTES, Salvage::Refuse).map(|(_, loaded)| {
+        memory.mesh(path).map(|loaded| {
             let scale = loaded.unit_mm.unwrap_or(1.0);
             if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) }
         })
@@ -56,7 +56,7 @@ fn choice(name: &str) -> Result<ToolChoice> {
 /// As [`chosen`].
 pub fn list(name: Option<&str>) -> Result<String> {
     if let Some(name) = name {
-        let choice = choice(name)?;
+        let choice = choice(name, &allowance(MEMORY)?)?;
         return Ok(format!("{}\n{}", drawn(&Tool::chosen(&choice)?), choice.text));
     }
     let mut text = String::new();
@@ -123,6 +123,6 @@ mod tests {
             assert!(drawn.contains(described));
         }
         assert!(list(Some("end-mil-6")).unwrap_err().remedy().contains("end-mill-6"));
-        assert!(chosen(&["none.toml".into()]).is_err());
+        assert!(chosen(&["none.toml".into()], &allowance(MEMORY).unwrap()).is_err());
     }
 }

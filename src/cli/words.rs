@@ -1,11 +1,18 @@
 //! Words of the command line that several commands know: units, directions, spacings, counts.
 
 use crate::error::{Error, Result, nearest, printable};
+use crate::io::machine;
+use crate::memory::Allowance;
 use crate::part::Up;
 use crate::units::Length;
 
-/// A file larger than this is refused before it is read.
-pub const MOST_FILE_BYTES: u64 = 16 << 30;
+/// Memory that is allowed unless said.
+pub const MEMORY: &str = "4GiB";
+
+/// What the user's words and the machine allow.
+pub fn allowance(memory: &str) -> Result<Allowance> {
+    Ok(Allowance { bytes: bytes(memory)?, ceiling: machine::ceiling() })
+}
 
 /// A direction of the file; `None` for `best`.
 pub fn up(text: &str) -> Result<Option<Up>> {
@@ -72,7 +79,7 @@ pub fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
 }
 
 /// A number of bytes, such as 4GiB.
-pub fn bytes(text: &str) -> Result<u128> {
+fn bytes(text: &str) -> Result<u128> {
     count(
         text,
         &[

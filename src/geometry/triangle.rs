@@ -127,8 +127,14 @@ pub fn closest_pair_within(s: [Vec3; 3], t: [Vec3; 3], within: f64) -> Option<(V
         }
     }
     if !above_t && !above_s {
-        for (of, face) in [(s, t), (t, s)] {
-            if let Some(p) = edges(&of).find_map(|edge| pierce(edge, face)) {
+        for (of, heights, face) in [(s, over_t, t), (t, over_s, s)] {
+            let flat = flatness(&of, &face);
+            let through = |i: usize| {
+                let (a, b) = (heights[i], heights[(i + 1) % 3]);
+                a.min(b) < -flat && a.max(b) > flat
+            };
+            let pierced = edges(&of).enumerate().filter(|e| through(e.0)).find_map(|(_, edge)| pierce(edge, face));
+            if let Some(p) = pierced {
                 return Some((p, p));
             }
         }
@@ -146,6 +152,14 @@ fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
 #[inline]
 fn heights(points: [Vec3; 3], on: Vec3, n: Vec3) -> [f64; 3] {
     points.map(|p| dot(sub(p, on), n))
+}
+
+/// Heights of one triangle over another's plane, times |n|, below which they may be rounding alone: an edge that passes
+/// through by less is as near to the other's edges and corners.
+fn flatness(of: &[Vec3; 3], face: &[Vec3; 3]) -> f64 {
+    let longest = |t: &[Vec3; 3]| edges(t).map(|[p, q]| norm2(sub(q, p))).fold(0.0, f64::max);
+    let (own, other) = (longest(of), longest(face));
+    1e-10 * own.max(other).sqrt() * other
 }
 
 /// The foot of a point on a triangle's plane, if it lies in the triangle; `height` is over the plane, times |n|.
@@ -225,6 +239,24 @@ mod tests {
             for (x, m) in [(p, s), (q, t)] {
                 assert!(distance(x, closest_point(x, m)) < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn triangles_in_one_plane_but_for_rounding_are_as_far_apart_as_they_lie() {
+        let mut rng = Lcg(11);
+        for _ in 0..2000 {
+            // Turned about a common point and far from the origin, so that no height over the plane is exactly zero.
+            let axes = [rng.point(-1.0, 1.0), rng.point(-1.0, 1.0)];
+            let place = |u: f64, v: f64| add([80.0, 90.0, 4.0], add(scale(axes[0], u), scale(axes[1], v)));
+            let (s, t) =
+                ([place(0.0, 0.0), place(1.0, 0.0), place(0.0, 1.0)], [1.5, 2.0, 2.5].map(|u| place(u, 1.5 * u - 2.0)));
+            let (p, q) = closest_pair(s, t);
+            // The second lies beyond the line u + v = 1.75, the first within u + v ≤ 1.
+            let n = cross(axes[0], axes[1]);
+            let across = cross(sub(axes[1], axes[0]), n);
+            let least = (0.75 * dot(axes[0], across) / dot(across, across).sqrt()).abs();
+            assert!(distance(p, q) >= least * (1.0 - 1e-9), "{} {least}", distance(p, q));
         }
     }
 

@@ -228,6 +228,7 @@ fn broken_parts_end_as_the_manifest_asks() {
     for (file, notice, count) in [
         ("open_576_edges.stl", "open-edges", Some(576)),
         ("shared_edge.stl", "non-manifold", Some(1)),
+        ("coincident_bodies.stl", "duplicate-facets", Some(3004)),
         ("flipped_solid.stl", "miswound", Some(13)),
         ("real_part_40_nm_edges.stl", "non-manifold", Some(40)),
         ("closed_metres.stl", "units-guess", None),
@@ -244,6 +245,27 @@ fn broken_parts_end_as_the_manifest_asks() {
         let uncertain = findings(&report, "AM001").iter().any(|f| f.kind == "uncertain-inside" && !f.decided);
         assert!(!uncertain, "{file}: inside is known well enough");
     }
+}
+
+#[test]
+fn a_surface_that_is_folded_onto_itself_warns_with_its_place() {
+    let Some(report) = judged("broken/self_touch_tardis.stl", &[]) else { return };
+    // Facets at x = 50.642 lie on each other where a corner was rounded past its neighbour.
+    let found: Vec<&Finding> = findings(&report, "AM001").iter().collect();
+    assert_eq!(found.iter().map(|f| f.kind.as_str()).collect::<Vec<_>>(), ["overlapping-facets"], "{found:?}");
+    assert!(
+        (found[0].at_mm[0] - 50.642).abs() < 1e-3 && found[0].area_mm2.is_some_and(|a| a > 0.0 && a < 1e-3),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn links_of_a_chain_are_near_and_none_touches() {
+    let Some(report) = judged("formats/chain_loop.3mf", &[]) else { return };
+    // Brute force over all pairs of facets: 28 pairs of links 0.0201 to 0.0213 mm apart, 12 more 0.777 mm, none cross.
+    assert!(report.warnings.iter().all(|n| n.code != "touching-bodies"), "{:?}", report.warnings);
+    let gaps: Vec<(f64, u64)> = findings(&report, "AM103").iter().map(|f| (f.value, f.count)).collect();
+    assert!(gaps.len() == 1 && (gaps[0].0 - 0.020075).abs() < 1e-6 && gaps[0].1 == 28, "{gaps:?}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
-//! Facets that cross each other: where a surface passes through itself.
+//! Facets that cross each other or lie on each other: where a surface passes through itself, is doubled or folded.
 
 use super::measure::Fault;
+use super::overlap::{Overlap, overlap_of};
 use crate::geometry::distance::MeshDistance;
 use crate::geometry::vector::{Vec3, along, bounds, cross, distance, dot, sub, unit};
 use rayon::prelude::*;
@@ -13,44 +14,92 @@ struct Crossing {
     length: f64,
 }
 
-/// The pairs of facets of the tree that cross each other by more than `tolerance` (millimetres), as far as `compared` names
-/// the pair; the place is the middle of the longest common segment.
+/// How a surface meets itself away from the corners and edges that its facets share.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Meetings {
+    /// Pairs of facets that pass through each other; the place is the middle of the longest common segment.
+    pub crossing: Fault,
+    /// Pairs of facets that lie on each other in one plane, unless on the same three corners; the place is in the largest overlap.
+    pub overlapping: Fault,
+    /// Area that such pairs have in common, mm², each pair for itself.
+    pub overlap_mm2: f64,
+}
+
+/// What was met so far. Areas are counted in whole squares of the tolerance, so that their sum depends on no order.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally {
+    crossings: u64,
+    longest: Option<Crossing>,
+    overlaps: u64,
+    squares: u128,
+    largest: Option<Overlap>,
+}
+
+impl Tally {
+    fn and(self, other: Tally) -> Tally {
+        Tally {
+            crossings: self.crossings + other.crossings,
+            longest: greatest(self.longest, other.longest, |c| (c.length, c.facets)),
+            overlaps: self.overlaps + other.overlaps,
+            squares: self.squares + other.squares,
+            largest: greatest(self.largest, other.largest, |o| (o.area, o.facets)),
+        }
+    }
+}
+
+/// The one of greater size, of equal ones that of the lower facets.
+fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) -> Option<T> {
+    match (a, b) {
+        (Some(p), Some(q)) => {
+            let ((size_p, facets_p), (size_q, facets_q)) = (key(&p), key(&q));
+            Some(if (size_q, facets_p) > (size_p, facets_q) { q } else { p })
+        }
+        (p, q) => p.or(q),
+    }
+}
+
+/// Where facets of the tree cross each other or lie on each other by more than `tolerance` (millimetres), as far as `compared`
+/// names the pair.
 ///
 /// Two facets cross if an edge of one has its ends on both sides of the other's plane and meets the other's inside, each
-/// by more than the tolerance. Facets that only touch, lie in each other's plane, or cross exactly through an edge are not
-/// counted; where a surface passes through itself, other facets nearby then are.
+/// by more than the tolerance. They lie on each other if the corners of each are within the tolerance of the other's plane
+/// and, seen along its normal, one covers more than the square of the tolerance of the other's inside. Facets that only touch,
+/// or cross exactly through an edge, are not counted; where a surface passes through itself, other facets nearby then are.
 ///
 /// # Cost
 /// O(T log T + pairs of overlapping boxes), facets in parallel.
 ///
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
-pub fn crossings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Fault {
+pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
     let order = tree.tree().order();
-    let worse = |a: (u64, Option<Crossing>), b: (u64, Option<Crossing>)| {
-        let worst = match (a.1, b.1) {
-            (Some(p), Some(q)) if (q.length, p.facets) > (p.length, q.facets) => Some(q),
-            (None, q) => q,
-            (p, _) => p,
-        };
-        (a.0 + b.0, worst)
-    };
-    let (count, worst) = order
+    let square = tolerance * tolerance;
+    let tally = order
         .par_iter()
         .with_min_len(256)
         .map_init(Vec::new, |stack, &f| {
-            let mut found = (0, None);
+            let mut found = Tally::default();
             let Some(extent) = bounds(tree.corners(f)) else { return found };
             for_overlapping(tree, extent, stack, |g| {
                 if g > f && compared(f, g) {
-                    let crossing = cross_of(tree, f, g, tolerance);
-                    found = worse(found, (u64::from(crossing.is_some()), crossing));
+                    let (longest, largest) = (cross_of(tree, f, g, tolerance), overlap_of(tree, f, g, tolerance));
+                    found = found.and(Tally {
+                        crossings: u64::from(longest.is_some()),
+                        overlaps: u64::from(largest.is_some()),
+                        squares: largest.map_or(0, |o| (o.area / square) as u128),
+                        longest,
+                        largest,
+                    });
                 }
             });
             found
         })
-        .reduce(|| (0, None), worse);
-    Fault { count, at_mm: worst.map(|w| w.middle) }
+        .reduce(Tally::default, Tally::and);
+    Meetings {
+        crossing: Fault { count: tally.crossings, at_mm: tally.longest.map(|c| c.middle) },
+        overlapping: Fault { count: tally.overlaps, at_mm: tally.largest.map(|o| o.middle) },
+        overlap_mm2: tally.squares as f64 * square,
+    }
 }
 
 /// Visits the facets whose boxes in the tree overlap a box.
@@ -121,7 +170,7 @@ mod tests {
     use crate::units::Length;
 
     fn all(mesh: &TriangleMesh, tolerance: f64) -> Fault {
-        crossings(&MeshDistance::new(mesh), |_, _| true, tolerance)
+        meetings(&MeshDistance::new(mesh), |_, _| true, tolerance).crossing
     }
 
     /// Every pair, without the tree.
@@ -171,7 +220,7 @@ mod tests {
         let one = ball([0.0; 3]);
         let n = one.triangles.len() as u32;
         let both = one.joined(&ball([4.0, 0.1, 0.2]));
-        let within = crossings(&MeshDistance::new(&both), |f, g| (f < n) == (g < n), 1e-9);
-        assert_eq!(within, Fault { count: 0, at_mm: None });
+        let within = meetings(&MeshDistance::new(&both), |f, g| (f < n) == (g < n), 1e-9);
+        assert_eq!(within, Meetings::default());
     }
 }

@@ -50,6 +50,8 @@ pub struct Health {
     pub unbalanced_edges: u64,
     /// Facets on the same three vertices as an earlier one, either way round; the place is the largest.
     pub duplicate_facets: Fault,
+    /// Area of those facets, mm².
+    pub duplicate_mm2: f64,
     /// Facets without area: collapsed, or three corners in a line; the place is the longest.
     pub zero_area_facets: Fault,
     /// All shells are wound inside out.
@@ -76,7 +78,7 @@ impl Health {
     /// O(facets) for edges and shells; O(facets · log facets) more if one shell may lie in another.
     ///
     /// # Limits
-    /// Facets that cross each other are not looked for: see [`super::crossings()`].
+    /// Facets that cross each other, or lie on each other in part, are not looked for: see [`super::meetings()`].
     pub fn of(mesh: &TriangleMesh) -> Self {
         let table = EdgeTable::of(mesh);
         let box_mm = mesh.bounds().map(|(lo, hi)| [lo, hi]);
@@ -94,6 +96,7 @@ impl Health {
             miswound_edges: edges.miswound,
             unbalanced_edges: edges.unbalanced,
             duplicate_facets: edges.duplicates,
+            duplicate_mm2: edges.duplicate_mm2,
             zero_area_facets: zero_area(mesh, extent),
             inverted,
             facet_body: facet_shell.iter().map(body_of).collect(),
@@ -138,6 +141,7 @@ struct EdgeFaults {
     non_manifold: Fault,
     miswound: Fault,
     duplicates: Fault,
+    duplicate_mm2: f64,
     unbalanced: u64,
 }
 
@@ -164,6 +168,7 @@ impl EdgeFaults {
             for facet in repeated(mesh, &edge) {
                 found.duplicates.count += 1;
                 let area = mesh.facet_area(facet);
+                found.duplicate_mm2 += area;
                 replace_if_worse(&mut largest, area, &mut found.duplicates.at_mm, mesh.centroid(facet));
             }
         }
@@ -287,6 +292,7 @@ mod tests {
         doubled.triangles.push(doubled.triangles[0]);
         let h = Health::of(&doubled);
         assert_eq!((h.duplicate_facets.count, h.non_manifold_edges.count, h.is_solid()), (1, 3, false));
+        assert_eq!(h.duplicate_mm2, 0.5);
 
         let mut flat = cube();
         let t = flat.triangles[0];

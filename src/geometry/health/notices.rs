@@ -3,8 +3,8 @@
 use super::boxes::middle;
 use super::{Fault, Health, Role};
 use crate::geometry::vector::sub;
-use crate::notice::Notice;
-use crate::units::{Length, short};
+use crate::notice::{Notice, number_of};
+use crate::units::{Length, report_digits, short};
 
 impl Health {
     /// Everything worth saying, with stable codes, in a fixed order: `open-edges`, `non-manifold`, `miswound`,
@@ -20,25 +20,63 @@ impl Health {
         };
         say("open-edges", self.open_edges, self.open_message());
         let n = self.non_manifold_edges;
-        say("non-manifold", n, format!("{} have more than two facets", counted(n.count, "edge")));
+        say(
+            "non-manifold",
+            n,
+            number_of(n.count, ["edge has more than two facets", "edges have more than two facets"]),
+        );
         let n = self.miswound_edges;
-        say("miswound", n, format!("{} have facets wound against each other", counted(n.count, "edge")));
+        say(
+            "miswound",
+            n,
+            number_of(
+                n.count,
+                ["edge has facets wound against each other", "edges have facets wound against each other"],
+            ),
+        );
         let n = self.duplicate_facets;
-        say("duplicate-facets", n, format!("{} repeat another", counted(n.count, "facet")));
+        say(
+            "duplicate-facets",
+            n,
+            format!(
+                "{}, {} mm² in all",
+                number_of(n.count, ["facet repeats another", "facets repeat another"]),
+                short(report_digits(self.duplicate_mm2))
+            ),
+        );
         let n = self.zero_area_facets;
-        say("zero-area", n, format!("{} have no area and were passed over", counted(n.count, "facet")));
+        say(
+            "zero-area",
+            n,
+            number_of(n.count, ["facet has no area and was passed over", "facets have no area and were passed over"]),
+        );
         if self.inverted {
             let all = Fault { count: self.shells.len() as u64, at_mm: None };
             say("inverted", all, "the whole mesh is wound inside out and was read as solid".into());
         }
         let n = self.fault_of(Role::Inverted);
-        say("inverted", n, format!("{} wound inside out, read as solid", counted(n.count, "shell")));
+        say(
+            "inverted",
+            n,
+            number_of(n.count, ["shell wound inside out, read as solid", "shells wound inside out, read as solid"]),
+        );
         let n = self.fault_of(Role::Cavity);
         say("inner-shells", n, self.inner_message(n.count));
         let n = self.fault_of(Role::Swallowed);
-        say("swallowed-shells", n, format!("{} within the material of another", counted(n.count, "solid shell")));
+        say(
+            "swallowed-shells",
+            n,
+            number_of(
+                n.count,
+                ["solid shell within the material of another", "solid shells within the material of another"],
+            ),
+        );
         let n = self.fault_of(Role::Ghost);
-        say("ghost-shell", n, format!("{} without volume passed over", counted(n.count, "closed shell")));
+        say(
+            "ghost-shell",
+            n,
+            number_of(n.count, ["closed shell without volume passed over", "closed shells without volume passed over"]),
+        );
         out.extend(self.units_guess());
         out
     }
@@ -75,7 +113,7 @@ impl Health {
     }
 
     fn open_message(&self) -> String {
-        let count = counted(self.open_edges.count, "open edge");
+        let count = number_of(self.open_edges.count, ["open edge", "open edges"]);
         match self.largest_hole {
             Some(hole) if self.holes == 1 => {
                 format!("{count} around one hole with a rim of {}", Length::mm(hole.length_mm))
@@ -83,7 +121,7 @@ impl Health {
             Some(hole) => format!(
                 "{count} around {} holes, the largest with {} and a rim of {}",
                 self.holes,
-                counted(hole.edges, "edge"),
+                number_of(hole.edges, ["edge", "edges"]),
                 Length::mm(hole.length_mm)
             ),
             None => count,
@@ -98,7 +136,7 @@ impl Health {
         } else {
             format!("{} to {} mm³", short(least), short(most))
         };
-        format!("{} inside the material, {range}", counted(count, "closed void"))
+        format!("{} inside the material, {range}", number_of(count, ["closed void", "closed voids"]))
     }
 
     /// How many shells have a role, and the middle of the box of the largest.
@@ -108,11 +146,6 @@ impl Health {
         let middle = largest.map(|s| middle(s.box_mm));
         Fault { count: own().count() as u64, at_mm: middle }
     }
-}
-
-/// `1 edge`, `3 edges`.
-fn counted(count: u64, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Three digits of a length that may be far below a millimetre.

@@ -3,8 +3,12 @@
 use super::{Health, Role};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, norm2, sub};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use rustc_hash::FxHashMap;
+
+/// The words for one and for several facets that were turned.
+pub const TURNED: [&str; 2] =
+    ["facet was turned to agree with its neighbours", "facets were turned to agree with their neighbours"];
 
 /// Whether a mesh is mended before it is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -71,22 +75,25 @@ pub fn repair_tolerance(mesh: &TriangleMesh) -> f64 {
 /// ```
 pub fn repaired(mesh: &TriangleMesh, tolerance_mm: f64) -> Repaired {
     let mut notices = Vec::new();
-    let mut say = |count: usize, what: &str| {
+    let mut say = |count: usize, words: [&str; 2]| {
         if count > 0 {
-            notices.push(Notice::new("repaired", format!("{count} {what}")).counted(count as u64));
+            notices.push(Notice::new("repaired", number_of(count as u64, words)).counted(count as u64));
         }
     };
     let mut mesh = mesh.clone();
-    say(close_cracks(&mut mesh, tolerance_mm), "vertices on open edges were joined with near ones");
+    say(
+        close_cracks(&mut mesh, tolerance_mm),
+        ["vertex on an open edge was joined with a near one", "vertices on open edges were joined with near ones"],
+    );
     let before = mesh.triangles.len();
     mesh.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
-    say(before - mesh.triangles.len(), "collapsed facets were dropped");
-    say(drop_doubles(&mut mesh), "doubled facets were dropped");
-    say(agree(&mut mesh), "facets were turned to agree with their neighbours");
+    say(before - mesh.triangles.len(), ["collapsed facet was dropped", "collapsed facets were dropped"]);
+    say(drop_doubles(&mut mesh), ["doubled facet was dropped", "doubled facets were dropped"]);
+    say(agree(&mut mesh), TURNED);
     let mesh = without_idle_vertices(&mesh);
     let health = Health::of(&mesh);
     let turned = health.shells.iter().filter(|s| s.role == Role::Inverted || health.inverted).count();
-    say(turned, "shells were turned outward");
+    say(turned, ["shell was turned outward", "shells were turned outward"]);
     Repaired { mesh: health.outward(&mesh).into_owned(), notices }
 }
 

@@ -8,7 +8,7 @@ use super::decide::{FACET, HEAD, claimed_count};
 use crate::error::{Error, Place, Result};
 use crate::geometry::TriangleMesh;
 use crate::io::{Salvage, accept};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use std::io::{Read, Seek, SeekFrom};
 
 /// The mesh and what was noticed.
@@ -58,8 +58,14 @@ fn settled_count(bytes: &[u8], salvage: Salvage, notices: &mut Vec<Notice>) -> R
         return Ok(whole);
     }
     notices.push(
-        Notice::new("trailing-bytes", format!("{extra} bytes after the last of {claimed} triangles were ignored"))
-            .counted(extra),
+        Notice::new(
+            "trailing-bytes",
+            format!(
+                "after the last of {claimed} triangles {}",
+                number_of(extra, ["byte was ignored", "bytes were ignored"])
+            ),
+        )
+        .counted(extra),
     );
     Ok(claimed)
 }

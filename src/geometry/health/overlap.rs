@@ -1,0 +1,139 @@
+//! Facets that lie on each other in one plane.
+
+use crate::geometry::distance::MeshDistance;
+use crate::geometry::vector::{Vec3, add, along, cross, dot, norm, scale, sub, unit};
+
+/// Two facets that lie on each other, and what they have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Overlap {
+    pub(super) facets: [u32; 2],
+    /// Mean of the corners of what they have in common.
+    pub(super) middle: Vec3,
+    /// Its area, mm².
+    pub(super) area: f64,
+}
+
+/// What two facets in one plane have in common, if it is more than the tolerance across.
+pub(super) fn overlap_of(tree: &MeshDistance, f: u32, g: u32, tolerance: f64) -> Option<Overlap> {
+    let (s, t) = (tree.corners(f), tree.corners(g));
+    let (m, n) = (tree.normal(f), tree.normal(g));
+    let in_plane =
+        |of: [Vec3; 3], on: Vec3, normal: Vec3| of.iter().all(|&p| dot(normal, sub(p, on)).abs() <= tolerance);
+    if !in_plane(t, s[0], m) || !in_plane(s, t[0], n) || s.iter().all(|p| t.contains(p)) {
+        return None;
+    }
+    // Less the tolerance, so that facets with a common edge have nothing in common.
+    if Common::of(s, t, n, tolerance).area() <= tolerance * tolerance {
+        return None;
+    }
+    let common = Common::of(s, t, n, 0.0);
+    Some(Overlap { facets: [f, g], middle: common.middle(), area: common.area() })
+}
+
+/// A triangle cut by up to three planes: a convex polygon of at most six corners.
+struct Common {
+    corners: [Vec3; 6],
+    count: usize,
+}
+
+impl Common {
+    /// What of a triangle lies in another of the same plane, by at least `inset` off its edges.
+    fn of(s: [Vec3; 3], t: [Vec3; 3], normal: Vec3, inset: f64) -> Self {
+        let whole = Common { corners: [s[0], s[1], s[2], s[0], s[0], s[0]], count: 3 };
+        (0..3).fold(whole, |common, e| {
+            let inward = unit(cross(normal, sub(t[(e + 1) % 3], t[e])));
+            common.beyond(inward, dot(inward, t[e]) + inset)
+        })
+    }
+
+    fn area(&self) -> f64 {
+        let Some((&first, rest)) = self.corners().split_first() else { return 0.0 };
+        let twice = rest.windows(2).fold([0.0; 3], |sum, w| add(sum, cross(sub(w[0], first), sub(w[1], first))));
+        0.5 * norm(twice)
+    }
+
+    /// Mean of the corners.
+    fn middle(&self) -> Vec3 {
+        scale(self.corners().iter().fold([0.0; 3], |sum, &p| add(sum, p)), 1.0 / self.count.max(1) as f64)
+    }
+
+    fn corners(&self) -> &[Vec3] {
+        &self.corners[..self.count]
+    }
+
+    /// The part on the side of a plane that its normal points to.
+    fn beyond(&self, normal: Vec3, offset: f64) -> Self {
+        let height = |p: Vec3| dot(normal, p) - offset;
+        let mut kept = Common { corners: self.corners, count: 0 };
+        let mut keep = |p: Vec3| {
+            // Rounding alone can ask for a seventh corner, where two lie on each other.
+            if let Some(place) = kept.corners.get_mut(kept.count) {
+                *place = p;
+                kept.count += 1;
+            }
+        };
+        let corners = self.corners();
+        for (&p, &q) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let (a, b) = (height(p), height(q));
+            if a > 0.0 {
+                keep(p);
+            }
+            if (a > 0.0) != (b > 0.0) {
+                keep(along(p, sub(q, p), a / (a - b)));
+            }
+        }
+        kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::meetings;
+    use super::*;
+    use crate::geometry::TriangleMesh;
+
+    /// A square from the origin, in one of its two cuts, shifted in its plane.
+    fn square(side: f64, diagonal: usize, at: Vec3) -> TriangleMesh {
+        let c = [[0.0, 0.0, 0.0], [side, 0.0, 0.0], [side, side, 0.0], [0.0, side, 0.0]].map(|p| add(p, at));
+        let d = diagonal;
+        TriangleMesh::weld([[c[d], c[d + 1], c[d + 2]], [c[d], c[d + 2], c[(d + 3) % 4]]])
+    }
+
+    #[test]
+    fn two_cuts_of_a_square_have_its_area_in_common() {
+        let both = square(2.0, 0, [0.0; 3]).joined(&square(2.0, 1, [0.0; 3]));
+        let found = meetings(&MeshDistance::new(&both), |_, _| true, 1e-6);
+        // Each facet has a quarter of the square in common with each of the others.
+        assert_eq!((found.overlapping.count, found.crossing.count), (4, 0));
+        assert!((found.overlap_mm2 - 4.0).abs() < 1e-4, "{found:?}");
+        assert_eq!(meetings(&MeshDistance::new(&both), |f, g| (f < 2) == (g < 2), 1e-6).overlapping.count, 0);
+    }
+
+    #[test]
+    fn what_is_beside_above_or_the_same_does_not_overlap() {
+        let one = square(2.0, 0, [0.0; 3]);
+        for at in [[2.0, 0.0, 0.0], [1.0, 2.0, 0.0], [0.5, 0.5, 1e-3], [0.0; 3]] {
+            let both = one.clone().joined(&square(2.0, 0, at));
+            let found = meetings(&MeshDistance::new(&both), |_, _| true, 1e-6);
+            assert_eq!(found.overlapping.count, 0, "{at:?}: {found:?}");
+        }
+        let part = meetings(&MeshDistance::new(&one.joined(&square(2.0, 0, [1.5, 1.0, 0.0]))), |_, _| true, 1e-6);
+        assert!((part.overlap_mm2 - 0.5).abs() < 1e-5, "{part:?}");
+    }
+
+    #[test]
+    fn a_facet_folded_back_onto_its_neighbour_overlaps_it() {
+        let folded = TriangleMesh::weld([
+            [[0.0; 3], [4.0, 0.0, 0.0], [2.0, 3.0, 0.0]],
+            [[4.0, 0.0, 0.0], [0.0; 3], [2.0, 1.0, 0.0]],
+        ]);
+        let found = meetings(&MeshDistance::new(&folded), |_, _| true, 1e-6);
+        assert!(found.overlapping.count == 1 && (found.overlap_mm2 - 2.0).abs() < 1e-4, "{found:?}");
+        // Opened by a hair more than the file resolves, they meet at their edge alone.
+        let open = TriangleMesh {
+            vertices: folded.vertices.iter().map(|p| [p[0], p[1], if p[1] == 1.0 { 1e-5 } else { 0.0 }]).collect(),
+            ..folded
+        };
+        assert_eq!(meetings(&MeshDistance::new(&open), |_, _| true, 1e-6).overlapping.count, 0);
+    }
+}
