@@ -1,11 +1,9 @@
-//! Real 3-D transforms, convolutions, offsets and openings: `cargo bench --bench convolution`.
+//! Real 3-D transforms, convolutions, dilations and openings of sets: `cargo bench --bench convolution`.
 
 use amcheck::convolution::{Convolver, Precision, Real, RowContent, Transform, Window};
 use amcheck::field::Indicator;
-use amcheck::geometry::Primitive;
 use amcheck::grid::Grid;
 use amcheck::morphology::{StructuringElement, dilate, opening};
-use amcheck::operate::{Element, offset, open};
 use amcheck::units::Length;
 use divan::Bencher;
 
@@ -78,19 +76,4 @@ fn dilate_by_a_ball(bencher: Bencher, n: usize) {
 fn open_by_a_ball(bencher: Bencher, n: usize) {
     let (set, ball) = (part(n), StructuringElement::ball(Length::mm(10.0), Length::mm(1.0)).unwrap());
     bencher.bench_local(|| opening(&set, &ball).unwrap());
-}
-
-/// A 20 mm cube grown by 2 mm, mesh to mesh, n samples along the result.
-#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
-fn offset_cube(bencher: Bencher, n: usize) {
-    let cube = Primitive::parse("box:20x20x20mm").unwrap().mesh(Length::mm(1.0));
-    bencher.bench_local(|| offset(&cube, Length::mm(2.0), Length::mm(24.0 / n as f64)).unwrap());
-}
-
-/// The same cube opened by a ball of 2 mm, mesh to mesh.
-#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
-fn open_cube(bencher: Bencher, n: usize) {
-    let cube = Primitive::parse("box:20x20x20mm").unwrap().mesh(Length::mm(1.0));
-    let ball = Element::BuiltIn(Primitive::parse("ball:2mm").unwrap());
-    bencher.bench_local(|| open(&cube, &ball, Length::mm(20.0 / n as f64)).unwrap());
 }

@@ -39,6 +39,44 @@ impl Random {
     }
 }
 
+/// Peak memory of a convolution with a kept spectrum: at most three fields of doubles of the padded size.
+#[test]
+fn a_convolution_takes_at_most_three_fields() {
+    if !std::path::Path::new("/proc/self/status").exists() {
+        println!("skipped: the system does not tell the peak");
+        return;
+    }
+    // In a process of its own, where no other test takes memory.
+    let this = std::env::current_exe().unwrap();
+    let alone = std::process::Command::new(this)
+        .args(["--ignored", "--exact", "one_convolution_and_its_peak", "--nocapture"])
+        .output()
+        .unwrap();
+    assert!(alone.status.success(), "{}", String::from_utf8_lossy(&alone.stdout));
+}
+
+#[test]
+#[ignore = "measures the process it runs in"]
+fn one_convolution_and_its_peak() {
+    let kib = |name: &str| -> f64 {
+        let text = std::fs::read_to_string("/proc/self/status").unwrap();
+        let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+        line.split_whitespace().nth(1).unwrap().parse().unwrap()
+    };
+    let set = |n: usize| {
+        let grid = Grid::new([0.0; 3], Length::mm(H), [n; 3]).unwrap();
+        Indicator::from_predicate(grid, |at| at % 7 < 3)
+    };
+    let (part, element) = (set(161), set(32));
+    let before = kib("VmRSS");
+    let counts = Convolver::new(&part, [32; 3]).unwrap().convolve_in(Precision::Double, &element).unwrap();
+    // 161 + 32 − 1 is 192 = 2⁶·3: nothing is padded beyond need.
+    let field = 8.0 * 192f64.powi(3) / 1024.0;
+    let fields = (kib("VmHWM") - before) / field;
+    println!("{fields:.2} fields of {field} KiB, {} translations", counts.at_least(1).count());
+    assert!(fields <= 3.0, "{fields} fields");
+}
+
 #[test]
 fn every_way_to_count_counts_the_same_pairs() {
     let mut random = Random(2);

@@ -35,7 +35,9 @@ impl LowPass {
 ///
 /// With f_W the truncated f, Parseval and Cauchy–Schwarz give `|g − g_W| ≤ ‖f₁ − f₁_W‖₂·‖f₂ − f₂_W‖₂` for every
 /// translation, and the two tails are known exactly: energy of the samples less that of the kept frequencies. The price
-/// of a sharp cut is ripples; the bound says their height. For exact verdicts use the pyramid or the whole spectrum.
+/// of a sharp cut is ripples; the bound says their height. Between slit balls of radius 9 and 5 samples, 14,720
+/// translations are free; by half a sample of overlap 3,008 of them seem blocked with 15 % of the frequencies, 1,552 with
+/// 30 %, 236 with 60 %, and none with all. For exact verdicts use the pyramid or the whole spectrum.
 ///
 /// # Errors
 /// [`Error::Operand`] for different spacings or a share outside (0, 1].
@@ -107,7 +109,7 @@ mod tests {
         let (a, b) = (ball(9, 4), ball(5, 2));
         let exact = Convolver::new(&a, b.grid().dims()).unwrap().correlate(&b).unwrap().field;
         let mut last = f64::INFINITY;
-        for share in [0.15, 0.3, 0.6, 1.0] {
+        for (share, seen) in [(0.15, 3008), (0.3, 1552), (0.6, 236), (1.0, 0usize)] {
             let low = correlate_low_pass(&a, &b, share).unwrap();
             assert_eq!(low.overlap.grid(), exact.grid());
             let worst = exact.values().iter().zip(low.overlap.values());
@@ -127,6 +129,9 @@ mod tests {
                 "  {blocked} free translations of {} seem blocked, {freed} blocked ones seem free",
                 of(&|n, _| n == 0)
             );
+            // As the documentation says; a value at the threshold may round to either side.
+            assert!(blocked.abs_diff(seen) <= seen / 50, "{blocked} seem blocked");
+            assert_eq!(of(&|n, _| n == 0), 14720);
             assert!(share < 0.3 || blocked + freed <= exact.values().len() / 4);
             assert!(share < 1.0 || blocked + freed == 0, "with all frequencies nothing ripples");
             assert!(worst <= low.bound && low.bound < last);

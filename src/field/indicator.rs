@@ -40,10 +40,10 @@ impl Indicator {
         let [nx, _, _] = grid.dims();
         let words = set.words_per_row();
         set.words.par_chunks_mut(words).enumerate().for_each(|(row, out)| {
-            for i in 0..nx {
-                if inside(row * nx + i) {
-                    out[i / 64] |= 1 << (i % 64);
-                }
+            for (word, out) in out.iter_mut().enumerate() {
+                let first = 64 * word;
+                *out = (first..nx.min(first + 64))
+                    .fold(0, |bits, i| bits | u64::from(inside(row * nx + i)) << (i - first));
             }
         });
         set

@@ -103,11 +103,10 @@ impl Bvh {
         let mut order: Vec<u32> = (0..bounds.len() as u32).collect();
         let mut nodes = Vec::new();
         if !order.is_empty() {
-            nodes.push(leaf(bounds, &[], 0));
-            let (root, rest) = build(bounds, &mut order, 0);
-            // Children follow the root; their links count from the first node after it.
-            nodes[0] = shifted(root, 1);
-            nodes.extend(rest.into_iter().map(|n| shifted(n, 1)));
+            nodes.resize(1 + nodes_below(order.len()), leaf(bounds, &[], 0));
+            if let [root, below @ ..] = &mut nodes[..] {
+                *root = build(bounds, &mut order, 0, (below, 1));
+            }
         }
         Bvh { nodes, order }
     }
@@ -220,10 +219,15 @@ impl Bvh {
     }
 }
 
-/// The node over `order` and the nodes below it; links count from the start of that list.
-fn build(bounds: &[Bounds], order: &mut [u32], offset: usize) -> (Node, Vec<Node>) {
+/// How many nodes a node over `count` primitives has below it.
+fn nodes_below(count: usize) -> usize {
+    if count <= LEAF { 0 } else { 2 + nodes_below(count / 2) + nodes_below(count - count / 2) }
+}
+
+/// The node over `order`, whose runs start at `offset`; the nodes below it go to a place whose first node has a number.
+fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (&mut [Node], usize)) -> Node {
     if order.len() <= LEAF {
-        return (leaf(bounds, order, offset), Vec::new());
+        return leaf(bounds, order, offset);
     }
     let centre = |i: u32, a: usize| bounds[i as usize].lo[a] + bounds[i as usize].hi[a];
     let (lo, hi) = order.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(lo, hi), &i| {
@@ -233,37 +237,26 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize) -> (Node, Vec<Node
     let middle = order.len() / 2;
     order.select_nth_unstable_by(middle, |&i, &j| centre(i, axis).total_cmp(&centre(j, axis)).then(i.cmp(&j)));
     let (left, right) = order.split_at_mut(middle);
-    let ((l, below_l), (r, below_r)) = if left.len() > 2048 {
-        rayon::join(|| build(bounds, left, offset), || build(bounds, right, offset + middle))
-    } else {
-        (build(bounds, left, offset), build(bounds, right, offset + middle))
-    };
-    let mut below = Vec::with_capacity(2 + below_l.len() + below_r.len());
-    below.push(shifted(l, 2));
-    below.push(shifted(r, 2 + below_l.len()));
-    let shift_r = 2 + below_l.len();
-    below.extend(below_l.into_iter().map(|n| shifted(n, 2)));
-    below.extend(below_r.into_iter().map(|n| shifted(n, shift_r)));
+    // The two children first, then what is below the left one, then what is below the right one.
+    let (children, below) = below.split_at_mut(2);
+    let (below_l, below_r) = below.split_at_mut(nodes_below(middle));
+    let (number_l, number_r) = (number + 2, number + 2 + below_l.len());
+    let parallel = left.len() > 2048;
+    let mut left = || build(bounds, left, offset, (below_l, number_l));
+    let mut right = || build(bounds, right, offset + middle, (below_r, number_r));
+    let (l, r) = if parallel { rayon::join(left, right) } else { (left(), right()) };
+    (children[0], children[1]) = (l, r);
     let (axis, spread) =
         joined_cone((l.axis.map(f64::from), f64::from(l.spread)), (r.axis.map(f64::from), f64::from(r.spread)));
-    let node = Node {
+    Node {
         lo: [0, 1, 2].map(|a| l.lo[a].min(r.lo[a])),
         hi: [0, 1, 2].map(|a| l.hi[a].max(r.hi[a])),
         axis: axis.map(|x| x as f32),
         spread: spread as f32 + 1e-6,
         turn: turn(spread),
-        first: 0,
+        first: number as u32,
         count: 0,
-    };
-    (node, below)
-}
-
-/// An inner node with its link moved; leaves link into the order of primitives and stay.
-fn shifted(mut node: Node, by: usize) -> Node {
-    if node.count == 0 {
-        node.first += by as u32;
     }
-    node
 }
 
 fn leaf(bounds: &[Bounds], order: &[u32], offset: usize) -> Node {

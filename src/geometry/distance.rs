@@ -83,8 +83,32 @@ impl MeshDistance {
     ///
     /// Only the nearest point of each facet is offered.
     pub fn nearest_where(&self, p: Vec3, within: f64, accept: impl Fn(u32, Vec3) -> bool) -> Option<Nearest> {
-        let mut found: Option<Nearest> = None;
-        self.tree.nearest(p, within * within, |f, best2| {
+        self.search(p, (None, within * within), accept)
+    }
+
+    /// The nearest point of the mesh, sought from a facet that should be near it.
+    ///
+    /// # Cost
+    /// The less, the nearer the facet is: boxes further away are not opened.
+    pub fn nearest_from(&self, p: Vec3, facet: u32) -> Nearest {
+        let start = self.nearest_of(p, facet);
+        self.search(p, (Some(start), start.distance * start.distance), |_, _| true).unwrap_or(start)
+    }
+
+    /// The point of one facet that is nearest to another point.
+    pub fn nearest_of(&self, p: Vec3, facet: u32) -> Nearest {
+        let point = closest_point(p, self.triangles[facet as usize]);
+        Nearest { point, facet, distance: norm2(sub(p, point)).sqrt() }
+    }
+
+    /// The nearest acceptable point, if it is nearer than the one found so far, whose squared distance is given.
+    fn search(
+        &self,
+        p: Vec3,
+        (mut found, best2): (Option<Nearest>, f64),
+        accept: impl Fn(u32, Vec3) -> bool,
+    ) -> Option<Nearest> {
+        self.tree.nearest(p, best2, |f, best2| {
             let q = closest_point(p, self.triangles[f as usize]);
             let d2 = norm2(sub(p, q));
             let nearer = d2 < best2 || (d2 == best2 && found.is_some_and(|n| f < n.facet));

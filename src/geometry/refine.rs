@@ -1,9 +1,9 @@
 //! Finer facets where a surface is curved.
 
 use super::mesh::TriangleMesh;
-use super::vector::{Vec3, add, angle, distance, scale};
+use super::vector::{Vec3, add, angle, cross, distance, dot, norm2, scale};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The mesh with a new vertex `project(midpoint)` on every edge that a curved surface leaves by more than `sagitta`
 /// millimetres, as far as the normals at its ends tell: an arc of length l that turns by α rises α·l/8 above its chord.
@@ -17,7 +17,10 @@ pub fn split_curved_edges(mesh: &TriangleMesh, sagitta: f64, project: impl Fn(Ve
     let normals = vertex_normals(mesh);
     let curved = |[a, b]: [u32; 2]| {
         let [p, q] = [a, b].map(|v| mesh.vertices[v as usize]);
-        angle(normals[a as usize], normals[b as usize]) * distance(p, q) > 8.0 * sagitta
+        let (m, n, rise) = (normals[a as usize], normals[b as usize], 8.0 * sagitta / distance(p, q));
+        // Below a right angle it is at most π/2 of its sine, which is cheaper.
+        let flat = dot(m, n) > 0.0 && norm2(cross(m, n)) < (0.63 * rise).powi(2) * norm2(m) * norm2(n);
+        !flat && angle(m, n) > rise
     };
     let marked: Vec<[bool; 3]> = mesh
         .triangles
@@ -51,11 +54,13 @@ pub fn split_curved_edges(mesh: &TriangleMesh, sagitta: f64, project: impl Fn(Ve
 /// equal in f32, and edges of four facets would come of it.
 fn kept_apart(vertices: &[Vec3], projected: Vec<Vec3>, midpoints: &[Vec3]) -> Vec<Vec3> {
     let place = |p: &Vec3| p.map(|x| (x as f32 + 0.0).to_bits());
-    let mut vertices_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-    for p in vertices.iter().chain(&projected) {
-        *vertices_at.entry(place(p)).or_default() += 1;
+    let mut new_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    for p in &projected {
+        *new_at.entry(place(p)).or_default() += 1;
     }
-    let apart = |p: &Vec3| vertices_at.get(&place(p)) == Some(&1);
+    let met: FxHashSet<[u32; 3]> =
+        vertices.par_iter().map(place).filter(|at| new_at.contains_key(at)).collect::<Vec<_>>().into_iter().collect();
+    let apart = |p: &Vec3| new_at.get(&place(p)) == Some(&1) && !met.contains(&place(p));
     projected.into_iter().zip(midpoints).map(|(p, &middle)| if apart(&p) { p } else { middle }).collect()
 }
 

@@ -2,9 +2,9 @@
 
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
-use crate::field::Field;
+use crate::field::{Field, Indicator};
 use crate::geometry::vector::{Vec3, along, distance, sub, unit};
-use crate::geometry::{MeshDistance, Solid, TriangleMesh, Winding};
+use crate::geometry::{MeshDistance, TriangleMesh, Winding};
 use rayon::prelude::*;
 
 /// A sample whose next outside sample is this many spacings further than the next facet is looked at: two half
@@ -26,16 +26,16 @@ const FURTHER: f64 = 3.5;
 pub(super) fn refuse_buried_facets(
     mesh: &TriangleMesh,
     exact: &MeshDistance,
-    solid: &Solid,
+    centres: &Indicator,
     shell2: &Field<u32>,
 ) -> Result<()> {
-    let grid = *solid.centres.grid();
-    let outside2 = squared_distance(&solid.centres.complement())?;
+    let grid = *centres.grid();
+    let outside2 = squared_distance(&centres.complement())?;
     let (h, winding) = (grid.h(), std::sync::OnceLock::new());
     let buried = |at: usize| -> Option<Vec3> {
         let (facet, outside) = (f64::from(shell2.values()[at]).sqrt(), f64::from(outside2.values()[at]).sqrt());
         let index = grid.index(at);
-        if outside < facet + FURTHER || !solid.centres.contains(index) {
+        if outside < facet + FURTHER || !centres.contains(index) {
             return None;
         }
         let n = exact.nearest(grid.position(index), h * (facet + 1.0))?;

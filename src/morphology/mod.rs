@@ -8,6 +8,7 @@ mod buried;
 mod deposit;
 mod element;
 mod minkowski;
+mod near;
 mod offset;
 mod opening;
 mod overlap;

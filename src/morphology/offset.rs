@@ -1,13 +1,15 @@
 //! Offsets of meshes by a signed length, and the openings and closings made of them, from exact distances.
 
 use super::buried::refuse_buried_facets;
+use super::near::{Near, squared_distance_to_shell};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::{Edge, linear_crossing, sharp_surface};
+use crate::geometry::distance::Nearest;
 use crate::geometry::refine::split_curved_edges;
-use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
-use crate::geometry::{InsideRule, MeshDistance, TriangleMesh, voxelize};
+use crate::geometry::vector::{Vec3, add, along, distance, dot, scale, sub, unit};
+use crate::geometry::{InsideRule, MeshDistance, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
@@ -18,8 +20,11 @@ const HALF_DIAGONAL: f64 = 0.866_025_403_785;
 /// Where the lattice stands about the box, in spacings: faces on round coordinates are neither on samples nor on cubes.
 const BETWEEN: [f64; 3] = [0.23, 0.31, 0.27];
 
-/// A cell whose distances are this even, in spacings, holds no crease of 30°: one through its middle leaves 0.06.
-const CREASED: f64 = 0.02;
+/// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
+const SMOOTH_COSINE: f64 = 0.906;
+
+/// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
+const SMOOTH_SLOPE: f64 = 0.1;
 
 /// A shape made from a mesh: its surface, and the two numbers that its volume lies between.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,7 +104,7 @@ enum Facets {
 /// `s(x) = d(x) − by` on a grid: exact within 1.9 spacings of zero, of the right sign everywhere.
 struct OffsetField {
     values: Field<f32>,
-    exact: MeshDistance,
+    near: Near,
     /// Volumes of the cubes wholly inside the part, and of those touched.
     part: [Volume; 2],
 }
@@ -119,29 +124,14 @@ fn offset_field(mesh: &TriangleMesh, by: Length, spacing: Length, facets: Facets
     }
     let reach = r.max(0.0);
     let grid = Grid::covering(lo.map(|x| x - reach), hi.map(|x| x + reach), spacing, 2, BETWEEN)?;
-    let solid = voxelize(mesh, &grid, InsideRule::Crossings)?;
-    let shell = solid.outer.difference(&solid.inner)?;
-    let coarse = squared_distance(&shell)?;
+    let sides = enclose(mesh, &grid, InsideRule::Crossings)?;
+    let shell2 = squared_distance_to_shell(&sides)?;
     let exact = MeshDistance::new(mesh);
     if r < 0.0 && facets == Facets::Given {
-        refuse_buried_facets(mesh, &exact, &solid, &coarse)?;
+        refuse_buried_facets(mesh, &exact, &sides.centres, &shell2)?;
     }
-    let mut values = vec![0f32; grid.samples()];
-    let [nx, ny, _] = grid.dims();
-    values.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
-        for (i, value) in out.iter_mut().enumerate() {
-            let index = [i, row % ny, row / ny];
-            let sign = if solid.centres.contains(index) { -1.0 } else { 1.0 };
-            // The shell's cubes touch the surface, so the nearest one is no further off than half a diagonal tells.
-            let about = h * f64::from(coarse.values()[row * nx + i]).sqrt();
-            let near = (sign * about - r).abs() <= 1.9 * h;
-            let within = about + HALF_DIAGONAL * h;
-            let found = if near { exact.nearest(grid.position(index), within) } else { None };
-            *value = (sign * found.map_or(about, |n| n.distance) - r) as f32;
-        }
-    });
-    let part = [solid.inner.volume(), solid.outer.volume()];
-    Ok(OffsetField { values: Field::from_values(grid, values, f32::MAX)?, exact, part })
+    let (values, near) = Near::of(exact, &sides.centres, &shell2, r)?;
+    Ok(OffsetField { values, near, part: [sides.inner.volume(), sides.outer.volume()] })
 }
 
 impl OffsetField {
@@ -149,29 +139,46 @@ impl OffsetField {
     fn surface(&self, by: Length) -> Result<TriangleMesh> {
         let (grid, r) = (*self.values.grid(), by.as_mm());
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
-        let normals = |cell, corners: &[Vec3]| self.normals(cell, corners, r);
+        let normals = |_, corners: &[Vec3], seen: &[Option<Vec3>]| self.normals(corners, seen, r);
         let mesh = sharp_surface(&inside, |edge| self.crossing(edge, r), normals)?;
         Ok(split_curved_edges(&mesh, 0.01 * grid.h(), |p| self.on_level(p, r)))
     }
 
-    /// Where `s` vanishes along an edge: linear, then one step of Newton's with the exact distance there, which ends on
-    /// a plane; of regula falsi where that leaves the edge.
-    fn crossing(&self, edge: Edge, r: f64) -> f64 {
+    /// Where `s` vanishes along an edge, and the level's normal if it was taken near there: the root of the cubic through
+    /// the exact values and slopes at both ends; where these tell of a crease, by the distance at the linear crossing.
+    fn crossing(&self, edge: Edge, r: f64) -> (f64, Option<Vec3>) {
         let grid = self.values.grid();
         let mut next = edge.from;
         next[edge.axis] += 1;
         let (a, b) = (f64::from(self.values.at(edge.from)), f64::from(self.values.at(next)));
         let t = linear_crossing(&self.values, edge, 0.0);
         if !(0.0..=1.0).contains(&t) {
-            return t;
+            return (t, None);
         }
+        let slopes = (self.near.slope(edge.from, a + r), self.near.slope(next, b + r));
+        if let (Some(m), Some(n)) = slopes {
+            let ends = [m, n].map(|slope| grid.h() * slope[edge.axis]);
+            if ends.iter().all(|slope| (slope - (b - a)).abs() < SMOOTH_SLOPE * grid.h()) {
+                let root = root_of_cubic([a, b], ends, t);
+                return (root, Some(unit(add(scale(m, 1.0 - root), scale(n, root)))));
+            }
+        }
+        self.stepped_crossing(edge, t, [a, b], r)
+    }
+
+    /// Where `s` vanishes along an edge: one step of Newton's from the linear crossing with the exact distance there,
+    /// which ends on a plane; of regula falsi where that leaves the edge.
+    fn stepped_crossing(&self, edge: Edge, t: f64, [a, b]: [f64; 2], r: f64) -> (f64, Option<Vec3>) {
+        let grid = self.values.grid();
         let p = [0, 1, 2].map(|i| {
             let step = if i == edge.axis { t } else { 0.0 };
             grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
         });
-        let Some((s, slope)) = self.exactly(p, r) else { return t };
+        let Some((n, Some((s, slope)))) = self.near.nearest(p).map(|n| (n, self.exactly(p, &n, r))) else {
+            return (t, None);
+        };
         let newton = t - s / (grid.h() * slope[edge.axis]);
-        if s == 0.0 {
+        let found = if s == 0.0 {
             t
         } else if (0.0..=1.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0 {
             newton
@@ -179,46 +186,46 @@ impl OffsetField {
             t + (1.0 - t) * s / (s - b)
         } else {
             t * a / (a - s)
-        }
+        };
+        let beside = (found - t).abs() < 0.1;
+        (found, beside.then(|| self.normal(p, &n, r)))
     }
 
     /// `s` at a point near its zero set, with its slope: the side is that of the level, or where the level is too near to
     /// the part's surface, that of the facet the point stands over.
-    fn exactly(&self, p: Vec3, r: f64) -> Option<(f64, Vec3)> {
-        let h = self.values.grid().h();
-        let n = self.exact.nearest(p, r.abs() + 2.0 * h)?;
-        let (off, facing) = (sub(p, n.point), self.exact.normal(n.facet));
+    fn exactly(&self, p: Vec3, n: &Nearest, r: f64) -> Option<(f64, Vec3)> {
+        let (off, facing) = (sub(p, n.point), self.near.facing(n));
         let over = dot(off, facing);
-        if r.abs() > 1.5 * h {
+        if r.abs() > 1.5 * self.values.grid().h() {
             return Some((r.signum() * n.distance - r, scale(off, r.signum() / n.distance)));
         }
         (over.abs() >= 0.99 * n.distance).then_some((over - r, facing))
     }
 
-    /// Outward normals of the level at points on it, where the samples of their cell tell that it may be creased.
-    fn normals(&self, cell: [isize; 3], corners: &[Vec3], r: f64) -> Option<Vec<Vec3>> {
-        let h = self.values.grid().h();
-        let corner = |at: usize| f64::from(self.values.at([0, 1, 2].map(|a| cell[a] + (at >> a & 1) as isize)));
-        let values: [f64; 8] = std::array::from_fn(corner);
-        if values.iter().all(|s| s.abs() < 1.9 * h) && unevenness(&values) < CREASED * h {
+    /// Outward normal of the level at a point on it, whose nearest point is given.
+    fn normal(&self, p: Vec3, n: &Nearest, r: f64) -> Vec3 {
+        let level = r.abs() > 0.05 * self.values.grid().h() && n.distance > 0.5 * r.abs();
+        if level { scale(sub(p, n.point), r.signum() / n.distance) } else { self.near.facing(n) }
+    }
+
+    /// Outward normals of the level at points on it, unless those seen beside them tell that it is not creased there.
+    fn normals(&self, corners: &[Vec3], seen: &[Option<Vec3>], r: f64) -> Option<Vec<Vec3>> {
+        let pairs = || (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+        let smooth = |[i, j]: [usize; 2]| matches!((seen[i], seen[j]), (Some(m), Some(n)) if dot(m, n) > SMOOTH_COSINE);
+        if pairs().all(smooth) {
             return None;
         }
-        let normal = |&p: &Vec3| {
-            let n = self.exact.nearest(p, r.abs() + 2.0 * h)?;
-            let level = r.abs() > 0.05 * h && n.distance > 0.5 * r.abs();
-            Some(if level { scale(sub(p, n.point), r.signum() / n.distance) } else { self.exact.normal(n.facet) })
-        };
+        let normal = |&p: &Vec3| Some(self.normal(p, &self.near.nearest(p)?, r));
         let normals: Vec<Vec3> = corners.iter().map(normal).collect::<Option<_>>()?;
         // Outwards every convex edge is rounded and inwards every concave one: only the other kind is a crease.
-        let pairs = (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
-        let opening: f64 = pairs.map(|[i, j]| dot(sub(corners[i], corners[j]), sub(normals[i], normals[j]))).sum();
+        let opening: f64 = pairs().map(|[i, j]| dot(sub(corners[i], corners[j]), sub(normals[i], normals[j]))).sum();
         (opening * r <= 0.0).then_some(normals)
     }
 
     /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
     fn on_level(&self, p: Vec3, r: f64) -> Vec3 {
         let h = self.values.grid().h();
-        match self.exact.nearest(p, r.abs() + 2.0 * h) {
+        match self.near.nearest(p) {
             Some(n) if n.distance > 0.5 * h && (n.distance - r.abs()).abs() < 0.25 * h => {
                 along(n.point, sub(p, n.point), r.abs() / distance(p, n.point))
             }
@@ -285,13 +292,14 @@ fn ball_in_cube(radius: f64) -> f64 {
     ball - 6.0 * cap
 }
 
-/// The greatest difference between values at the corners of a cell and the linear function nearest to them.
-fn unevenness(values: &[f64; 8]) -> f64 {
-    let side = |at: usize, axis: usize| if at >> axis & 1 == 1 { 1.0 } else { -1.0 };
-    let mean = values.iter().sum::<f64>() / 8.0;
-    let slope = [0, 1, 2].map(|a| (0..8).map(|at| side(at, a) * values[at]).sum::<f64>() / 8.0);
-    let linear = |at: usize| mean + (0..3).map(|a| side(at, a) * slope[a]).sum::<f64>();
-    (0..8).map(|at| (values[at] - linear(at)).abs()).fold(0.0, f64::max)
+/// The root in [0, 1] of the cubic with given values, of different signs, and slopes at 0 and 1; sought from `t`.
+fn root_of_cubic([a, b]: [f64; 2], [m, n]: [f64; 2], mut t: f64) -> f64 {
+    let (square, cube) = (3.0 * (b - a) - 2.0 * m - n, 2.0 * (a - b) + m + n);
+    for _ in 0..3 {
+        let value = a + t * (m + t * (square + t * cube));
+        t = (t - value / (m + t * (2.0 * square + t * 3.0 * cube))).clamp(0.0, 1.0);
+    }
+    t
 }
 
 fn check_radius(radius: Length) -> Result<Length> {
@@ -428,6 +436,18 @@ mod tests {
             assert!(block.signed_volume() > 0.0);
             offset(&block, Length::mm(-1.0), h).unwrap();
         }
+    }
+
+    #[test]
+    fn the_root_of_a_cubic_is_found_from_the_linear_one() {
+        // s = √(1 + x²) − c along a line past a ball's centre, and the plain line.
+        let (f, slope) = (|x: f64| (1.0 + x * x).sqrt() - 1.1, |x: f64| x / (1.0 + x * x).sqrt());
+        let (from, to) = (0.3, 0.6);
+        let (a, b) = (f(from), f(to));
+        let ends = [from, to].map(|x| (to - from) * slope(x));
+        let x = from + (to - from) * root_of_cubic([a, b], ends, a / (a - b));
+        assert!(f(x).abs() < 2e-5, "{}", f(x));
+        assert_eq!(root_of_cubic([-1.0, 3.0], [4.0, 4.0], 0.25), 0.25);
     }
 
     #[test]

@@ -36,13 +36,14 @@ pub struct Edge {
 /// # Source
 /// Lorensen and Cline 1987, with the face rule and the diagonals chosen here.
 pub fn surface(inside: &Indicator, crossing: impl Fn(Edge) -> f64 + Sync) -> Result<TriangleMesh> {
-    Ok(cut_all(inside, crossing, |_, _| None)?.0)
+    Ok(cut_all(inside, |edge| (crossing(edge), ()), |_, _, _| None)?.0)
 }
 
 /// As [`surface`], with vertices on creases and in corners, and creases as edges.
 ///
-/// `normals(cell, corners)` gives the outward unit normal of the surface at each of the points where it leaves the cell
-/// whose first sample is `cell`, or nothing where the surface is smooth there. Where they differ by more than 30° the
+/// `crossing(edge)` gives a note beside the crossing, such as the facet it came from. `normals(cell, corners, notes)` gives
+/// the outward unit normal of the surface at each of the points where it leaves the cell whose first sample is `cell`, or
+/// nothing where the surface is smooth there. Where they differ by more than 30° the
 /// polygon becomes a fan about the point nearest to all tangent planes, if that lies in the cell; an edge between two
 /// such fans is turned to run along the crease. Closed and 2-manifold like [`surface`]; facets may cross where a crease
 /// is finer than the cells.
@@ -52,14 +53,14 @@ pub fn surface(inside: &Indicator, crossing: impl Fn(Edge) -> f64 + Sync) -> Res
 ///
 /// # Source
 /// L. P. Kobbelt, M. Botsch, U. Schwanecke, H.-P. Seidel, *Feature sensitive surface extraction from volume data*, 2001.
-pub fn sharp_surface(
+pub fn sharp_surface<N: Copy + Send + Sync>(
     inside: &Indicator,
-    crossing: impl Fn(Edge) -> f64 + Sync,
-    normals: impl Fn([isize; 3], &[Vec3]) -> Option<Vec<Vec3>> + Sync,
+    crossing: impl Fn(Edge) -> (f64, N) + Sync,
+    normals: impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec<Vec3>> + Sync,
 ) -> Result<TriangleMesh> {
     let grid = inside.grid();
-    let feature = |cell: [isize; 3], corners: &[Vec3]| {
-        let normals = normals(cell, corners)?;
+    let feature = |cell: [isize; 3], corners: &[Vec3], notes: &[N]| {
+        let normals = normals(cell, corners, notes)?;
         let first = [0, 1, 2].map(|a| grid.origin()[a] + grid.h() * cell[a] as f64);
         feature_point(first, grid.h(), NEAREST, corners, &normals)
     };
@@ -68,11 +69,11 @@ pub fn sharp_surface(
     Ok(mesh)
 }
 
-/// The surface, and the numbers of the vertices that `feature(cell, corners)` gave.
-fn cut_all(
+/// The surface, and the numbers of the vertices that `feature(cell, corners, notes)` gave.
+fn cut_all<N: Copy + Send + Sync>(
     inside: &Indicator,
-    crossing: impl Fn(Edge) -> f64 + Sync,
-    feature: impl Fn([isize; 3], &[Vec3]) -> Option<Vec3> + Sync,
+    crossing: impl Fn(Edge) -> (f64, N) + Sync,
+    feature: impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec3> + Sync,
 ) -> Result<(TriangleMesh, Vec<bool>)> {
     let grid = inside.grid();
     // One sample more on every side, so that the surface closes where the set meets the border.
@@ -80,17 +81,18 @@ fn cut_all(
     let cut = Cut::new(&padded);
     let origin = padded.grid().origin();
     let position = |edge: Edge| {
-        let t = crossing(edge);
+        let (t, note) = crossing(edge);
         let t = if t.is_finite() { t.clamp(NEAREST, 1.0 - NEAREST) } else { 0.5 };
-        [0, 1, 2].map(|a| {
+        let place = [0, 1, 2].map(|a| {
             let step = if a == edge.axis { t } else { 0.0 };
             origin[a] + grid.h() * ((edge.from[a] + 1) as f64 + step)
-        })
+        });
+        (place, note)
     };
-    let of_plane: Vec<Vec<Vec3>> =
+    let of_plane: Vec<(Vec<Vec3>, Vec<N>)> =
         (0..cut.dims[2]).into_par_iter().map(|k| cut.vertices_of_plane(k, &position)).collect();
     let mut firsts = vec![0usize];
-    firsts.extend(of_plane.iter().scan(0, |sum, vertices| {
+    firsts.extend(of_plane.iter().scan(0, |sum, (vertices, _)| {
         *sum += vertices.len();
         Some(*sum)
     }));
@@ -103,13 +105,16 @@ fn cut_all(
             remedy: "choose a larger spacing".into(),
         });
     }
-    let vertices = of_plane.concat();
+    let (vertices, notes): (Vec<Vec<Vec3>>, Vec<Vec<N>>) = of_plane.into_iter().unzip();
+    let (vertices, notes) = (vertices.concat(), notes.concat());
     let table = polygons_of_all_cells();
     let slabs: Vec<Slab> = (0..cut.dims[2].saturating_sub(1))
         .into_par_iter()
         .map_init(
             || [cut.blank(), cut.blank()],
-            |[lower, upper], k| cut.slab(k, [firsts[k], firsts[k + 1]], [lower, upper], &table, &vertices, &feature),
+            |[lower, upper], k| {
+                cut.slab(k, [firsts[k], firsts[k + 1]], [lower, upper], &table, (&vertices, &notes), &feature)
+            },
         )
         .collect();
     Ok(join(slabs, vertices))
@@ -203,21 +208,21 @@ impl<'a> Cut<'a> {
     }
 
     /// The vertices on the edges that start in plane k, in order.
-    fn vertices_of_plane(&self, k: usize, position: &impl Fn(Edge) -> Vec3) -> Vec<Vec3> {
+    fn vertices_of_plane<N>(&self, k: usize, position: &impl Fn(Edge) -> (Vec3, N)) -> (Vec<Vec3>, Vec<N>) {
         let mut edges = Vec::new();
         self.edges_of_plane(k, |_, edge| edges.push(edge));
-        edges.into_iter().map(position).collect()
+        edges.into_iter().map(position).unzip()
     }
 
     /// The triangles of the cells between plane k and the next; `firsts` are the numbers of the planes' first vertices.
-    fn slab(
+    fn slab<N: Copy>(
         &self,
         k: usize,
         firsts: [usize; 2],
         numbers: [&mut Vec<u32>; 2],
         table: &[Vec<Polygon>],
-        vertices: &[Vec3],
-        feature: &impl Fn([isize; 3], &[Vec3]) -> Option<Vec3>,
+        (vertices, notes): (&[Vec3], &[N]),
+        feature: &impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec3>,
     ) -> Slab {
         let [lower, upper] = numbers;
         for (plane, (numbers, first)) in [&mut *lower, &mut *upper].into_iter().zip(firsts).enumerate() {
@@ -228,7 +233,7 @@ impl<'a> Cut<'a> {
             });
         }
         let mut slab = Slab::default();
-        let (mut corners, mut places) = (Vec::new(), Vec::new());
+        let (mut corners, mut places, mut noted) = (Vec::new(), Vec::new(), Vec::new());
         self.cells(k, |i, j, config| {
             for polygon in &table[config] {
                 corners.clear();
@@ -239,8 +244,10 @@ impl<'a> Cut<'a> {
                 }));
                 places.clear();
                 places.extend(corners.iter().map(|&v| vertices[v as usize]));
+                noted.clear();
+                noted.extend(corners.iter().map(|&v| notes[v as usize]));
                 // Cells count from the padded border.
-                let on_feature = feature([i, j, k].map(|n| n as isize - 1), &places);
+                let on_feature = feature([i, j, k].map(|n| n as isize - 1), &places, &noted);
                 slab.cut_polygon(polygon, &corners, &places, on_feature);
             }
         });
@@ -357,8 +364,8 @@ mod tests {
     }
 
     /// Normals of a shape known in closed form, by central differences.
-    fn normals(shape: impl Fn(Vec3) -> f64 + Sync) -> impl Fn([isize; 3], &[Vec3]) -> Option<Vec<Vec3>> + Sync {
-        move |_, corners| {
+    fn normals(shape: impl Fn(Vec3) -> f64 + Sync) -> impl Fn([isize; 3], &[Vec3], &[()]) -> Option<Vec<Vec3>> + Sync {
+        move |_, corners, _| {
             let step = |p: Vec3, a: usize, by: f64| shape([0, 1, 2].map(|i| p[i] + if i == a { by } else { 0.0 }));
             let slope = |p: Vec3| [0, 1, 2].map(|a| step(p, a, 1e-6) - step(p, a, -1e-6));
             Some(corners.iter().map(|&p| crate::geometry::vector::unit(slope(p))).collect())
@@ -390,7 +397,7 @@ mod tests {
             lo
         };
         let blunt = surface(&inside, crossing).unwrap();
-        let sharp = sharp_surface(&inside, crossing, normals(turned)).unwrap();
+        let sharp = sharp_surface(&inside, |edge| (crossing(edge), ()), normals(turned)).unwrap();
         assert_manifold(&sharp);
         let missing = |mesh: &TriangleMesh| (24.0 - mesh.signed_volume()).abs();
         // Chords across 36 mm of edges cost a strip of about h²/12 each; with features only cells at corners are short.
@@ -417,7 +424,8 @@ mod tests {
                 let at = (p[0] * 131.0 + p[1] * 57.0 + p[2] * 31.0).abs() as usize;
                 crate::geometry::vector::unit(noise[at % 997])
             };
-            let mesh = sharp_surface(&set, |_| 0.5, |_, corners| Some(corners.iter().map(normal).collect())).unwrap();
+            let normals = |_: [isize; 3], corners: &[Vec3], _: &[()]| Some(corners.iter().map(normal).collect());
+            let mesh = sharp_surface(&set, |_| (0.5, ()), normals).unwrap();
             assert_manifold(&mesh);
         }
     }
