@@ -2,7 +2,7 @@
 
 use crate::access::{Question, orientations};
 use crate::check::registry::{CHECKS, left_out};
-use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State};
+use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State, setup_samples};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
@@ -272,7 +272,8 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
         .filter(|x| *x > 0.0)
         .fold(f64::INFINITY, f64::min);
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
-    let (demand, triangles) = (options.demand(), part.mesh().triangles.len() as u64);
+    let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
+    let triangles = part.mesh().triangles.len() as u64;
     let spacing = options.voxel.unwrap_or_else(|| {
         let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
         Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing

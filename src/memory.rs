@@ -23,6 +23,9 @@ const LIGHT: [&str; 2] = ["mesh", "build-volume"];
 pub struct Demand {
     per_triangle: u128,
     per_sample: u128,
+    per_setup_sample: u128,
+    /// Bytes for the part turned before its tools.
+    setups: u128,
     /// Seconds of one processor for a part, a million triangles and a million samples.
     seconds: [f64; 3],
 }
@@ -42,13 +45,25 @@ impl Demand {
         Demand {
             per_triangle: if searches { 1_400 } else { 480 },
             per_sample: if voids { 18 } else { 10 },
+            per_setup_sample: 2 * u128::from(
+                ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
+            ),
+            setups: 0,
             seconds: if searches { [0.7, 130.0, 0.08] } else { [0.3, 8.0, 0.01] },
         }
     }
 
+    /// The same demand where the part is cast for its tools on so many samples, all directions together, if a check asks for it.
+    ///
+    /// Three sets of bits stay for each direction, the rest goes with what a few threads have in work.
+    pub fn with_setups(self, samples: u128) -> Self {
+        Demand { setups: samples.saturating_mul(self.per_setup_sample), ..self }
+    }
+
     /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
     pub fn bytes(&self, triangles: u64, samples: u128) -> u128 {
-        FIXED + self.per_triangle * u128::from(triangles) + samples.saturating_mul(self.per_sample)
+        let own = FIXED + self.setups + self.per_triangle * u128::from(triangles);
+        own.saturating_add(samples.saturating_mul(self.per_sample))
     }
 
     /// Seconds of one processor that judging takes: of 57 runs on nineteen printed parts in three processes 51 took between half and

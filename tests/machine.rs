@@ -85,6 +85,7 @@ fn what_is_allowed_is_kept_within_a_tenth() {
         ("hollow_sealed", "0.15mm", "sls"),
         ("basin", "0.3mm", "mjf"),
         ("table_40", "0.3mm", "binder-jet"),
+        ("table_40", "0.5mm", "fdm --tool end-mill-3"),
     ] {
         // A batch of one part tells its peak.
         let line =

@@ -69,6 +69,14 @@ impl Setup {
         Ok(pairs?.into_iter().flatten().collect())
     }
 
+    /// Samples that the setups of a box from all directions have together, known before any is cast.
+    pub fn samples(extent: Vec3, spacing: Length, margin: Length) -> u128 {
+        let along = |row: Vec3| (0..3).map(|a| row[a].abs() * extent[a]).sum::<f64>() + 2.0 * margin.as_mm();
+        let counts =
+            |frame: Rotation| frame.map(|row| (along(row) / spacing.as_mm()).ceil().clamp(1.0, 1e9) as u128 + 3);
+        lattice_directions().into_iter().map(|d| counts(frame_of(d)).into_iter().product::<u128>()).sum()
+    }
+
     /// The same part for tools from the opposite direction: its mirror image, without casting again.
     ///
     /// # Errors

@@ -30,14 +30,7 @@ impl<'p> Tooling<'p> {
     /// # Errors
     /// As [`Tool::chosen`], [`Tool::fits`] and [`Part::setups`].
     pub fn new(part: &'p Part, process: &Process, context: &Context, list: &[ToolChoice]) -> Result<Self> {
-        let longest = part.extent().into_iter().fold(0.0, f64::max);
-        let samples = if process.tools.named { SAMPLES_NAMED } else { SAMPLES };
-        let spacing = (longest / samples).max(context.spacing_mm).max(LEAST_SPACING_MM);
-        let stand_off = 2.0 * 3f64.sqrt() * spacing;
-        let read = |list: &[ToolChoice]| list.iter().map(Tool::chosen).collect::<Result<Vec<Tool>>>();
-        let all = [read(&process.tools.removal)?, read(&process.tools.finishing)?];
-        let widest = all.iter().flatten().map(Tool::cutter_width).fold(0.0, f64::max);
-        let margin = 0.5 * widest.min(longest) + stand_off;
+        let Lattice { spacing, stand_off, margin } = Lattice::of(process, part.extent(), context.spacing_mm)?;
         let tools = read(list)?;
         if process.tools.named {
             tools.iter().try_for_each(|t| t.fits(part.extent()))?;
@@ -51,6 +44,38 @@ impl<'p> Tooling<'p> {
         let names: Vec<&str> = self.tools.iter().map(|t| t.name.as_str()).collect();
         format!("{} from {} directions at {} mm", names.join(", "), self.setups.len(), short(round(self.spacing)))
     }
+}
+
+fn read(list: &[ToolChoice]) -> Result<Vec<Tool>> {
+    list.iter().map(Tool::chosen).collect()
+}
+
+/// The lattice of the setups of a part, millimetres.
+struct Lattice {
+    spacing: f64,
+    stand_off: f64,
+    margin: f64,
+}
+
+impl Lattice {
+    fn of(process: &Process, extent: Vec3, grid_spacing: f64) -> Result<Self> {
+        let longest = extent.into_iter().fold(0.0, f64::max);
+        let samples = if process.tools.named { SAMPLES_NAMED } else { SAMPLES };
+        let spacing = (longest / samples).max(grid_spacing).max(LEAST_SPACING_MM);
+        let stand_off = 2.0 * 3f64.sqrt() * spacing;
+        let all = [read(&process.tools.removal)?, read(&process.tools.finishing)?];
+        let widest = all.iter().flatten().map(Tool::cutter_width).fold(0.0, f64::max);
+        Ok(Lattice { spacing, stand_off, margin: 0.5 * widest.min(longest) + stand_off })
+    }
+}
+
+/// Samples of all setups of a part together, on a grid however fine: what they take is known before any is cast.
+///
+/// # Errors
+/// As [`Tool::chosen`].
+pub fn setup_samples(process: &Process, extent: Vec3) -> Result<u128> {
+    let Lattice { spacing, margin, .. } = Lattice::of(process, extent, 0.0)?;
+    Ok(Setup::samples(extent, Length::mm(spacing), Length::mm(margin)))
 }
 
 /// A length as texts give it: three decimals.
