@@ -7,7 +7,7 @@ use crate::geometry::vector::Vec3;
 use crate::io::accept;
 use std::collections::BTreeSet;
 
-const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+pub(super) const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 
 /// Extensions that change no geometry: required or not, they may be passed over.
 const HARMLESS: [&str; 4] = [
@@ -105,12 +105,12 @@ impl Model {
             return self.root(xml, tag, part).map(|()| At::Model);
         }
         if tag.namespace != CORE {
-            if !HARMLESS.contains(&tag.namespace.as_str()) && matches!(here, At::Object | At::Mesh | At::Triangles) {
-                self.foreign.insert(tag.namespace.clone());
+            if !HARMLESS.contains(&tag.namespace.as_ref()) && matches!(here, At::Object | At::Mesh | At::Triangles) {
+                self.foreign.insert(tag.namespace.to_string());
             }
             return Ok(At::Elsewhere);
         }
-        Ok(match (here, tag.name().as_slice()) {
+        Ok(match (here, tag.name()) {
             (At::Model, b"resources") => At::Resources,
             (At::Model, b"build") => At::Build,
             (At::Resources, b"object") => {

@@ -1,5 +1,6 @@
 //! XML as a flat run of opening and closing tags, with lines for faults.
 
+use super::model::CORE;
 use crate::error::{Error, Place, Result, printable};
 use crate::io::words::Word;
 use quick_xml::NsReader;
@@ -28,7 +29,7 @@ pub(super) enum Step<'a> {
 /// An opening tag.
 pub(super) struct Tag<'a> {
     /// Its namespace, empty for none.
-    pub(super) namespace: String,
+    pub(super) namespace: Cow<'static, str>,
     start: BytesStart<'a>,
 }
 
@@ -50,9 +51,11 @@ impl<'a> Xml<'a> {
             let before = self.reader.buffer_position();
             let (namespace, event) = match self.reader.read_resolved_event() {
                 Ok((ResolveResult::Bound(ns), event @ Event::Start(_))) => {
-                    (String::from_utf8_lossy(ns.as_ref()).into_owned(), event)
+                    // Nearly all tags are of the core, which needs no copy.
+                    let known = (ns.as_ref() == CORE.as_bytes()).then_some(Cow::Borrowed(CORE));
+                    (known.unwrap_or_else(|| String::from_utf8_lossy(ns.as_ref()).into_owned().into()), event)
                 }
-                Ok((_, event)) => (String::new(), event),
+                Ok((_, event)) => (Cow::Borrowed(""), event),
                 Err(e) => return Err(self.bad(printable(&e.to_string()))),
             };
             match event {
@@ -151,7 +154,7 @@ impl<'a> Xml<'a> {
 
 impl Tag<'_> {
     /// The name without its prefix.
-    pub(super) fn name(&self) -> Vec<u8> {
-        self.start.local_name().as_ref().to_vec()
+    pub(super) fn name(&self) -> &[u8] {
+        self.start.local_name().into_inner()
     }
 }
