@@ -274,6 +274,7 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
     let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
     let triangles = part.mesh().triangles.len() as u64;
+    options.memory.admit_triangles(&demand, triangles)?;
     let spacing = options.voxel.unwrap_or_else(|| {
         let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
         Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing

@@ -216,12 +216,12 @@ fn what_cannot_be_read_is_named() {
 #[test]
 fn a_grid_that_is_too_large_says_which_spacing_fits() {
     let s = Scratch::new();
-    let (block, budget) = (fixture("block"), ["--memory", "256MiB", "--format", "json", "--quiet"]);
+    let (block, budget) = (fixture("block"), ["--memory", "320MiB", "--format", "json", "--quiet"]);
     let ran = s.refused(
         &[&[block.as_str(), "--voxel", "0.001mm"], &budget[..]].concat(),
         5,
         "E020",
-        &["needs ", " bytes", "268435456", "0.001 mm"],
+        &["needs ", " bytes", "335544320", "0.001 mm"],
     );
     let fits = ran.err.split_whitespace().skip_while(|w| *w != "--voxel").nth(1).expect("a spacing");
     assert_eq!(s.run(&[&[block.as_str(), "--voxel", fits], &budget[..]].concat()).exit, 0, "{fits} does not fit");
