@@ -141,6 +141,16 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// By how many millimetres to change a length, in hundredths, rounded up so that the change is enough.
+///
+/// ```
+/// assert_eq!(amcheck::units::enough(0.8 - 0.081153), "0.72");
+/// ```
+pub fn enough(by: f64) -> String {
+    // A ten-thousandth of a hundredth is rounding.
+    short((100.0 * by - 1e-4).ceil() / 100.0)
+}
+
 /// A volume in mm³ for people, at three digits: cubic centimetres from 1000 mm³ on.
 ///
 /// ```

@@ -96,7 +96,7 @@ impl<'a> Sought<'a> {
             .collect();
         let resolution = 0.75 * self.width;
         let thin = cover.unresolved.iter().filter(|u| u.low < self.width);
-        let open = thin.map(|u| u.extent).fold(question.finest(), f64::max);
+        let open = thin.map(|u| u.extent).fold(question.finest, f64::max);
         Found {
             part: self.part,
             width: self.width,

@@ -9,7 +9,7 @@ use crate::medial::rod::{End, Rod, Rods, Wanted};
 use crate::medial::section::across;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{enough, report_digits, short};
 use std::borrow::Cow;
 
 /// A pin's section is at most this elongated, circumscribed over inscribed: 1 × 1.5 mm is still a pin.
@@ -110,7 +110,7 @@ pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
 
 /// What to change, from the limits that are broken.
 fn to_limit(f: &Finding, verb: &str) -> String {
-    let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
+    let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
     match (f.state, f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
         (State::Fail, Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
         (_, Some(limit), None) | (_, None, Some(limit)) | (_, Some(_), Some(limit)) => to(limit),

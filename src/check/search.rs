@@ -21,9 +21,12 @@ fn asked(mut limits: Vec<f64>, tie: f64, context: &Context) -> Question {
     limits.retain(|l| *l > 0.0);
     limits.sort_by(f64::total_cmp);
     limits.dedup();
+    let widest = limits.last().copied().unwrap_or(0.0);
     Question {
         // Up to a quarter more is noticed, so that what passes can be named.
-        notice: 1.25 * limits.last().copied().unwrap_or(0.0),
+        notice: 1.25 * widest,
+        agree: Question::agree_for(widest - tie),
+        finest: Question::finest_for(widest - tie),
         limits: limits.into_iter().map(|l| l - tie).collect(),
         tolerance: 2.0 * tie,
         // An evaluation visits some sixty-four boxes and facets.

@@ -16,12 +16,18 @@ use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::{Notice, number_of};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{enough, report_digits, short};
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// Bound and ball that differ by less than this are one, millimetres.
 const TOUCH: f64 = 1e-3;
-/// Facets on which the thinnest places are sought, thinnest sheets first.
-const REFINED: usize = 32;
+/// Sheets whose thinnest place is sought although every limit tells its bracket's ends the same; thinnest sheets first.
+const REFINED: usize = 64;
+/// Features of such a sheet that are searched, and what each search may cost, in evaluations.
+const LOOKS: (usize, u64) = (16, 1 << 12);
+/// The same for a sheet with a limit within its bracket.
+const LOOKS_TO_DECIDE: (usize, u64) = (64, 1 << 16);
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,17 +135,18 @@ impl Sheets<'_> {
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
-        let mut looks = REFINED;
-        let mut findings: Vec<Finding> = sheets
-            .into_iter()
-            .filter_map(|(sheet, samples)| {
-                let refined = self.refined(q, sheet, &samples, &mut looks);
+        let judged: Vec<(usize, Option<Finding>)> = sheets
+            .into_par_iter()
+            .enumerate()
+            .map(|(rank, (sheet, samples))| {
+                let refined = self.refined(q, sheet, &samples, rank);
                 let sheet =
                     if self.thins_out(&refined.thinnest) { parallel_sheet(&samples, scale) } else { Some(refined) };
-                *wedges += if sheet.is_none() { samples.len() } else { 0 };
-                Some(self.finding(kind, &sheet?))
+                (samples.len(), sheet.map(|s| self.finding(kind, &s)))
             })
             .collect();
+        *wedges += judged.iter().filter(|(_, f)| f.is_none()).map(|(n, _)| n).sum::<usize>();
+        let mut findings: Vec<Finding> = judged.into_iter().filter_map(|(_, f)| f).collect();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
             .first()
@@ -154,27 +161,35 @@ impl Sheets<'_> {
         measured.findings.extend(grouped);
     }
 
-    /// The sheet with its thinnest place sought on every facet where the bound leaves room for one.
-    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample], looks: &mut usize) -> Sheet {
-        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.facet)).collect();
+    /// The sheet with its thinnest place sought on every feature where the bound leaves room for one.
+    ///
+    /// What no search has excluded stays in the bracket.
+    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample], rank: usize) -> Sheet {
+        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.feature)).collect();
         open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        open.dedup_by_key(|o| o.1);
+        let mut seen = FxHashSet::default();
+        open.retain(|o| seen.insert(o.1));
         let features = self.part.features(self.side);
         let mut left = f64::INFINITY;
-        for (low, facet) in open {
-            if low >= sheet.thinnest.diameter - TOUCH {
+        for (looks, (low, feature)) in open.into_iter().enumerate() {
+            let known = sheet.thinnest.diameter;
+            if low >= known - TOUCH {
                 break;
             }
-            if *looks == 0 {
+            let (most, budget) = match q.class(low.min(left)) == q.class(known) {
+                true if rank >= REFINED => (0, 0),
+                true => LOOKS,
+                false => LOOKS_TO_DECIDE,
+            };
+            if looks >= most {
                 left = left.min(low);
                 break;
             }
-            *looks -= 1;
-            if let Some(s) = thinnest_on(self.part.distance(), features, q, facet, &sheet.thinnest) {
-                sheet.thinnest = s;
-            }
+            let found = thinnest_on(self.part.distance(), features, q, feature, known, budget);
+            left = left.min(found.low.max(low));
+            sheet.thinnest = found.sample.unwrap_or(sheet.thinnest);
         }
-        // What the search on a facet did not find is not there but for the gain it asks for.
+        // What is left unlooked at is above the thinnest place less what was not worth a look.
         sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
         sheet
     }
@@ -315,7 +330,7 @@ impl Sheets<'_> {
             1 => format!("{noun} of {value} mm {place}{area}"),
             n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
         };
-        let to = |limit: f64| format!("{verb} by {} mm to {} mm", short(limit - f.value), short(limit));
+        let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
         let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.step());
         f.fix = match (below(f.fail), below(f.warn)) {
             (Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
@@ -330,7 +345,7 @@ impl Sheets<'_> {
     /// The places that the budget left open, as one undecided finding.
     fn budget_ended(&self, q: &Question, cover: &Cover, below: f64) -> Option<Finding> {
         let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
-        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest() && u.low < below).collect();
+        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest && u.low < below).collect();
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
         let bracket = Bracket { value: worst.low, low: worst.low, high: self.notice().max(worst.low) };
         let mut f =
@@ -355,7 +370,7 @@ impl Sheets<'_> {
             "All {} features were searched: no other {noun} thinner than {} mm is wider than {} mm.",
             self.part.features(self.side).list.len(),
             short(self.widest()),
-            short((q.finest() * 1e3).ceil() / 1e3)
+            short((q.finest * 1e3).ceil() / 1e3)
         );
         if !self.rods.is_empty() {
             text.push_str(&format!(" {} rods are judged by their diameter.", self.rods.len()));
@@ -363,7 +378,7 @@ impl Sheets<'_> {
         if wedges > 0 {
             text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
         }
-        if cover.unresolved.iter().any(|u| u.extent > q.finest() && u.low < self.widest()) {
+        if cover.unresolved.iter().any(|u| u.extent > q.finest && u.low < self.widest()) {
             text.push_str(" The budget ended before all was decided.");
         }
         text

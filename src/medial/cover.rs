@@ -5,7 +5,7 @@
 //! sampled by a touching ball (a witness), proved to be blocked by something nearer at a flatter angle, or halved.
 //! Facets, edges and vertices are finite, so the search needs no grid and sees walls below any voxel.
 
-use super::feature::{Feature, Features};
+use super::feature::Features;
 use super::seek::Seeker;
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::Vec3;
@@ -25,6 +25,10 @@ pub struct Question {
     pub notice: f64,
     /// What a point of the surface may intrude into a ball: the step of the file's coordinates.
     pub tolerance: f64,
+    /// Ball and bound that differ by less are one: half a percent of the widest limit is enough to tell thin from thick.
+    pub agree: f64,
+    /// Longest edge of the smallest patch: what is thin only over less than this is not looked for.
+    pub finest: f64,
     /// Evaluations that the whole search may cost; the first look at each feature is always taken.
     pub budget: u64,
 }
@@ -51,9 +55,14 @@ impl Question {
         0.75 * next.max(0.5 * self.widest())
     }
 
-    /// Longest edge of the smallest patch: what is thin only over less than this is not looked for.
-    pub fn finest(&self) -> f64 {
-        0.75 * self.widest() / 16.0
+    /// How well ball and bound usually agree in a search for sheets up to so wide.
+    pub fn agree_for(widest: f64) -> f64 {
+        0.005 * widest
+    }
+
+    /// The smallest patch that a search for sheets up to so wide usually asks for: a sixteenth of its resolution.
+    pub fn finest_for(widest: f64) -> f64 {
+        0.75 * widest / 16.0
     }
 }
 
@@ -81,6 +90,8 @@ pub struct Sample {
     pub separation: f64,
     /// Area of the patch, mm².
     pub area: f64,
+    /// The feature searched, as an index into the list of all.
+    pub feature: u32,
     pub facet: u32,
     pub opposite: u32,
 }
@@ -133,11 +144,12 @@ impl Cover {
     /// O(log n) for a feature without an opposing one; a thin region costs its area over the resolution squared.
     /// Runs on all cores; the result does not depend on their number.
     pub fn search(mesh: &MeshDistance, features: &Features, question: &Question) -> Cover {
-        let seek = |feature: &Feature, budget: u64| Seeker::new(mesh, features, question, budget).seek(feature);
-        let mut found: Vec<Cover> = features.list.par_iter().with_min_len(64).map(|f| seek(f, FIRST_LOOK)).collect();
+        let seek = |feature: usize, budget: u64| Seeker::new(mesh, features, question, budget).seek(feature as u32);
+        let every = (0..features.list.len()).into_par_iter().with_min_len(64);
+        let mut found: Vec<Cover> = every.map(|f| seek(f, FIRST_LOOK)).collect();
         // What a look left open shares the rest of the budget; the shares do not depend on the order of work.
         let mut spent: u64 = found.iter().map(|c| c.evaluations).sum();
-        let coarse = |c: &Cover| c.unresolved.iter().any(|u| u.extent > question.finest());
+        let coarse = |c: &Cover| c.unresolved.iter().any(|u| u.extent > question.finest);
         let mut last = FIRST_LOOK;
         for _ in 0..LOOKS {
             let open: Vec<usize> = (0..found.len()).filter(|&i| coarse(&found[i])).collect();
@@ -146,7 +158,7 @@ impl Cover {
                 break;
             }
             last = share;
-            let again: Vec<Cover> = open.par_iter().map(|&i| seek(&features.list[i], share)).collect();
+            let again: Vec<Cover> = open.par_iter().map(|&i| seek(i, share)).collect();
             for (i, mut cover) in open.into_iter().zip(again) {
                 spent += cover.evaluations;
                 cover.evaluations += found[i].evaluations;

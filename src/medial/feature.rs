@@ -75,8 +75,6 @@ impl Feature {
 pub struct Features {
     /// Facets first, in increasing order, then vertices and edges.
     pub list: Vec<Feature>,
-    /// How many of the list are facets.
-    facets: usize,
     pub tree: Bvh,
     pub side: Side,
     /// Body of each facet of the mesh; empty if all are one.
@@ -114,7 +112,6 @@ impl Features {
                 }
             }
         }
-        let facets = list.len();
         let bent = bent_edges(mesh, side, &edges);
         let at: FxHashMap<u32, usize> = list.iter().enumerate().map(|(i, f)| (f.facet, i)).collect();
         for e in bent.iter().filter(|e| e.reflex && e.bend <= SHARP) {
@@ -132,7 +129,7 @@ impl Features {
             let (lo, hi) = bounds(f.corners).unwrap_or(([0.0; 3], [0.0; 3]));
             Bounds { lo, hi, axis: f.axis, spread: f.spread + f.slack }
         }));
-        Features { list, facets, tree, side, bodies: Vec::new() }
+        Features { list, tree, side, bodies: Vec::new() }
     }
 }
 
@@ -145,12 +142,6 @@ impl Features {
     /// The body of a facet.
     pub fn body(&self, facet: u32) -> u32 {
         self.bodies.get(facet as usize).copied().unwrap_or(0)
-    }
-
-    /// The feature of a facet, if it bounds the solid and has area.
-    pub fn of_facet(&self, facet: u32) -> Option<&Feature> {
-        let facets = &self.list[..self.facets];
-        facets.binary_search_by_key(&facet, |f| f.facet).ok().map(|i| &facets[i])
     }
 }
 

@@ -1,56 +1,59 @@
-//! The thinnest place on a few features, to the resolution of the coordinates.
+//! The thinnest place on one feature, to the resolution of the coordinates.
 
-use super::chord::{Patch, WALL_SEPARATION};
 use super::cover::{Question, Sample, Shape};
 use super::feature::Features;
+use super::seek::Seeker;
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::scale;
-use std::collections::VecDeque;
 
-/// Patches looked at for one feature.
-const MOST_PATCHES: usize = 300;
 /// Gain in thickness that is worth a further look, millimetres.
 const GAIN: f64 = 5e-4;
+/// The smallest patch is finer than the question's by so much: the value is sought further than the bound is claimed.
+const FINER: f64 = 16.0;
+/// Searches on one feature, each below what the one before it found.
+const LOOKS: usize = 12;
 
-/// The thinnest sheet on a facet that is thinner than `best`, if there is one.
+/// What is known of a feature after it was searched for something thinner than a sheet that is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Thinnest {
+    /// The thinnest sheet on the feature, if it is thinner than what was known.
+    pub sample: Option<Sample>,
+    /// No sheet on the feature that is wider than the question's finest patch is thinner.
+    pub low: f64,
+}
+
+/// The thinnest sheet within a body on a feature that is thinner than `best`, and a bound below which there is none.
 ///
-/// Branch and bound on the shortest chord of a patch: a patch whose bound is not below the best ball found is left, others
-/// are halved.
+/// The search of the cover is run with what is known, less half a micrometre, as its only limit, until it finds nothing
+/// or `budget` evaluations are spent; what it leaves open then stays in the bound.
 pub fn thinnest_on(
     mesh: &MeshDistance,
     features: &Features,
     question: &Question,
-    facet: u32,
-    best: &Sample,
-) -> Option<Sample> {
-    let feature = features.of_facet(facet)?;
-    let mut found: Option<Sample> = None;
-    let mut queue = VecDeque::from([Patch::from(feature)]);
-    for _ in 0..MOST_PATCHES {
-        let Some(patch) = queue.pop_front() else { break };
-        let least = found.map_or(best.diameter, |s| s.diameter);
-        let Some(chord) = features.nearest_chord(&patch, least - GAIN) else { continue };
-        let ball =
-            mesh.touching_ball(patch.centroid(), scale(patch.axis, -1.0), 0.51 * question.notice, question.tolerance);
-        if let Some(stop) = ball.stop
-            && ball.separation() >= WALL_SEPARATION
-            && 2.0 * ball.radius < least
-        {
-            found = Some(Sample {
-                shape: Shape::Sheet,
-                centre: ball.centre,
-                contacts: [ball.from, stop.point],
-                diameter: 2.0 * ball.radius,
-                low: chord.bound.min(2.0 * ball.radius),
-                separation: ball.separation(),
-                area: 0.0,
-                facet,
-                opposite: stop.facet,
-            });
+    feature: u32,
+    best: f64,
+    budget: u64,
+) -> Thinnest {
+    let mut known = Thinnest { sample: None, low: 0.0 };
+    let (mut least, mut spent) = (best, 0);
+    for _ in 0..LOOKS {
+        let below = least - GAIN;
+        let (notice, finest) = (1.25 * least, question.finest / FINER);
+        let narrower = Question { limits: vec![below], notice, agree: GAIN, finest, ..question.clone() };
+        let cover = Seeker::new(mesh, features, &narrower, budget.saturating_sub(spent)).seek(feature);
+        spent += cover.evaluations;
+        let own = |s: &&Sample| s.shape == Shape::Sheet && features.body(s.facet) == features.body(s.opposite);
+        let sheets = cover.samples.iter().filter(own).filter(|s| s.low < below);
+        let open = cover.unresolved.iter().filter(|u| u.extent > question.finest);
+        let left = sheets.clone().map(|s| s.low).chain(open.map(|u| u.low)).fold(below, f64::min);
+        known.low = known.low.max(left);
+        let thinner = sheets.filter(|s| s.diameter < least).min_by(|a, b| a.diameter.total_cmp(&b.diameter));
+        if let Some(s) = thinner {
+            least = s.diameter;
+            known.sample = Some(*s);
         }
-        if patch.longest_edge().0 > question.finest() / 16.0 {
-            queue.extend(patch.halves());
+        if thinner.is_none() || known.low >= least - GAIN || spent >= budget {
+            break;
         }
     }
-    found
+    known
 }

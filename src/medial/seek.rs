@@ -2,7 +2,7 @@
 
 use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
 use super::cover::{Cover, FIRST_LOOK, FacetSheet, Question, Sample, Shape, Unresolved};
-use super::feature::{Feature, Features};
+use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
 use crate::geometry::triangle::closest_point;
@@ -17,8 +17,6 @@ const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
 /// A ball stopped at less than this was stopped by the side it grew from (12°).
 const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
-/// Ball and bound that differ by less than this share of the limit agree; the thinnest place of a group is sought further.
-const AGREE: f64 = 0.005;
 /// A patch that may be thinner than what is known on its feature by no more than this share is passed over.
 const SAME: f64 = 0.95;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
@@ -28,6 +26,7 @@ pub(super) struct Seeker<'a> {
     mesh: &'a MeshDistance,
     features: &'a Features,
     question: &'a Question,
+    feature: u32,
     facet: u32,
     budget: u64,
     /// Longest edge of the feature.
@@ -53,13 +52,17 @@ impl<'a> Seeker<'a> {
     /// A search that may cost so many evaluations.
     pub(super) fn new(mesh: &'a MeshDistance, features: &'a Features, question: &'a Question, budget: u64) -> Self {
         let (thinnest, passed) = (f64::INFINITY, f64::INFINITY);
-        Seeker { mesh, features, question, facet: 0, budget, extent: 0.0, thinnest, passed, cover: Cover::default() }
+        let cover = Cover::default();
+        Seeker { mesh, features, question, feature: 0, facet: 0, budget, extent: 0.0, thinnest, passed, cover }
     }
 
     /// Looks at a feature, halving what is open, and returns what was found.
-    pub(super) fn seek(mut self, feature: &Feature) -> Cover {
-        let whole = Patch::from(feature);
-        (self.facet, self.extent) = (feature.facet, whole.longest_edge().0);
+    ///
+    /// The feature is an index into the list of all; one that is not there has nothing on it.
+    pub(super) fn seek(mut self, feature: u32) -> Cover {
+        let Some(of) = self.features.list.get(feature as usize) else { return self.cover };
+        let whole = Patch::from(of);
+        (self.feature, self.facet, self.extent) = (feature, of.facet, whole.longest_edge().0);
         let mut queue = VecDeque::from([whole]);
         while let Some(patch) = queue.pop_front() {
             let Some(chord) = self.features.nearest_chord(&patch, self.question.notice) else {
@@ -80,7 +83,7 @@ impl<'a> Seeker<'a> {
                     self.passed = self.passed.min(low);
                     continue;
                 }
-                if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest() {
+                if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
                     queue.extend(patch.halves());
                 } else if self.question.is_thin(low) {
                     self.cover.unresolved.push(Unresolved {
@@ -124,8 +127,8 @@ impl<'a> Seeker<'a> {
         let ball = self.mesh.touching_ball(patch.centroid(), inward, 0.51 * q.notice, q.tolerance);
         let low = self.bound(patch, &ball, chord);
         if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
-            let apart = q.class(low) != q.class(2.0 * ball.radius) && 2.0 * ball.radius - low > AGREE * q.widest();
-            let finest = edge <= q.finest() || self.faces_others(patch, chord);
+            let apart = q.class(low) != q.class(2.0 * ball.radius) && 2.0 * ball.radius - low > q.agree;
+            let finest = edge <= q.finest || self.faces_others(patch, chord);
             if apart && !finest && !self.is_known(low) {
                 return Look::Open { low };
             }
@@ -163,7 +166,7 @@ impl<'a> Seeker<'a> {
             let grown = self.mesh.touching_ball(at, inward, 0.51 * q.notice, q.tolerance);
             self.cover.evaluations += 1;
             let thick = 2.0 * grown.radius;
-            let agrees = thick - chord.bound <= AGREE * q.widest() && q.class(thick) == q.class(chord.bound);
+            let agrees = thick - chord.bound <= q.agree && q.class(thick) == q.class(chord.bound);
             if !(agrees && grown.stop.is_some() && grown.separation() >= PARALLEL) {
                 return false;
             }
@@ -215,8 +218,8 @@ impl<'a> Seeker<'a> {
             if ball.separation() >= NEARLY_WALL {
                 let thick = 2.0 * ball.radius;
                 return (thick <= 1.05 * chord.bound
-                    && (q.class(thick) == q.class(chord.bound) || thick - chord.bound <= AGREE * q.widest()))
-                .then_some(ball);
+                    && (q.class(thick) == q.class(chord.bound) || thick - chord.bound <= q.agree))
+                    .then_some(ball);
             }
             if ball.separation() > GENTLE {
                 return None;
@@ -291,6 +294,7 @@ impl<'a> Seeker<'a> {
             low: chord.bound,
             separation: std::f64::consts::PI,
             area,
+            feature: self.feature,
             facet: self.facet,
             opposite: self.features.list[chord.feature as usize].facet,
         })
@@ -306,6 +310,7 @@ impl<'a> Seeker<'a> {
             low: low.min(2.0 * ball.radius),
             separation: ball.separation(),
             area,
+            feature: self.feature,
             facet: self.facet,
             opposite: stop.facet,
         });

@@ -13,7 +13,14 @@ const ROUNDING: f64 = 1e-9;
 
 /// Least lower bound and least ball of the sheets of a mesh, up to a width.
 fn thinnest(mesh: &TriangleMesh, side: Side, up_to: f64) -> Option<(f64, f64)> {
-    let question = Question { limits: vec![up_to], notice: 1.25 * up_to, tolerance: 1e-9, budget: 1 << 20 };
+    let question = Question {
+        limits: vec![up_to],
+        notice: 1.25 * up_to,
+        tolerance: 1e-9,
+        agree: Question::agree_for(up_to),
+        finest: Question::finest_for(up_to),
+        budget: 1 << 20,
+    };
     let cover = Cover::search(&MeshDistance::new(mesh), &Features::new(mesh, side, |_| true), &question);
     let sheets = || cover.samples.iter().filter(|s| s.shape == Shape::Sheet);
     let low = sheets().map(|s| s.low).chain(cover.unresolved.iter().map(|u| u.low)).reduce(f64::min)?;
