@@ -100,8 +100,8 @@ impl Plan {
     /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
     /// # Cost
-    /// O(directions · sides) for each square; lines are held against at most `effort` sides, and what is open then stays in the
-    /// bracket.
+    /// O(directions · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
+    /// `effort`, and what is open when it is spent stays in the bracket.
     pub fn spans(&self, ledge: f64, effort: usize) -> Spans {
         let mut best = Spans::default();
         let mut cells = self.first_cells();
@@ -184,27 +184,29 @@ impl Plan {
     /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
     /// anchored; then how many sides lines were held against.
     fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool, usize) {
-        let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
         let tiny = 1e-9 * self.extent;
         // Only sides that reach into the strip are met by its lines.
-        let local: Vec<Side> = self
-            .sides
-            .iter()
-            .filter(|s| {
-                let (a, b) = (across(s.from), across(s.to));
-                a.min(b) <= reach + tiny && a.max(b) >= -reach - tiny
-            })
-            .copied()
-            .collect();
+        let turned = self.sides.iter().map(|s| Turned::new(s, x, d));
+        let mut local: Vec<Turned> = turned.filter(|s| s.lo() <= reach + tiny && s.hi() >= -reach - tiny).collect();
+        local.sort_by(|a, b| a.lo().total_cmp(&b.lo()));
         let mut offsets = vec![-reach, reach];
-        for o in local.iter().map(|s| across(s.from)).filter(|o| o.abs() < reach) {
+        for o in local.iter().map(|s| s.across[0]).filter(|o| o.abs() < reach) {
             offsets.extend([o - tiny, o + tiny]);
         }
+        offsets.sort_by(f64::total_cmp);
         let work = self.sides.len() + offsets.len() * local.len();
         let (mut longest, mut whole) = (0.0f64, true);
+        // The lines sweep over the strip; a side is at hand from its near end to its far one.
+        let (mut at_hand, mut crossings, mut next): (Vec<Turned>, Vec<(f64, bool)>, usize) = (vec![], vec![], 0);
         for o in offsets {
-            let start = [x[0] - o * d[1], x[1] + o * d[0]];
-            chords(&local, start, d, |c| {
+            at_hand.retain(|s| s.hi() >= o);
+            while let Some(s) = local.get(next).filter(|s| s.lo() < o) {
+                at_hand.push(*s);
+                next += 1;
+            }
+            crossings.clear();
+            crossings.extend(at_hand.iter().filter_map(|s| s.met_by(o)));
+            chords(&mut crossings, |c| {
                 if c.t[0] <= 2.0 * reach && c.t[1] >= -2.0 * reach {
                     whole &= c.anchored;
                     longest = if c.anchored { longest.max(c.t[1] - c.t[0]) } else { longest };
@@ -217,7 +219,8 @@ impl Plan {
     /// The chord through a point of the region; `None` outside.
     fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
         let mut found = None;
-        chords(&self.sides, x, d, |c| {
+        let mut crossings = self.sides.iter().filter_map(|s| Turned::new(s, x, d).met_by(0.0)).collect();
+        chords(&mut crossings, |c| {
             if c.t[0] <= 0.0 && c.t[1] >= 0.0 {
                 found = Some(c);
             }
@@ -267,18 +270,42 @@ impl Plan {
     }
 }
 
-/// Calls back with the stretches of a line inside the region that sides bound: all those that the line meets.
-fn chords(sides: &[Side], x: Point, d: Point, mut found: impl FnMut(Chord)) {
-    let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
-    let along = |p: Point| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1];
-    let mut crossings: Vec<(f64, bool)> = Vec::new();
-    for s in sides {
-        let (a, b) = (across(s.from), across(s.to));
-        if (a < 0.0) != (b < 0.0) {
-            let (p, q) = (along(s.from), along(s.to));
-            crossings.push((p + (q - p) * a / (a - b), s.anchored));
+/// A side seen along a direction from a place: how far its ends lie across it and along it.
+#[derive(Debug, Clone, Copy)]
+struct Turned {
+    across: [f64; 2],
+    along: [f64; 2],
+    anchored: bool,
+}
+
+impl Turned {
+    fn new(s: &Side, x: Point, d: Point) -> Self {
+        let ends = [s.from, s.to];
+        Turned {
+            across: ends.map(|p| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1]),
+            along: ends.map(|p| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1]),
+            anchored: s.anchored,
         }
     }
+
+    fn lo(&self) -> f64 {
+        self.across[0].min(self.across[1])
+    }
+
+    fn hi(&self) -> f64 {
+        self.across[0].max(self.across[1])
+    }
+
+    /// Where the line at an offset crosses the side, and whether the side is an anchor; an end on the line counts as above it.
+    fn met_by(&self, offset: f64) -> Option<(f64, bool)> {
+        let [a, b] = self.across.map(|c| c - offset);
+        let [p, q] = self.along;
+        ((a < 0.0) != (b < 0.0)).then(|| (p + (q - p) * a / (a - b), self.anchored))
+    }
+}
+
+/// Calls back with the stretches of a line inside the region, from all its crossings with the boundary.
+fn chords(crossings: &mut Vec<(f64, bool)>, mut found: impl FnMut(Chord)) {
     crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
     for pair in crossings.chunks_exact(2) {
         found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
