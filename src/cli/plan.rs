@@ -3,7 +3,7 @@
 use super::args::Arguments;
 use super::judge::{loaded, options, threads};
 use super::words::usage;
-use crate::analyze::prepare;
+use crate::analyze::{Options, Prepared, prepare};
 use crate::error::{Result, printable};
 use crate::report::phrase::bytes;
 use crate::units::{report_digits, short};
@@ -16,21 +16,28 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
     let (content, mesh) = loaded(a, &part, &options)?;
     let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
-    let (fitting, triangles) = (prepared.fitting(), prepared.part().mesh().triangles.len() as u64);
+    let triangles = prepared.part().mesh().triangles.len() as u64;
     let [x, y, z] = prepared.part().extent().map(|c| short((c * 1e3).round() / 1e3));
-    let spacing = report_digits(fitting.spacing.as_mm());
-    let seconds = short((options.demand().seconds(triangles, fitting.samples) * 10.0).round() / 10.0);
+    let seconds = short((options.demand().seconds(triangles, prepared.fitting().samples) * 10.0).round() / 10.0);
     let name = printable(&part.to_string_lossy());
-    let need = u64::try_from(fitting.bytes).unwrap_or(u64::MAX);
-    let allowed = u64::try_from(options.memory.bytes).unwrap_or(u64::MAX);
+    let need = need(&prepared, &options);
     let text = format!(
         "part    {name}: {triangles} triangles, {x} × {y} × {z} mm\n\
-         grid    {spacing} mm, {} samples\n\
-         memory  at most {} of {} allowed\n\
+         {need}\n\
          time    about {seconds} s of one processor, within a factor of two for nine parts in ten\n",
-        fitting.samples,
-        bytes(need),
-        bytes(allowed),
     );
     Ok((text, 0))
+}
+
+/// What the part's fields take, in two lines: nothing of it is taken yet.
+pub(super) fn need(prepared: &Prepared, options: &Options) -> String {
+    let fitting = prepared.fitting();
+    let [need, allowed] = [fitting.bytes, options.memory.bytes].map(|b| u64::try_from(b).unwrap_or(u64::MAX));
+    format!(
+        "grid    {} mm, {} samples\nmemory  at most {} of {} allowed",
+        report_digits(fitting.spacing.as_mm()),
+        fitting.samples,
+        bytes(need),
+        bytes(allowed)
+    )
 }

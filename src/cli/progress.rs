@@ -52,6 +52,13 @@ impl Progress {
         Progress { said, ticker }
     }
 
+    /// Says a line that stays, where the other is shown.
+    pub fn note(&self, text: &str) {
+        if self.ticker.is_some() {
+            write(&format!("{text}\n"));
+        }
+    }
+
     /// Goes on to a stage that takes a share of the whole, as `weights` know it.
     pub fn stage(&self, stage: &Stage, weights: &Weights) {
         let mut said = lock(&self.said);
