@@ -35,8 +35,11 @@ pub fn sentence(report: &Report) -> String {
         .count();
     let Some(worst) = findings.first() else {
         let but = if accepted.is_empty() { "" } else { " but for what is accepted" };
-        let passing =
-            if ran == 1 { "The 1 check that ran passes".into() } else { format!("All {ran} checks that ran pass") };
+        let passing = match ran {
+            0 => "No check came to an end".into(),
+            1 => "The 1 check that ran passes".into(),
+            _ => format!("All {ran} checks that ran pass"),
+        };
         return format!("{passing}{but}, for {}.{accepted}", report.process.name);
     };
     let needed = match (worst.state, worst.fail, worst.warn) {

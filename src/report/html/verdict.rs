@@ -73,7 +73,11 @@ fn where_not(c: &Context) -> [String; 2] {
 fn how_sure(c: &Context) -> [String; 2] {
     let answer = c.worst().map_or_else(|| "Every pass is covered".into(), known);
     let decided = c.report.checks.iter().filter(|k| matches!(k.state, State::Pass | State::Warn | State::Fail)).count();
-    let mut ground = format!("{decided} of {} verdicts are decided", c.report.checks.len());
+    let asked = c.report.checks.len() - c.report.count(State::NotApplicable);
+    let mut ground = match decided == asked {
+        true => format!("all {asked} verdicts are decided"),
+        false => format!("{decided} of {asked} verdicts are decided"),
+    };
     let estimated = c.findings.iter().filter(|n| n.finding.counts() && n.finding.basis == Basis::Estimated).count();
     if estimated > 0 {
         ground.push_str(&format!(
@@ -122,7 +126,9 @@ fn what_changes(c: &Context) -> [String; 2] {
     let then = other.map_or("no other check asks for a change".into(), |n| {
         format!("then, for {}: {}", n.check.name, n.finding.fix)
     });
-    [phrase::sentence(&first.finding.fix), then]
+    // What else it clears stands in its card.
+    let change = first.finding.fix.split("; ").next().unwrap_or_default();
+    [phrase::sentence(change), then]
 }
 
 /// Names of the checks in a state.
