@@ -94,7 +94,7 @@ fn overlap_by_transforms(bencher: Bencher, samples: usize) {
 #[divan::bench(args = [96, 128], sample_count = 3)]
 fn reach_from_26_directions(bencher: Bencher, samples: usize) {
     let (mesh, h) = (part(), spacing(samples));
-    let setups = Setup::all(&mesh, InsideRule::Crossings, h, Length::mm(4.0)).unwrap();
+    let setups = Setup::all(&mesh, InsideRule::Crossings, &lattice_directions(), h, Length::mm(4.0)).unwrap();
     let list: Vec<&Setup> = setups.iter().collect();
     let (surface, view) = (patches(&mesh, 2.0 * h.as_mm(), |_| true), MeshDistance::new(&mesh));
     let tools = [tool("end-mill-6")];

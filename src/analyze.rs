@@ -211,7 +211,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
     for check in CHECKS {
         told(check.meta().name);
-        let (report, measured) = judge(*check, part, options, &context, &mut acceptance);
+        let (report, measured) = judge(*check, part, options, &context, &mut acceptance)?;
         if let Some(m) = measured {
             spent += m.spent;
             notices.extend(m.notices);
@@ -282,14 +282,14 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
     options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)
 }
 
-/// One check's line of the report, and what it measured.
+/// One check's line of the report, and what it measured; an error if what the user asked of it cannot be.
 fn judge(
     check: &dyn Check,
     part: &Part,
     options: &Options,
     context: &Context,
     acceptance: &mut Acceptance,
-) -> (CheckReport, Option<Measured>) {
+) -> Result<(CheckReport, Option<Measured>)> {
     let meta = check.meta();
     let mut report = CheckReport {
         code: meta.code.into(),
@@ -304,9 +304,11 @@ fn judge(
     };
     if let Some(why) = left_out(meta, &options.only, &options.skip) {
         report.why = Some(why.into());
-        return (report, None);
+        return Ok((report, None));
     }
-    match check.run(part, &options.process, context) {
+    Ok(match check.run(part, &options.process, context) {
+        // What the user asked for cannot be: that is no matter of one check.
+        Err(e) if e.exit_code() == 2 => return Err(e),
         Err(e) => {
             report.state = State::Error;
             report.why = Some(e.to_string());
@@ -332,7 +334,7 @@ fn judge(
             report.findings.sort_by(crate::check::Finding::worst_first);
             (report, Some(*m))
         }
-    }
+    })
 }
 
 fn limit_report(process: &Process, key: &str) -> Option<LimitReport> {

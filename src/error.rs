@@ -59,6 +59,9 @@ pub enum ToolFault {
     /// It is to come from nowhere.
     #[error("no direction is listed for it")]
     NoDirections,
+    /// It is to touch nothing.
+    #[error("none of the part's surface is among the faces named")]
+    NoFaces,
 }
 
 impl ToolFault {
@@ -69,7 +72,10 @@ impl ToolFault {
             ToolFault::HolderInsideCutter { .. } => "list the pieces from the tip upwards: cutter, neck, holder",
             ToolFault::LargerThanPart { .. } => "choose a tool no wider than the part, or check the unit of its sizes",
             ToolFault::OpenMesh { .. } => "close the holes of the tool's mesh, or export a closed solid",
-            ToolFault::NoDirections => "list at least one direction",
+            ToolFault::NoDirections => "list at least one direction, within the tilt that is allowed",
+            ToolFault::NoFaces => {
+                "name faces that are there: directions and boxes are those of the file, in millimetres"
+            }
         }
     }
 }

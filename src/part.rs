@@ -5,10 +5,10 @@ mod printed;
 pub use crate::access::Up;
 pub use printed::{bead_of, spread_of};
 
-use crate::access::Setup;
+use crate::access::{Setup, lattice_directions};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, NO_LABEL, Sides, meetings};
-use crate::geometry::vector::{Vec3, dot, sub};
+use crate::geometry::vector::{Vec3, add, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::layer::Ceiling;
@@ -239,13 +239,22 @@ impl Part {
 
     /// A point of the build's frame in the frame of the file.
     pub fn to_file(&self, p: Vec3) -> Vec3 {
-        let q = sub(p, self.translation);
-        [0, 1, 2].map(|c| (0..3).map(|r| self.rotation[r][c] * q[r]).sum())
+        self.direction_to_file(sub(p, self.translation))
     }
 
     /// A point of the file's frame in the frame of the build.
     pub fn to_build(&self, p: Vec3) -> Vec3 {
-        [0, 1, 2].map(|r| dot(self.rotation[r], p) + self.translation[r])
+        add(self.direction_to_build(p), self.translation)
+    }
+
+    /// A direction of the build's frame in that of the file.
+    pub fn direction_to_file(&self, d: Vec3) -> Vec3 {
+        [0, 1, 2].map(|c| (0..3).map(|r| self.rotation[r][c] * d[r]).sum())
+    }
+
+    /// A direction of the file's frame in that of the build.
+    pub fn direction_to_build(&self, d: Vec3) -> Vec3 {
+        self.rotation.map(|row| dot(row, d))
     }
 
     /// Rows of the 4×4 matrix from the frame of the file to that of the build.
@@ -320,7 +329,10 @@ impl Part {
     /// As [`Setup::cast`].
     pub fn setups(&self, spacing: Length, margin: Length) -> Result<&[Setup]> {
         let rule = if self.health.is_solid() { InsideRule::Crossings } else { InsideRule::Winding };
-        let cast = || Setup::all(&self.mesh, rule, spacing, margin);
+        let directions = lattice_directions();
+        // Where inside comes from the winding number a cast costs more.
+        let listed = if rule == InsideRule::Crossings { directions.len() } else { 6 };
+        let cast = || Setup::all(&self.mesh, rule, &directions[..listed], spacing, margin);
         self.setups.get_or_init(cast).as_deref().map_err(Clone::clone)
     }
 

@@ -18,6 +18,11 @@ pub(super) struct Score {
     pub cost: f64,
 }
 
+/// Outward normals of the largest flat pieces of the facets that bound the solid, largest first; at most 24.
+pub fn flat_face_normals(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync)) -> Vec<Vec3> {
+    Facets::of(mesh, bounding).face_normals()
+}
+
 /// The facets that count, in a form that is quick to score.
 pub(super) struct Facets {
     area: Vec<Vec3>,

@@ -1,6 +1,6 @@
 //! A part as it stands before a tool: turned so that the tool comes from above, and cast.
 
-use super::pose::{Rotation, frame_of, lattice_directions, transposed};
+use super::pose::{Rotation, frame_of, transposed};
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, dot};
@@ -52,21 +52,34 @@ impl Setup {
         Ok(Setup { direction, frame, inner: solid.inner, centres: solid.centres, outer: solid.outer })
     }
 
-    /// The part for every direction of [`lattice_directions`], from +z first; for the six axis directions only where inside and
-    /// outside come from the winding number, which costs more.
+    /// The part for every direction of a list, in its order; one that follows its opposite is its mirror image and costs no cast.
     ///
     /// # Errors
     /// As [`Setup::cast`].
-    pub fn all(mesh: &TriangleMesh, rule: InsideRule, spacing: Length, margin: Length) -> Result<Vec<Self>> {
-        let directions = lattice_directions();
-        let listed = if rule == InsideRule::Crossings { directions.len() } else { 6 };
-        let pairs = directions[..listed].par_chunks(2).map(|pair| {
-            let one = Setup::cast(mesh, rule, pair[0], spacing, margin)?;
-            let other = one.opposite()?;
-            Ok([one, other])
+    pub fn all(
+        mesh: &TriangleMesh,
+        rule: InsideRule,
+        directions: &[Vec3],
+        spacing: Length,
+        margin: Length,
+    ) -> Result<Vec<Self>> {
+        let mut runs: Vec<&[Vec3]> = Vec::new();
+        let mut rest = directions;
+        while let Some((first, after)) = rest.split_first() {
+            let mirrored = after.first().is_some_and(|d| (0..3).all(|a| d[a] == -first[a]));
+            let (run, left) = rest.split_at(if mirrored { 2 } else { 1 });
+            runs.push(run);
+            rest = left;
+        }
+        let cast = runs.into_par_iter().map(|run| {
+            let mut setups = vec![Setup::cast(mesh, rule, run[0], spacing, margin)?];
+            if run.len() > 1 {
+                setups.push(setups[0].opposite()?);
+            }
+            Ok(setups)
         });
-        let pairs: Result<Vec<[Setup; 2]>> = pairs.collect();
-        Ok(pairs?.into_iter().flatten().collect())
+        let cast: Result<Vec<Vec<Setup>>> = cast.collect();
+        Ok(cast?.into_iter().flatten().collect())
     }
 
     /// Samples that the setups of a box from all directions have together, known before any is cast.

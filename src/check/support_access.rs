@@ -5,7 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Witness};
 use super::hanging::needing_support;
 use super::place::{locate, reported};
 use super::tooling::{Tooling, direction_in_file, round};
-use crate::access::{Columns, Keeper, Removal, Stuck, patches, remove};
+use crate::access::{Columns, Keeper, Removal, Setup, Stuck, patches, remove};
 use crate::error::Result;
 use crate::geometry::contour::surface;
 use crate::geometry::vector::hull;
@@ -61,12 +61,13 @@ impl Check for SupportAccess {
         if facets.is_empty() {
             return Ok(Outcome::Measured(Box::new(measured)));
         }
-        let tooling = Tooling::new(part, process, context, &process.tools.removal)?;
+        let tooling = Tooling::of_removal(part, process, context)?;
         let Some(first) = tooling.setups.first() else { return Ok(Outcome::Measured(Box::new(measured))) };
         let made = supports(&first.centres, part.mesh(), &facets, 0.0)?;
         let columns = Columns { all: &made.columns, heads: &made.heads, feet: &made.feet_on_part };
         let pieces = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
-        let removal = remove(columns, &pieces, &tooling.tools, &tooling.setups, tooling.stand_off, part.distance())?;
+        let setups: Vec<&Setup> = tooling.setups.iter().collect();
+        let removal = remove(columns, &pieces, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
         let judged = Judged { part, context, tooling: &tooling, removal: &removal, limits };
         measured.cover = judged.cover(angle);
         measured.spent = tooling.setups.iter().map(|s| s.grid().samples() as u64).sum();

@@ -4,8 +4,8 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::tooling::{Tooling, direction_in_file, round};
-use crate::access::{Patch, Reach, State, patches, reach, strike};
-use crate::error::Result;
+use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
+use crate::error::{Error, Result, ToolFault};
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, bounds};
@@ -31,8 +31,8 @@ static META: Meta = Meta {
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
           it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
           cutter comes within 2·√3 spacings of its middle with nothing in between.",
-    limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube; another direction \
-             may do better. Narrow places within about four spacings of a tool's width stay open, and their area is given. Tools \
+    limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
+             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. Tools \
              of any shape, and cutters that are not convex, certify what they reach and leave the rest open. Tools that the user \
              did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
@@ -40,6 +40,8 @@ static META: Meta = Meta {
              the fast Fourier transform, 1995.",
 };
 
+/// Unreachable pieces below this are only counted, in the worst value and the cover line, mm².
+const LEAST_AREA: f64 = 0.01;
 /// Separate findings, worst first; what remains is gathered in one.
 const MOST_FINDINGS: usize = 4;
 
@@ -61,9 +63,15 @@ impl Check for ToolAccess {
         } else {
             Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits }
         };
-        let tooling = Tooling::new(part, process, context, &process.tools.finishing)?;
-        let surface = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
-        let found = reach(&surface, &tooling.tools, &tooling.setups, tooling.stand_off, part.distance())?;
+        let tooling = Tooling::of_finishing(part, process, context)?;
+        let finish = &process.tools.finish;
+        let mut surface = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
+        surface.retain(|p| finish.wants(part.to_file(p.at), part.direction_to_file(p.normal)));
+        if let (true, Some(tool)) = (surface.is_empty() && !finish.faces.is_empty(), tooling.tools.first()) {
+            return Err(Error::Tool { tool: tool.name.clone(), fault: ToolFault::NoFaces });
+        }
+        let setups: Vec<&Setup> = tooling.setups.iter().collect();
+        let found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
         let regions = regions(&surface, &found, part, tooling.spacing)?;
         let judged = Judged { part, context, tooling: &tooling, surface: &surface, found: &found, limits };
         let mut measured = Measured {
@@ -78,7 +86,8 @@ impl Check for ToolAccess {
         let bracket = Bracket::new(area, area, area + judged.open_area());
         let worst = regions.first().map(|r| surface[r.worst].at);
         measured.worst = Some(Worst { bracket, unit: "mm2", at: worst });
-        let (own, rest) = regions.split_at(regions.len().min(MOST_FINDINGS));
+        let seen = regions.partition_point(|r| r.area >= LEAST_AREA).max(usize::from(!regions.is_empty()));
+        let (own, rest) = regions[..seen].split_at(seen.min(MOST_FINDINGS));
         measured.findings = own.iter().map(|r| judged.finding(r, "unreachable", 1)).collect();
         if let Some(gathered) = gathered(rest) {
             measured.findings.push(judged.finding(&gathered, "small-places", rest.len() as u64));
@@ -246,7 +255,7 @@ impl Judged<'_> {
         f.message = format!("{places} cannot be touched by {}", self.names());
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
         if let Some((stops, by)) = self.found.short[region.worst] {
-            let (tool, setup) = (&self.tooling.tools[by.tool], self.tooling.setups[by.setup]);
+            let (tool, setup) = (&self.tooling.tools[by.tool], &self.tooling.setups[by.setup]);
             let from = direction_in_file(self.part, setup.direction);
             f.message += &format!("; at worst {} stops {} mm short of it, from {from}", tool.name, short(round(stops)));
             let struck = tool.meridian().and_then(|m| strike(m, setup, by.tip).map(|s| (m, s)));

@@ -1,12 +1,14 @@
 //! The tools of a process and the directions they come from, as the checks of access use them.
 
 use super::contract::Context;
-use crate::access::{Setup, Tool};
-use crate::error::Result;
-use crate::geometry::vector::Vec3;
+use crate::access::{Setup, Tool, axis_directions, fibonacci, flat_face_normals, lattice_directions, within_tilt};
+use crate::error::{Error, Result, ToolFault};
+use crate::geometry::InsideRule;
+use crate::geometry::vector::{Vec3, angle, norm, unit};
 use crate::part::Part;
-use crate::process::{Process, ToolChoice};
+use crate::process::{Approach, Finishing, Process, ToolChoice};
 use crate::units::{Length, short};
+use std::borrow::Cow;
 
 /// Spacing at least, millimetres: hand tools are known to a few tenths, and a fine lattice of a long tool costs minutes.
 const LEAST_SPACING_MM: f64 = 0.4;
@@ -15,34 +17,92 @@ const SAMPLES: f64 = 100.0;
 /// The same where the user names the tools.
 const SAMPLES_NAMED: f64 = 192.0;
 
+/// Two directions closer than this are one, radians.
+const SAME: f64 = 1e-3;
+
 /// A part before the tools of a list.
 pub struct Tooling<'p> {
     pub tools: Vec<Tool>,
-    pub setups: Vec<&'p Setup>,
+    pub setups: Cow<'p, [Setup]>,
     pub spacing: f64,
     /// How near a cutter has to come to count as touching: what a contact needs on a lattice, 2·√3 spacings.
     pub stand_off: f64,
 }
 
 impl<'p> Tooling<'p> {
-    /// The tools of a list in all setups of the part; all checks share the setups.
+    /// The tools for supports, by hand from everywhere: in all setups of the part, which all checks share.
     ///
     /// # Errors
     /// As [`Tool::chosen`], [`Tool::fits`] and [`Part::setups`].
-    pub fn new(part: &'p Part, process: &Process, context: &Context, list: &[ToolChoice]) -> Result<Self> {
+    pub fn of_removal(part: &'p Part, process: &Process, context: &Context) -> Result<Self> {
+        Tooling::new(part, process, context, &process.tools.removal, &Finishing::default())
+    }
+
+    /// The tools for surfaces, from where the process or the user says.
+    ///
+    /// # Errors
+    /// As [`Tooling::of_removal`], and [`ToolFault::NoDirections`] if no direction is within the tilt.
+    pub fn of_finishing(part: &'p Part, process: &Process, context: &Context) -> Result<Self> {
+        Tooling::new(part, process, context, &process.tools.finishing, &process.tools.finish)
+    }
+
+    fn new(
+        part: &'p Part,
+        process: &Process,
+        context: &Context,
+        list: &[ToolChoice],
+        finish: &Finishing,
+    ) -> Result<Self> {
         let Lattice { spacing, stand_off, margin } = Lattice::of(process, part.extent(), context.spacing_mm)?;
         let tools = read(list)?;
         if process.tools.named {
             tools.iter().try_for_each(|t| t.fits(part.extent()))?;
         }
-        let setups = part.setups(Length::mm(spacing), Length::mm(margin))?.iter().collect();
+        let (h, margin) = (Length::mm(spacing), Length::mm(margin));
+        let setups = if finish.from.is_empty() && finish.tilt.is_none() {
+            Cow::Borrowed(part.setups(h, margin)?)
+        } else {
+            let from = directions(part, finish);
+            if from.is_empty() {
+                let tool = tools.first().map(|t| t.name.clone()).unwrap_or_default();
+                return Err(Error::Tool { tool, fault: ToolFault::NoDirections });
+            }
+            let rule = if part.health().is_solid() { InsideRule::Crossings } else { InsideRule::Winding };
+            Cow::Owned(Setup::all(part.mesh(), rule, &from, h, margin)?)
+        };
         Ok(Tooling { tools, setups, spacing, stand_off })
     }
 
     /// The tools, the directions and the spacing, in words.
     pub fn described(&self) -> String {
         let names: Vec<&str> = self.tools.iter().map(|t| t.name.as_str()).collect();
-        format!("{} from {} directions at {} mm", names.join(", "), self.setups.len(), short(round(self.spacing)))
+        let from = match self.setups.len() {
+            1 => "1 direction".to_string(),
+            n => format!("{n} directions"),
+        };
+        format!("{} from {from} at {} mm", names.join(", "), short(round(self.spacing)))
+    }
+}
+
+/// The directions in the frame of the build, each once, those within the tilt.
+fn directions(part: &Part, finish: &Finishing) -> Vec<Vec3> {
+    let listed: &[Approach] = if finish.from.is_empty() { &[Approach::Cube] } else { &finish.from };
+    let all = listed.iter().flat_map(|approach| match *approach {
+        Approach::Cube => lattice_directions(),
+        Approach::Axes => axis_directions(),
+        Approach::Sphere(n) => fibonacci(n),
+        Approach::Faces => flat_face_normals(part.mesh(), &|f| part.bounds_solid(f)),
+        Approach::Along(d) => vec![unit(part.direction_to_build(d))],
+    });
+    let mut once: Vec<Vec3> = Vec::new();
+    for d in all {
+        if once.iter().all(|e| angle(*e, d) > SAME) {
+            once.push(d);
+        }
+    }
+    match finish.tilt {
+        Some(tilt) => within_tilt(&once, [0.0, 0.0, 1.0], tilt),
+        None => once,
     }
 }
 
@@ -75,7 +135,11 @@ impl Lattice {
 /// As [`Tool::chosen`].
 pub fn setup_samples(process: &Process, extent: Vec3) -> Result<u128> {
     let Lattice { spacing, margin, .. } = Lattice::of(process, extent, 0.0)?;
-    Ok(Setup::samples(extent, Length::mm(spacing), Length::mm(margin)))
+    let shared = Setup::samples(extent, Length::mm(spacing), Length::mm(margin));
+    // From directions of the user's own, none is wider than the part's diagonal.
+    let across = (norm(extent) + 2.0 * margin) / spacing;
+    let each = (across.ceil().clamp(1.0, 1e9) as u128 + 3).pow(3);
+    Ok(shared + each * process.tools.finish.most_directions() as u128)
 }
 
 /// A length as texts give it: three decimals.
@@ -85,8 +149,7 @@ pub fn round(mm: f64) -> f64 {
 
 /// A direction of the build's frame in words, in the frame of the file: `+z`, or its three parts.
 pub fn direction_in_file(part: &Part, direction: Vec3) -> String {
-    let (from, to) = (part.to_file([0.0; 3]), part.to_file(direction));
-    let d = [0, 1, 2].map(|a| to[a] - from[a]);
+    let d = part.direction_to_file(direction);
     let axis = (0..3).find(|&a| d[a].abs() > 1.0 - 1e-9);
     match axis {
         Some(a) => format!("{}{}", if d[a] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][a]),

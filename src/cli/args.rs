@@ -78,6 +78,18 @@ pub struct Judging {
     #[arg(long = "tool", value_name = "NAME|FILE.toml|FILE.stl")]
     pub tools: Vec<String>,
 
+    /// Where finishing tools come from, tip to hand: cube (26 directions), axes, faces (their normals), sphere:N, +z, X,Y,Z; repeatable
+    #[arg(long, allow_hyphen_values = true, value_name = "DIRECTIONS")]
+    pub tool_from: Vec<String>,
+
+    /// The furthest that a finishing tool leans from the build's up, as the machine allows: 0deg is three axes, from above
+    #[arg(long, allow_hyphen_values = true, value_name = "ANGLE")]
+    pub tool_tilt: Option<String>,
+
+    /// Faces that finishing tools have to touch: those facing a direction, or in a box (mm); all if left out; repeatable
+    #[arg(long, allow_hyphen_values = true, value_name = "+z:30deg|box:X,Y,Z:X,Y,Z")]
+    pub faces: Vec<String>,
+
     /// Spacing of the sampling grid; chosen from the limits and the size if left out
     #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
     pub voxel: Option<String>,

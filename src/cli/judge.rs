@@ -8,7 +8,7 @@ use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, Salvage, read, threemf};
-use crate::process::{BUILTIN, Date, Process, Tools, Waiver, waivers};
+use crate::process::{BUILTIN, Date, Process, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::stances::COMPARED;
 use crate::report::terminal::{self, Outputs};
@@ -59,6 +59,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let (content, mesh) = loaded(a, &part, &options)?;
     let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
+    progress.note(&super::plan::need(&prepared, &options));
     let mut analysis = run_told(prepared, &options, &told)?;
     told("print");
     let comparison = baseline.map(|old| compare(&old, &analysis.report));
@@ -195,7 +196,15 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     let today = today(a, &process)?;
     let memory = allowance(&a.memory)?;
     if !a.tools.is_empty() {
-        process.tools = Tools::of_user(super::tools::chosen(&a.tools, &memory)?);
+        process.tools = process.tools.replaced(super::tools::chosen(&a.tools, &memory)?);
+    }
+    for (key, given) in [("from", &a.tool_from), ("faces", &a.faces)] {
+        if !given.is_empty() {
+            process.tools.finish.set(key, &given.iter().map(String::as_str).collect::<Vec<_>>())?;
+        }
+    }
+    if let Some(angle) = &a.tool_tilt {
+        process.tools.finish.set("tilt", &[angle])?;
     }
     let mut o = Options::new(process);
     o.today = today;

@@ -4,6 +4,7 @@ use crate::error::{Error, Result, nearest, printable};
 use crate::io::machine;
 use crate::memory::Allowance;
 use crate::part::Up;
+use crate::process::direction;
 use crate::units::Length;
 
 /// Memory that is allowed unless said.
@@ -16,22 +17,24 @@ pub fn allowance(memory: &str) -> Result<Allowance> {
 
 /// A direction of the file; `None` for `best`.
 pub fn up(text: &str) -> Result<Option<Up>> {
-    let parts: Vec<Option<f64>> =
-        text.split(',').map(|c| c.trim().parse().ok().filter(|c: &f64| c.is_finite())).collect();
-    match (text, parts.as_slice()) {
-        ("best", _) => Ok(None),
-        ("+z" | "z", _) => Ok(Some(Up::PlusZ)),
-        ("-z", _) => Ok(Some(Up::MinusZ)),
-        ("+x" | "x", _) => Ok(Some(Up::PlusX)),
-        ("-x", _) => Ok(Some(Up::MinusX)),
-        ("+y" | "y", _) => Ok(Some(Up::PlusY)),
-        ("-y", _) => Ok(Some(Up::MinusY)),
-        (_, &[Some(x), Some(y), Some(z)]) if x != 0.0 || y != 0.0 || z != 0.0 => Ok(Some(Up::Along([x, y, z]))),
-        _ => Err(usage(
+    if text == "best" {
+        return Ok(None);
+    }
+    let axes = [
+        ([0.0, 0.0, 1.0], Up::PlusZ),
+        ([0.0, 0.0, -1.0], Up::MinusZ),
+        ([1.0, 0.0, 0.0], Up::PlusX),
+        ([-1.0, 0.0, 0.0], Up::MinusX),
+        ([0.0, 1.0, 0.0], Up::PlusY),
+        ([0.0, -1.0, 0.0], Up::MinusY),
+    ];
+    let up = |d: [f64; 3]| axes.iter().find(|(axis, _)| *axis == d).map_or(Up::Along(d), |(_, up)| *up);
+    direction(text).map(up).map(Some).ok_or_else(|| {
+        usage(
             &format!("`{}` is no direction", printable(text)),
             "use one of +z -z +x -x +y -y, three numbers such as 1,0,1, or best",
-        )),
-    }
+        )
+    })
 }
 
 /// A unit's name and its millimetres.

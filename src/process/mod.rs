@@ -4,6 +4,7 @@
 
 mod builtin;
 mod date;
+mod finishing;
 mod limit;
 mod profile;
 mod rule;
@@ -12,6 +13,7 @@ mod waiver;
 
 pub use builtin::{BUILTIN, builtin};
 pub use date::Date;
+pub use finishing::{Approach, FaceChoice, Finishing, direction};
 pub use limit::{Limit, LimitBasis};
 pub use profile::{Element, Process};
 pub use rule::{Bound, Dimension, RULES, Rule, rule};

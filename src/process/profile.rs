@@ -279,8 +279,14 @@ impl Reader<'_> {
     /// Reads the names of the tools.
     fn tools(&self, process: &mut Process, value: &Value, own: bool) -> Result<()> {
         let table = self.table("tools", value)?;
-        self.only(table, "tools.", &["removal", "finishing"])?;
+        self.only(table, "tools.", &["removal", "finishing", "from", "tilt", "faces"])?;
         for (key, value) in table {
+            if let "from" | "faces" | "tilt" = key.as_str() {
+                let list = value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice);
+                let words = list.iter().map(|w| self.string(key, w)).collect::<Result<Vec<_>>>()?;
+                process.tools.finish.set(key, &words).map_err(|e| self.bad(key, e.to_string(), e.remedy()))?;
+                continue;
+            }
             let names = value.as_array().ok_or_else(|| {
                 self.bad(key, format!("`{key}` is not a list"), "write [\"flush-cutter\"]; see `amcheck tools`".into())
             })?;

@@ -1,5 +1,6 @@
 //! The tools inside the binary, and the ones a process or a user chooses: data only.
 
+use super::finishing::Finishing;
 use crate::error::{Error, Result, nearest, printable};
 use crate::geometry::TriangleMesh;
 
@@ -54,11 +55,13 @@ pub struct Tools {
     pub finishing: Vec<ToolChoice>,
     /// Whether the user named them: others never make a part fail.
     pub named: bool,
+    /// Where finishing tools come from, and what they have to touch.
+    pub finish: Finishing,
 }
 
 impl Tools {
-    /// The tools a user names: for supports and for surfaces alike.
-    pub fn of_user(list: Vec<ToolChoice>) -> Self {
-        Tools { removal: list.clone(), finishing: list, named: true }
+    /// The tools a user names, for supports and for surfaces alike, in place of these.
+    pub fn replaced(self, list: Vec<ToolChoice>) -> Self {
+        Tools { removal: list.clone(), finishing: list, named: true, finish: self.finish }
     }
 }

@@ -10,6 +10,7 @@ mod models;
 mod same_answer;
 mod shapes;
 mod table;
+mod tools;
 mod voids;
 
 use amcheck::analyze::{Options, prepare, run};
