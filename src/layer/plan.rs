@@ -219,7 +219,7 @@ impl Plan {
     /// The chord through a point of the region; `None` outside.
     fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
         let mut found = None;
-        let mut crossings = self.sides.iter().filter_map(|s| Turned::new(s, x, d).met_by(0.0)).collect();
+        let mut crossings: Vec<_> = self.sides.iter().filter_map(|s| Turned::new(s, x, d).met_by(0.0)).collect();
         chords(&mut crossings, |c| {
             if c.t[0] <= 0.0 && c.t[1] >= 0.0 {
                 found = Some(c);
@@ -305,7 +305,7 @@ impl Turned {
 }
 
 /// Calls back with the stretches of a line inside the region, from all its crossings with the boundary.
-fn chords(crossings: &mut Vec<(f64, bool)>, mut found: impl FnMut(Chord)) {
+fn chords(crossings: &mut [(f64, bool)], mut found: impl FnMut(Chord)) {
     crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
     for pair in crossings.chunks_exact(2) {
         found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
