@@ -1,6 +1,6 @@
 //! A part as it stands before a tool: turned so that the tool comes from above, and cast.
 
-use super::pose::{Rotation, frame_of, transposed};
+use super::pose::{Rotation, frame_of, lattice_directions, transposed};
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, dot};
