@@ -84,6 +84,15 @@ fn the_top_level_holds_what_was_agreed() {
     assert!(strays.is_empty(), "{strays:?}");
 }
 
+#[test]
+fn what_the_readme_shows_or_links_to_is_there() {
+    let readme = std::fs::read_to_string(root().join("README.md")).expect("a README");
+    let targets = readme.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let own: Vec<&str> = targets.filter(|t| !t.contains("://") && !t.starts_with('#')).collect();
+    let missing: Vec<&&str> = own.iter().filter(|t| !root().join(t).exists()).collect();
+    assert!(own.len() > 3 && missing.is_empty(), "{missing:?} of {own:?}");
+}
+
 /// A source file of the library: its place below `src`, and its code before the tests.
 struct Source {
     place: String,

@@ -46,7 +46,7 @@ pub struct Shaped {
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or more than a thousand spacings, [`Error::NoGeometry`] for a mesh
 /// without facets, [`Error::NotSolid`] inwards where a facet lies inside the material because bodies overlap or touch;
-/// otherwise as [`voxelize()`].
+/// otherwise as [`crate::geometry::voxelize()`].
 ///
 /// # Cost
 /// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface.
