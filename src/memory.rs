@@ -217,7 +217,7 @@ mod tests {
         }
         let (few, many) = (demand("fdm", &[]), demand("lpbf", &[]));
         assert!(few.bytes(0, 1 << 30) < many.bytes(0, 1 << 30), "powder has to come out");
-        assert_eq!(demand("lpbf", &["thin-wall"]), few);
+        assert_eq!(demand("lpbf", &["thin-wall"]), demand("fdm", &["thin-wall"]));
     }
 
     #[test]

@@ -128,7 +128,7 @@ fn no_kept_result_answers_another_question() {
     std::fs::write(s.0.join("held.toml"), accept("")).expect("");
     std::fs::write(s.0.join("until.toml"), accept("until = 2030-01-01\n")).expect("");
     std::fs::write(s.0.join("own.toml"), "inherits = \"fdm\"\n[machine]\nlayer_height_mm = 0.1\n").expect("");
-    let questions: [&[&str]; 18] = [
+    let questions: [&[&str]; 21] = [
         &[],
         &["--accept", "held.toml"],
         &["--accept", "until.toml", "--today", "2029-12-31"],
@@ -143,6 +143,9 @@ fn no_kept_result_answers_another_question() {
         &["--refine", "1M"],
         &["--skip", "blend"],
         &["--tool", "end-mill-3"],
+        &["--tool", "end-mill-3", "--tool-from", "axes"],
+        &["--tool", "end-mill-3", "--tool-tilt", "30deg"],
+        &["--tool", "end-mill-3", "--faces", "+z:30deg"],
         &["--repair"],
         &["--salvage"],
         &["--fail-on", "warn"],
