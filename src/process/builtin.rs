@@ -59,6 +59,7 @@ mod tests {
             ("inherits = \"fdm\"\n[limits.thin-wall]\nfail = \"1,5mm\"\n", "line 2", "point"),
             ("inherits = \"fdm\"\n[limits.thin-wall]\nfail = \"2mm\"\nwarn = \"1mm\"\n", "line 2", "stricter"),
             ("inherits = \n", "line 1", "TOML"),
+            ("title = \"mine\"\ninherits = \"fdn\"\n", "line 2", "fdm"),
             ("[machine]\nlayer_height_mm = 0.2\n", "line 1", "inherits"),
         ];
         for (text, place, remedy) in cases {

@@ -70,7 +70,11 @@ impl Process {
         let reader = Reader { file, text };
         let built_in = super::builtin::BUILTIN.iter().any(|(name, _)| *name == file);
         let mut process = match table.get("inherits") {
-            Some(parent) => Process { name: stem(file), ..Process::named(reader.string("inherits", parent)?)? },
+            Some(parent) => {
+                let parent = Process::named(reader.string("inherits", parent)?)
+                    .map_err(|e| reader.bad("inherits", e.to_string(), e.remedy()))?;
+                Process { name: stem(file), ..parent }
+            }
             None => Process::blank(&stem(file)),
         };
         reader.only(&table, "", &["inherits", "title", "machine", "element", "tools", "limits", "accept"])?;
