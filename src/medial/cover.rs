@@ -96,6 +96,13 @@ pub struct Sample {
     pub opposite: u32,
 }
 
+impl Sample {
+    /// Whether it is a sheet whose two sides are of one body.
+    pub(super) fn is_within_a_body(&self, features: &Features) -> bool {
+        self.shape == Shape::Sheet && features.body(self.facet) == features.body(self.opposite)
+    }
+}
+
 /// A patch that may hide something thinner than a limit, left when the budget or the resolution ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Unresolved {

@@ -1,6 +1,6 @@
 //! The thinnest place on one feature, to the resolution of the coordinates.
 
-use super::cover::{Question, Sample, Shape};
+use super::cover::{Question, Sample};
 use super::feature::Features;
 use super::seek::Seeker;
 use crate::geometry::MeshDistance;
@@ -41,8 +41,7 @@ pub fn thinnest_on(
         let narrower = Question { limits: vec![below], notice, agree: GAIN, finest, ..question.clone() };
         let cover = Seeker::new(mesh, features, &narrower, budget.saturating_sub(spent)).seek(feature);
         spent += cover.evaluations;
-        let own = |s: &&Sample| s.shape == Shape::Sheet && features.body(s.facet) == features.body(s.opposite);
-        let sheets = cover.samples.iter().filter(own).filter(|s| s.low < below);
+        let sheets = cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below);
         let open = cover.unresolved.iter().filter(|u| u.extent > question.finest);
         let left = sheets.clone().map(|s| s.low).chain(open.map(|u| u.low)).fold(below, f64::min);
         known.low = known.low.max(left);

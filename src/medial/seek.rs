@@ -31,7 +31,7 @@ pub(super) struct Seeker<'a> {
     budget: u64,
     /// Longest edge of the feature.
     extent: f64,
-    /// Least diameter of a sheet found so far.
+    /// Least diameter of a sheet within the body found so far; how far bodies are apart is known from their pairs.
     thinnest: f64,
     /// Least bound of the patches passed over, because something as thin was known on the feature.
     passed: f64,
@@ -95,7 +95,8 @@ impl<'a> Seeker<'a> {
                 }
             }
         }
-        let sheets = self.cover.samples.iter_mut().filter(|s| s.shape == Shape::Sheet);
+        let features = self.features;
+        let sheets = self.cover.samples.iter_mut().filter(|s| s.is_within_a_body(features));
         if let Some(thinnest) = sheets.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
             thinnest.low = thinnest.low.min(self.passed);
         }
@@ -317,7 +318,7 @@ impl<'a> Seeker<'a> {
     }
 
     fn push(&mut self, sample: Sample) {
-        if sample.shape == Shape::Sheet {
+        if sample.is_within_a_body(self.features) {
             self.thinnest = self.thinnest.min(sample.diameter);
         }
         self.cover.samples.push(sample);
