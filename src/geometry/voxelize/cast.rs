@@ -184,6 +184,8 @@ impl Parts {
         let shells = self.outer.words_mut().par_chunks_mut(slab_words);
         shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().for_each(|(slab, (shell, density))| {
             let range = slab * layers..((slab + 1) * layers).min(nz);
+            // A fresh page that is read before it is written costs two faults, the second told to all cores.
+            density.fill(0.0);
             let mut scratch = fraction::Scratch::default();
             for &facet in facets.iter().flat_map(|chunk| &chunk[slab]) {
                 shell::mark(lattice, facet, range.clone(), shell);
