@@ -111,7 +111,7 @@ fn fingers_turn_the_part_and_bring_it_nearer() {
     let clock = "<script>window.requestAnimationFrame = (f) => setTimeout(() => f(performance.now()), 16);</script>";
     assert!(page.contains("<head>"));
     folder.write(&p.file, &page.replacen("<head>", &format!("<head>{clock}"), 1));
-    let asked = json!({"names": [p.file], "axe": null, "modes": []});
+    let asked = json!({"names": [p.file], "axe": null, "modes": ["touch"]});
     let (seen, _) = look(&browser, &folder, &pages, asked, &[]);
     let touch = &seen[&p.file]["touch"];
     let ratio = |name: &str| touch[name].as_f64().unwrap_or_else(|| panic!("{seen}"));

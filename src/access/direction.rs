@@ -6,7 +6,7 @@ use crate::geometry::vector::{Vec3, angle, dot, norm, scale, unit};
 use rayon::prelude::*;
 
 /// The largest flat faces whose normals are tried.
-const FACES: usize = 24;
+pub const FACES: usize = 24;
 /// Within 1° of the horizontal a facet leaves no steps and stands on the plate.
 pub(super) const LEVEL: f64 = 0.999_847_695_156_391_2;
 
@@ -18,7 +18,7 @@ pub(super) struct Score {
     pub cost: f64,
 }
 
-/// Outward normals of the largest flat pieces of the facets that bound the solid, largest first; at most 24.
+/// Outward normals of the largest flat pieces of the facets that bound the solid, largest first; at most [`FACES`].
 pub fn flat_face_normals(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync)) -> Vec<Vec3> {
     Facets::of(mesh, bounding).face_normals()
 }

@@ -21,7 +21,7 @@ mod surface;
 mod tool;
 mod up;
 
-pub use direction::flat_face_normals;
+pub use direction::{FACES, flat_face_normals};
 pub use disc::Disc;
 pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
 pub use meridian::{Meridian, Outline, Piece, Role, Support};

@@ -139,13 +139,13 @@ impl Sheets<'_> {
             .into_par_iter()
             .enumerate()
             .map(|(rank, (sheet, samples))| {
-                let (known, form) = (sheet.thinnest, sheet.form);
+                let known = sheet.thinnest;
                 let refined = self.refined(q, sheet, &samples, rank);
                 let sheet = if !self.thins_out(&refined.thinnest) {
                     Some(refined)
                 } else if !self.thins_out(&known) {
                     // A sheet that ends in a wedge: what it is before that counts, and what may be thinner stays in the bracket.
-                    Some(Sheet { thinnest: known, form, ..refined })
+                    Some(Sheet { thinnest: known, ..refined })
                 } else {
                     parallel_sheet(&samples, scale)
                 };

@@ -1,7 +1,9 @@
 //! The tools of a process and the directions they come from, as the checks of access use them.
 
 use super::contract::Context;
-use crate::access::{Setup, Tool, axis_directions, fibonacci, flat_face_normals, lattice_directions, within_tilt};
+use crate::access::{
+    FACES, Setup, Tool, axis_directions, fibonacci, flat_face_normals, lattice_directions, within_tilt,
+};
 use crate::error::{Error, Result, ToolFault};
 use crate::geometry::InsideRule;
 use crate::geometry::vector::{Vec3, angle, norm, unit};
@@ -59,7 +61,7 @@ impl<'p> Tooling<'p> {
             tools.iter().try_for_each(|t| t.fits(part.extent()))?;
         }
         let (h, margin) = (Length::mm(spacing), Length::mm(margin));
-        let setups = if finish.from.is_empty() && finish.tilt.is_none() {
+        let setups = if is_by_hand(finish) {
             Cow::Borrowed(part.setups(h, margin)?)
         } else {
             let from = directions(part, finish);
@@ -84,10 +86,35 @@ impl<'p> Tooling<'p> {
     }
 }
 
+/// What the user lists, or the cube's directions if nothing is listed.
+fn listed(finish: &Finishing) -> &[Approach] {
+    if finish.from.is_empty() { &[Approach::Cube] } else { &finish.from }
+}
+
+/// Whether the tools come from where they come from by hand: then all checks share the setups of the part.
+fn is_by_hand(finish: &Finishing) -> bool {
+    finish.from.is_empty() && finish.tilt.is_none()
+}
+
+/// How many directions need setups of their own, at most: known without the part.
+fn most_directions(finish: &Finishing) -> usize {
+    if is_by_hand(finish) {
+        return 0;
+    }
+    let most = |approach: &Approach| match approach {
+        Approach::Cube => lattice_directions().len(),
+        Approach::Axes => axis_directions().len(),
+        // Their opposites complete an odd number.
+        Approach::Sphere(n) => n + 1,
+        Approach::Faces => FACES,
+        Approach::Along(_) => 1,
+    };
+    listed(finish).iter().map(most).sum()
+}
+
 /// The directions in the frame of the build, each once, those within the tilt.
 fn directions(part: &Part, finish: &Finishing) -> Vec<Vec3> {
-    let listed: &[Approach] = if finish.from.is_empty() { &[Approach::Cube] } else { &finish.from };
-    let all = listed.iter().flat_map(|approach| match *approach {
+    let all = listed(finish).iter().flat_map(|approach| match *approach {
         Approach::Cube => lattice_directions(),
         Approach::Axes => axis_directions(),
         Approach::Sphere(n) => fibonacci(n),
@@ -139,7 +166,7 @@ pub fn setup_samples(process: &Process, extent: Vec3) -> Result<u128> {
     // From directions of the user's own, none is wider than the part's diagonal.
     let across = (norm(extent) + 2.0 * margin) / spacing;
     let each = (across.ceil().clamp(1.0, 1e9) as u128 + 3).pow(3);
-    Ok(shared + each * process.tools.finish.most_directions() as u128)
+    Ok(shared + each * most_directions(&process.tools.finish) as u128)
 }
 
 /// A length as texts give it: three decimals.

@@ -1,6 +1,7 @@
 //! Where finishing tools come from, and which faces they have to touch: data only, in the frame of the file.
 
 use crate::error::{Error, Result, printable};
+use crate::geometry::vector::{Vec3, dot, norm};
 use crate::units::Angle;
 
 /// Directions on a sphere, at most: each is a cast of the part.
@@ -18,7 +19,7 @@ pub enum Approach {
     /// The outward normals of the part's largest flat faces.
     Faces,
     /// One direction of the file.
-    Along([f64; 3]),
+    Along(Vec3),
 }
 
 impl Approach {
@@ -58,9 +59,9 @@ impl Approach {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FaceChoice {
     /// Those whose outward normal is within an angle (radians) of a direction.
-    Facing { direction: [f64; 3], within: f64 },
+    Facing { direction: Vec3, within: f64 },
     /// What lies in a box.
-    Inside { lo: [f64; 3], hi: [f64; 3] },
+    Inside { lo: Vec3, hi: Vec3 },
 }
 
 impl FaceChoice {
@@ -98,17 +99,12 @@ impl FaceChoice {
     }
 
     /// Whether a place of the surface with an outward unit normal is chosen.
-    pub fn holds(&self, at: [f64; 3], normal: [f64; 3]) -> bool {
+    pub fn holds(&self, at: Vec3, normal: Vec3) -> bool {
         match *self {
             FaceChoice::Inside { lo, hi } => (0..3).all(|a| (lo[a]..=hi[a]).contains(&at[a])),
             FaceChoice::Facing { direction: d, within } => {
-                let (mut along, mut length) = (0.0, 0.0);
-                for a in 0..3 {
-                    along += d[a] * normal[a];
-                    length += d[a] * d[a];
-                }
                 // A billionth of cosine is rounding.
-                along >= length.sqrt() * within.cos() - 1e-9
+                dot(d, normal) >= norm(d) * within.cos() - 1e-9
             }
         }
     }
@@ -143,24 +139,8 @@ impl Finishing {
         Ok(())
     }
 
-    /// How many directions of its own it has at most: none where it leaves them to the cube's.
-    pub fn most_directions(&self) -> usize {
-        let most = |a: &Approach| match a {
-            Approach::Cube => 26,
-            Approach::Axes => 6,
-            Approach::Sphere(n) => *n,
-            Approach::Faces => 24,
-            Approach::Along(_) => 1,
-        };
-        match (self.from.is_empty(), self.tilt) {
-            (true, None) => 0,
-            (true, Some(_)) => most(&Approach::Cube),
-            (false, _) => self.from.iter().map(most).sum(),
-        }
-    }
-
     /// Whether a place of the surface has to be touched; both in the frame of the file.
-    pub fn wants(&self, at: [f64; 3], normal: [f64; 3]) -> bool {
+    pub fn wants(&self, at: Vec3, normal: Vec3) -> bool {
         self.faces.is_empty() || self.faces.iter().any(|f| f.holds(at, normal))
     }
 }
@@ -178,7 +158,7 @@ fn tilt(text: &str) -> Result<f64> {
 }
 
 /// A direction: `+z`, `z`, `-x`, …, or three numbers of which one at least is not 0.
-pub fn direction(text: &str) -> Option<[f64; 3]> {
+pub fn direction(text: &str) -> Option<Vec3> {
     let axis = |name: &str| ["x", "y", "z"].iter().position(|a| *a == name);
     let (sign, name) = text.strip_prefix('-').map_or((1.0, text.strip_prefix('+').unwrap_or(text)), |n| (-1.0, n));
     match axis(name) {
@@ -188,10 +168,10 @@ pub fn direction(text: &str) -> Option<[f64; 3]> {
 }
 
 /// Three finite numbers between commas.
-fn numbers(text: &str) -> Option<[f64; 3]> {
+fn numbers(text: &str) -> Option<Vec3> {
     let list: Vec<f64> =
         text.split(',').map(|c| c.trim().parse().ok().filter(|c: &f64| c.is_finite())).collect::<Option<_>>()?;
-    <[f64; 3]>::try_from(list).ok()
+    <Vec3>::try_from(list).ok()
 }
 
 #[cfg(test)]

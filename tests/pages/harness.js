@@ -70,7 +70,7 @@
     out.itself = JSON.parse(f.contentDocument.getElementById("selftest")?.textContent ?? "null");
     out.fetched = f.contentWindow.performance.getEntriesByType("resource").map((e) => e.name).filter((n) => !/^(file|data|blob):/.test(n));
     const link = f.contentDocument.querySelector("[data-finding]")?.id;
-    if (name.startsWith("fingers-")) out.touch = await touch(f);
+    if (modes.includes("touch")) out.touch = await touch(f);
     if (axe) out.axe = [await judge(f, "light"), await judge(f, "dark")];
     f.remove();
     if (modes.includes("link") && link) {
