@@ -161,6 +161,7 @@ fn works(p: &Page, said: &Value) {
     assert!(itself["turned"] == true && itself["zoomed"] == true && itself["theme"] == "dark", "{file}");
     let findings = p.report.findings().len().min(24);
     assert_eq!(itself["findings"].as_u64().unwrap() as usize, findings, "{file}");
+    assert!(itself["apart"].as_f64().is_none_or(|d| d >= 24.0), "{file}: pins cover each other, {}", itself["apart"]);
     if findings > 0 {
         assert_eq!(itself["flight"]["to"], itself["asked"], "{file}: the flight ends elsewhere");
         assert_eq!(itself["marked"], 1, "{file}");

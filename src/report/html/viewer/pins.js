@@ -18,6 +18,26 @@ export function makePins(view) {
   });
 }
 
+/** Pins nearer to each other than this would cover each other's numbers, CSS pixels. */
+const APART = 24;
+
+/** Puts the pins where `at` says, null for those that are not shown; what would cover another is a dot: the chosen one
+ * and those in sight keep their numbers, worst first. */
+export function placePins(pins, current, at) {
+  const whole = [];
+  const rank = (i) => (i === current ? 0 : pins[i].b.classList.contains("hidden") ? 2 : 1);
+  const ranked = pins.map((_, i) => i).sort((a, b) => rank(a) - rank(b));
+  for (const i of ranked) {
+    const { b } = pins[i], to = at(pins[i]);
+    b.style.display = to ? "" : "none";
+    if (!to) continue;
+    const near = whole.some((o) => Math.hypot(o[0] - to[0], o[1] - to[1]) < APART);
+    if (!near) whole.push(to);
+    b.classList.toggle("dot", near);
+    b.style.transform = `translate(${to[0]}px,${to[1]}px) translate(-50%,${near ? "-50%" : "calc(-100% - 9px)"})`;
+  }
+}
+
 /** A press chooses; a drag that begins on the pin turns the part, as beside it. */
 function choosable(b, view, choose) {
   let from = null, dragged = false;

@@ -22,6 +22,14 @@ function look(view) {
   return { covered: covered / (w * h), colour: sum.map((s) => Math.round((1000 * s) / Math.max(1, covered)) / 1000), failing, hatched, inked };
 }
 
+/** The least distance between two pins that show their numbers, CSS pixels; null for fewer than two. */
+function nearest(view) {
+  const shown = view.pins.map((p) => p.b).filter((b) => b.style.display === "" && !b.classList.contains("dot"));
+  const places = shown.map((b) => b.style.transform.match(/-?[\d.]+(?=px)/g).map(Number));
+  const pairs = places.flatMap((p, i) => places.slice(0, i).map((q) => Math.hypot(p[0] - q[0], p[1] - q[1])));
+  return pairs.length ? Math.min(...pairs) : null;
+}
+
 /** Uses map switch, cut, flight, keys, hash and theme; leaves the view as it was. */
 export function selfTest(view) {
   const key = (name) => view.canvas.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
@@ -74,6 +82,8 @@ export function selfTest(view) {
   out.read = hit ? view.host.querySelector(".value").textContent : null;
   out.pins = view.pins.length;
   out.faded = view.pins.filter((p) => p.b.classList.contains("hidden")).length;
+  view.render();
+  out.apart = nearest(view);
   const theme = document.documentElement.dataset.theme;
   document.getElementById("theme").click();
   out.theme = document.documentElement.dataset.theme;

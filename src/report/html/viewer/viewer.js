@@ -10,7 +10,7 @@ import { readGlb } from "./glb.js";
 import { FRAGMENT, INK, LINES, VERTEX } from "./shader.js";
 import { firstHit } from "./ray.js";
 import { makeLegend, makePanel } from "./panel.js";
-import { makePins, mark } from "./pins.js";
+import { makePins, mark, placePins } from "./pins.js";
 import { makeSection } from "./section.js";
 import { selfTest } from "./selftest.js";
 
@@ -119,6 +119,7 @@ class View {
 
   listen() {
     this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("start", () => { this.fitted = null; });
     this.controls.addEventListener("end", () => this.settle());
     this.canvas.addEventListener("focus", () => { this.controls.enableZoom = true; });
     this.canvas.addEventListener("blur", () => { this.controls.enableZoom = false; });
@@ -134,7 +135,8 @@ class View {
     this.canvas.addEventListener("pointerup", (e) => {
       if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 4) this.read(e.clientX, e.clientY);
     });
-    new ResizeObserver(() => { this.size(); this.draw(); }).observe(this.host);
+    // A canvas that changes its size is cleared: what is drawn at the next frame comes too late for this one.
+    new ResizeObserver(() => { this.size(); if (this.fitted) this.fit(this.fitted); this.render(); }).observe(this.host);
     document.documentElement.addEventListener("theme", () => this.draw());
     addEventListener("hashchange", () => this.fromHash());
     document.querySelectorAll("input.choice").forEach((input, i) => {
@@ -174,6 +176,7 @@ class View {
   }
 
   turn(azimuth, elevation) {
+    this.fitted = null;
     const d = this.camera.position.clone().sub(this.controls.target);
     const r = d.length(), a = Math.atan2(d.y, d.x) + (azimuth * Math.PI) / 180;
     const e = Math.min(1.55, Math.max(-1.55, Math.asin(d.z / r) + (elevation * Math.PI) / 180));
@@ -183,6 +186,7 @@ class View {
   }
 
   zoom(by) {
+    this.fitted = null;
     this.camera.zoom *= by;
     this.camera.updateProjectionMatrix();
     this.draw();
@@ -208,8 +212,9 @@ class View {
     this.settle();
   }
 
-  /** Looks from a direction so that the part fills the view, with room for what stands over it. */
+  /** Looks from a direction so that the part fills the view, with room for what stands over it, until somebody looks elsewhere. */
   fit(from) {
+    this.fitted = from;
     this.look(this.ball.center, from, 1);
     const c = this.camera, p = this.model.positions, m = c.matrixWorldInverse.elements;
     let [l, r, b, t] = [Infinity, -Infinity, Infinity, -Infinity];
@@ -318,6 +323,7 @@ class View {
   }
 
   glide(target, from, zoom) {
+    this.fitted = null;
     const t0 = this.controls.target.clone(), z0 = this.camera.zoom;
     const d0 = this.camera.position.clone().sub(t0).normalize();
     const begun = performance.now(), length = still.matches ? 0 : 420;
@@ -373,6 +379,7 @@ class View {
     if (this.cut.axis >= 0) this.setCut(this.cut.axis, this.cut.at);
     const toward = this.camera.position.clone().sub(this.controls.target).normalize();
     for (const p of this.pins) p.b.classList.toggle("hidden", this.hidden(p.place, toward, p.f));
+    this.draw(); // Which pins keep their numbers depends on which are in sight.
   }
 
   /** Reads the value under a point of the page. */
@@ -401,12 +408,11 @@ class View {
     this.material.uniforms.lamp.value.copy(toward).addScaledVector(right, -0.55).addScaledVector(up, 0.75).normalize();
     this.gl.render(this.scene, c);
     const w = this.canvas.clientWidth, h = this.canvas.clientHeight, v = new Vector3();
-    for (const p of this.pins) {
+    placePins(this.pins, this.current, (p) => {
       v.copy(p.place).project(c);
       const out = Math.abs(v.x) > 1 || Math.abs(v.y) > 1 || this.cutAway(p.place.x, p.place.y, p.place.z, 0.01 * this.ball.radius);
-      p.b.style.display = out ? "none" : "";
-      p.b.style.transform = `translate(${((v.x + 1) / 2) * w}px,${((1 - v.y) / 2) * h}px) translate(-50%,calc(-100% - 9px))`;
-    }
+      return out ? null : [((v.x + 1) / 2) * w, ((1 - v.y) / 2) * h];
+    });
     this.panel.scale((w * c.zoom) / (c.right - c.left));
     this.frames = (this.frames ?? 0) + 1;
   }
