@@ -28,7 +28,7 @@ impl<T: Real> Panel<T> {
         Panel {
             pitch,
             columns: zeros(pitch * 2 * PANEL),
-            transformed: zeros(plan.len()),
+            transformed: zeros(pitch * 2 * PANEL),
             scratch: zeros(plan.get_outofplace_scratch_len()),
         }
     }
@@ -51,10 +51,11 @@ impl<T: Real> Panel<T> {
         for first in (0..columns).step_by(width) {
             let last = (first + width).min(columns);
             self.gather(&sheet, first, last);
-            for column in self.columns.chunks_exact_mut(self.pitch).take(last - first) {
-                let column = &mut column[..plan.len()];
-                plan.process_outofplace_with_scratch(column, &mut self.transformed, &mut self.scratch);
-                column.copy_from_slice(&self.transformed);
+            let columns = self.columns.chunks_exact_mut(self.pitch);
+            let pairs = columns.zip(self.transformed.chunks_exact_mut(self.pitch));
+            for (from, to) in pairs.take(last - first) {
+                let n = plan.len();
+                plan.process_outofplace_with_scratch(&mut from[..n], &mut to[..n], &mut self.scratch);
             }
             self.scatter(&mut sheet, first, last);
         }
@@ -77,12 +78,25 @@ impl<T: Real> Panel<T> {
         }
     }
 
-    /// Copies the panel back into columns `first..last` of a sheet.
+    /// Copies the transformed columns back to `first..last` of a sheet, four rows at a time.
     fn scatter(&self, sheet: &mut ArrayViewMut2<Complex<T>>, first: usize, last: usize) {
-        for (z, mut row) in sheet.axis_iter_mut(Axis(0)).enumerate() {
-            if let Some(row) = row.as_slice_mut().and_then(|r| r.get_mut(first..last)) {
-                let places = self.columns[z..].iter().step_by(self.pitch);
-                row.iter_mut().zip(places).for_each(|(v, &place)| *v = place);
+        let columns = self.transformed.chunks_exact(self.pitch).take(last - first);
+        for (block, mut rows) in sheet.axis_chunks_iter_mut(Axis(0), BLOCK).enumerate() {
+            let at = block * BLOCK;
+            let mut rows = rows.outer_iter_mut().filter_map(|r| r.into_slice()?.get_mut(first..last));
+            match [(); BLOCK].map(|()| rows.next()) {
+                [Some(a), Some(b), Some(c), Some(d)] => {
+                    let places = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
+                    for (((a, b), (c, d)), column) in places.zip(columns.clone()) {
+                        let four = &column[at..at + BLOCK];
+                        (*a, *b, *c, *d) = (four[0], four[1], four[2], four[3]);
+                    }
+                }
+                fewer => {
+                    for (z, row) in fewer.into_iter().flatten().enumerate() {
+                        row.iter_mut().zip(columns.clone()).for_each(|(v, column)| *v = column[at + z]);
+                    }
+                }
             }
         }
     }
