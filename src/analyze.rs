@@ -2,7 +2,7 @@
 
 use crate::access::{Question, orientations};
 use crate::check::registry::{CHECKS, left_out};
-use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, Sense, State, setup_samples};
+use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, State, setup_samples};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
@@ -16,6 +16,7 @@ use crate::process::{Date, Dimension, Process, rule};
 use crate::report::conclusion::{sentence, verdict_of};
 use crate::report::mount::{Wanted, mount};
 use crate::report::stances::stances;
+use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
     CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
 };
@@ -47,6 +48,8 @@ pub struct Options {
     pub skip: Vec<String>,
     /// How many ways to stand the part up are compared in full for the page; 0 for none.
     pub orientations: usize,
+    /// The widest gap of interest, if local thickness is to be mapped as well.
+    pub thickness: Option<Length>,
     /// The day, for acceptances that end; without it those count as ended.
     pub today: Option<Date>,
     /// Shift of the sampling lattice in units of the spacing, for tests.
@@ -67,6 +70,7 @@ impl Options {
             only: Vec::new(),
             skip: Vec::new(),
             orientations: 0,
+            thickness: None,
             today: None,
             phase: [0.0; 3],
         }
@@ -221,6 +225,11 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
         lap(&report.name);
         checks.push(report);
     }
+    let mapped = options
+        .thickness
+        .map(|widest| thickness(part, &options.process, finest(options, Length::mm(grid.h())), widest));
+    let (thickness, maps) = mapped.transpose()?.unzip();
+    wanted.extend(maps.into_iter().flatten());
     notices.extend(doubt(part));
     notices.extend(acceptance.notices());
     let verdict = verdict_of(&checks);
@@ -230,7 +239,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
         verdict,
         summary: String::new(),
         part: part_report(&prepared)?,
-        process: process_report(&options.process),
+        process: ProcessReport::of(&options.process),
         grid: GridReport {
             spacing_mm: report_digits(grid.h()),
             dims: grid.dims().map(|n| n as u64),
@@ -240,6 +249,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
             refine_budget: options.refine,
         },
         checks,
+        thickness,
         warnings: notices,
     };
     report.summary = sentence(&report);
@@ -251,6 +261,11 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     }
     lap("mount");
     Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
+}
+
+/// The least spacing at which local thickness is mapped beside a grid: the user's, else a quarter of the grid's.
+fn finest(options: &Options, grid: Length) -> Length {
+    options.voxel.unwrap_or(grid * 0.25)
 }
 
 /// The best orientation of a mesh for a process.
@@ -272,11 +287,14 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
         .filter(|x| *x > 0.0)
         .fold(f64::INFINITY, f64::min);
     let smallest = smallest.is_finite().then(|| Length::mm(smallest));
-    let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
     let triangles = part.mesh().triangles.len() as u64;
+    let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
+    let mapped =
+        options.thickness.map(|widest| thickness_bytes(part.extent(), finest(options, default), widest)).transpose()?;
+    let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
+    let demand = demand.with_maps(mapped.unwrap_or(0));
     options.memory.admit_triangles(&demand, triangles)?;
     let spacing = options.voxel.unwrap_or_else(|| {
-        let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
         Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing
     });
     options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)
@@ -328,26 +346,12 @@ fn judge(
                 let at_mm = w.at.map(|p| part.to_file(p).map(report_digits));
                 WorstReport { value: b.value, low: b.low, high: b.high, unit: w.unit.into(), at_mm }
             });
-            report.limit = m.rule.and_then(|key| limit_report(&options.process, key));
+            report.limit = m.rule.and_then(|key| LimitReport::of(&options.process, key));
             report.cover = Some(std::mem::take(&mut m.cover));
             report.findings = std::mem::take(&mut m.findings);
             report.findings.sort_by(crate::check::Finding::worst_first);
             (report, Some(*m))
         }
-    })
-}
-
-fn limit_report(process: &Process, key: &str) -> Option<LimitReport> {
-    let limit = process.limit(key)?;
-    let rule = rule(key).ok()?;
-    Some(LimitReport {
-        fail: limit.fail,
-        warn: limit.warn,
-        sense: if rule.bound == crate::process::Bound::Least { Sense::Min } else { Sense::Max },
-        unit: rule.dimension.unit().into(),
-        basis: limit.basis.word().into(),
-        source: limit.source,
-        overridden: limit.overridden,
     })
 }
 
@@ -374,17 +378,6 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
         watertight: part.health_as_read().is_watertight(),
         pose: part.pose().map(|row| row.map(report_digits)),
     })
-}
-
-fn process_report(process: &Process) -> ProcessReport {
-    ProcessReport {
-        name: process.name.clone(),
-        title: process.title.clone(),
-        layer_height_mm: process.layer_height_mm,
-        build_volume_mm: process.build_volume_mm,
-        prints_supports: process.prints_supports,
-        limits: process.limits.keys().filter_map(|k| Some((k.clone(), limit_report(process, k)?))).collect(),
-    }
 }
 
 /// Says where a winding number does not tell inside from outside.

@@ -26,6 +26,8 @@ pub struct Demand {
     per_setup_sample: u128,
     /// Bytes for the part turned before its tools.
     setups: u128,
+    /// Bytes for maps of local thickness.
+    maps: u128,
     /// Seconds of one processor for a part, a million triangles and a million samples.
     seconds: [f64; 3],
 }
@@ -49,6 +51,7 @@ impl Demand {
                 ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
             ),
             setups: 0,
+            maps: 0,
             seconds: if searches { [0.7, 130.0, 0.08] } else { [0.3, 8.0, 0.01] },
         }
     }
@@ -60,9 +63,14 @@ impl Demand {
         Demand { setups: samples.saturating_mul(self.per_setup_sample), ..self }
     }
 
+    /// The same demand with so many bytes for maps of local thickness.
+    pub fn with_maps(self, bytes: u128) -> Self {
+        Demand { maps: bytes, ..self }
+    }
+
     /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
     pub fn bytes(&self, triangles: u64, samples: u128) -> u128 {
-        let own = FIXED + self.setups + self.per_triangle * u128::from(triangles);
+        let own = FIXED + self.setups + self.maps + self.per_triangle * u128::from(triangles);
         own.saturating_add(samples.saturating_mul(self.per_sample))
     }
 
@@ -70,7 +78,8 @@ impl Demand {
     /// twice as long, none more than 3.8 times less or more.
     pub fn seconds(&self, triangles: u64, samples: u128) -> f64 {
         let [part, triangle, sample] = self.seconds;
-        part + 1e-6 * (triangle * triangles as f64 + sample * samples as f64)
+        // Maps take about a quarter of a microsecond for each of their samples.
+        part + 1e-6 * (triangle * triangles as f64 + sample * samples as f64) + 7e-9 * self.maps as f64
     }
 }
 

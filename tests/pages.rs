@@ -8,6 +8,7 @@ use amcheck::analyze::{Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::process::Process;
 use amcheck::report::{Exhibit, Report, html, json, render};
+use amcheck::units::Length;
 use chromium::{Folder, browser, element, open};
 use flate2::read::GzDecoder;
 use serde_json::{Value, json};
@@ -38,7 +39,9 @@ fn pages() -> Vec<Page> {
 fn judged(path: &Path) -> Page {
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     let bytes = std::fs::read(path).unwrap();
-    let options = Options { orientations: 3, ..Options::new(Process::named("fdm").unwrap()) };
+    // One page shows local thickness as well.
+    let thickness = name.starts_with("finned").then(|| Length::mm(2.0));
+    let options = Options { orientations: 3, thickness, ..Options::new(Process::named("fdm").unwrap()) };
     let loaded = read(&name, &bytes, Salvage::Refuse).unwrap();
     let analysis = run(prepare(&name, &bytes, loaded, &options).unwrap(), &options).unwrap();
     Page { file: name.replace(".stl", ".html"), report: analysis.report, exhibit: analysis.exhibit }

@@ -55,6 +55,8 @@ pub enum MapKind {
     Slope,
     /// The field of the map, read at the surface.
     Sampled,
+    /// How far the inward normal goes to the next surface.
+    Ray,
 }
 
 /// A surface map a check wants beside its findings.

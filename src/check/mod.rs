@@ -42,6 +42,6 @@ mod vent;
 mod void;
 
 pub use acceptance::Acceptance;
-pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst};
+pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 pub use finding::{Accepted, Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 pub use tooling::setup_samples;

@@ -94,6 +94,10 @@ pub struct Judging {
     #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
     pub voxel: Option<String>,
 
+    /// Map local thickness as well: of the material by the largest ball and along the normal, of the void up to this width
+    #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
+    pub thickness: Option<String>,
+
     /// Budget for deciding what is open, in samples
     #[arg(long, default_value = "64M", value_name = "SAMPLES")]
     pub refine: String,

@@ -3,7 +3,7 @@
 use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::progress::{Progress, Weights, Wished};
-use super::words::{allowance, count, one_of, units, up, usage, voxel};
+use super::words::{allowance, count, one_of, units, up, usage, voxel, widest_gap};
 use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
@@ -211,6 +211,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.up = up(&a.up)?;
     o.units = a.units.as_deref().map(units).transpose()?;
     o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
+    o.thickness = a.thickness.as_deref().map(widest_gap).transpose()?;
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
     o.memory = memory;

@@ -61,6 +61,15 @@ pub fn voxel(text: &str) -> Result<Length> {
     }
 }
 
+/// The widest gap whose width is mapped.
+pub fn widest_gap(text: &str) -> Result<Length> {
+    Length::parse(text).and_then(|length| {
+        let remedy = "give the widest gap of interest, such as 5mm";
+        let refused = || usage(&format!("--thickness {} is out of range", printable(text)), remedy);
+        if (1e-6..=1e6).contains(&length.as_mm()) { Ok(length) } else { Err(refused()) }
+    })
+}
+
 /// A positive count with a suffix, such as 64M or 4GiB.
 pub fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
     let text = text.trim();

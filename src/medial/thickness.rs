@@ -28,7 +28,8 @@ pub struct Thickness {
 /// With e the distance of a sample centre y to the nearest cube that is not wholly inside, less half a diagonal ε = √3/2·h, the ball B(y, e) lies
 /// inside: τ_lo(c) = 2·max { e(y) : |y − c| ≤ e(y) }. With d its distance to the nearest sample outside, no ball inside
 /// about a point of y's cube is larger than d + ε: τ_hi(c) = 2·max { d(y) + ε : |y − c| ≤ d(y) + 2ε }. Both hold without any
-/// assumption on the shape. A wall of thickness t has τ_hi − τ_lo of at most about 2√3·h.
+/// assumption on the shape. On an upright wall τ_hi − τ_lo is between 2√3·h and
+/// (2√3 + 2)·h, as its faces lie to the samples.
 ///
 /// Thickness beyond `most` is cut off there. For the void `most` is needed, since open space is as wide as one likes; samples nearer
 /// than that to the border of the grid have `high` = `most`, so widen the window by it ([`crate::geometry::Solid`] of `Part::window`).

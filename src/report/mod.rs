@@ -22,6 +22,7 @@ pub mod sarif;
 mod schema;
 pub mod stances;
 pub mod terminal;
+pub mod thickness;
 
 pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{

@@ -66,10 +66,13 @@ fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
         (MapKind::Slope, _) => return Shown::Constant(slope(part, facet)),
         (MapKind::Sampled, Some(_)) => return Shown::Varies,
         (MapKind::Sampled, None) => return Shown::Constant(f64::NAN),
-        (MapKind::Wall | MapKind::Gap, _) => {}
+        (MapKind::Wall | MapKind::Gap | MapKind::Ray, _) => {}
     }
     if !part.bounds_solid(facet) {
         return Shown::Constant(f64::NAN);
+    }
+    if map.kind == MapKind::Ray {
+        return Shown::Varies;
     }
     match map.facets.get(facet) {
         Some(known) if known.low < map.open_end => {
@@ -119,7 +122,7 @@ fn side_of(kind: MapKind) -> Option<Side> {
     match kind {
         MapKind::Wall => Some(Side::Material),
         MapKind::Gap => Some(Side::Void),
-        MapKind::Slope | MapKind::Sampled => None,
+        MapKind::Slope | MapKind::Sampled | MapKind::Ray => None,
     }
 }
 
@@ -143,16 +146,20 @@ fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &
     if let (MapKind::Sampled, Some(field)) = (map.kind, &map.field) {
         return piece.corners.map(|p| interpolated(field, p));
     }
+    let [a, b, c] = piece.corners;
+    let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+    // Just inside the piece, so that a neighbour's edge does not decide.
+    let inside = piece.corners.map(|p| along(p, sub(middle, p), 0.01));
+    let normal = part.mesh().normal(piece.facet);
     match (shown(part, map, piece.facet), features, side_of(map.kind)) {
         (Shown::Varies, Some(features), Some(side)) => {
-            let axis = part.mesh().normal(piece.facet).map(|x| x * side.sign());
-            let [a, b, c] = piece.corners;
-            let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+            let axis = normal.map(|x| x * side.sign());
             let whole = part.mesh().corners(piece.facet);
-            // Just inside the piece, so that a neighbour's edge does not decide.
-            piece
-                .corners
-                .map(|p| opposing_distance(features, along(p, sub(middle, p), 0.01), axis, map.open_end, whole) as f32)
+            inside.map(|p| opposing_distance(features, p, axis, map.open_end, whole) as f32)
+        }
+        (Shown::Varies, None, _) => {
+            let ray = |p| part.distance().first_hit(p, normal.map(|x| -x), part.step().max(1e-6), map.open_end);
+            inside.map(|p| ray(p).map_or(map.open_end, |(far, _)| far) as f32)
         }
         (Shown::Constant(value), _, _) => [value as f32; 3],
         _ => [f32::NAN; 3],

@@ -1,8 +1,9 @@
 //! The report as data: the keys that pipelines rely on.
 
+use super::thickness::ThicknessReport;
 use crate::check::{Bracket, Finding, Sense, State};
 use crate::notice::Notice;
-use crate::process::LimitBasis;
+use crate::process::{Bound, LimitBasis, Process, rule};
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -139,6 +140,37 @@ pub struct CheckReport {
     pub findings: Vec<Finding>,
 }
 
+impl LimitReport {
+    /// The limit that a process sets for a rule.
+    pub fn of(process: &Process, key: &str) -> Option<Self> {
+        let limit = process.limit(key)?;
+        let rule = rule(key).ok()?;
+        Some(LimitReport {
+            fail: limit.fail,
+            warn: limit.warn,
+            sense: if rule.bound == Bound::Least { Sense::Min } else { Sense::Max },
+            unit: rule.dimension.unit().into(),
+            basis: limit.basis.word().into(),
+            source: limit.source,
+            overridden: limit.overridden,
+        })
+    }
+}
+
+impl ProcessReport {
+    /// A process with all its limits.
+    pub fn of(process: &Process) -> Self {
+        ProcessReport {
+            name: process.name.clone(),
+            title: process.title.clone(),
+            layer_height_mm: process.layer_height_mm,
+            build_volume_mm: process.build_volume_mm,
+            prints_supports: process.prints_supports,
+            limits: process.limits.keys().filter_map(|k| Some((k.clone(), LimitReport::of(process, k)?))).collect(),
+        }
+    }
+}
+
 /// Everything amcheck says about a part. Same input, same bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -152,6 +184,9 @@ pub struct Report {
     pub grid: GridReport,
     /// In the order of the registry.
     pub checks: Vec<CheckReport>,
+    /// How thick the part is all over, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub thickness: Option<ThicknessReport>,
     pub warnings: Vec<Notice>,
 }
 

@@ -105,6 +105,7 @@ fn accepted(findings: &[Numbered], palette: Palette) -> Vec<String> {
 fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Palette) -> Vec<String> {
     let mut lines = accepted(findings, palette);
     lines.extend(other_checks(report, palette));
+    lines.extend(report.thickness.as_ref().and_then(|t| t.sentence()).map(|s| clipped(&format!("thickness: {s}"))));
     // The head has said already that the unit is assumed.
     let mut notes = report.warnings.iter().filter(|w| w.code != "units-assumed");
     if let Some(first) = notes.next() {

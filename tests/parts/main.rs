@@ -10,6 +10,7 @@ mod models;
 mod same_answer;
 mod shapes;
 mod table;
+mod thickness;
 mod tools;
 mod voids;
 

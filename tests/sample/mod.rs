@@ -373,6 +373,7 @@ pub fn report(file: &str) -> Report {
             refine_budget: 64_000_000,
         },
         checks,
+        thickness: None,
         warnings: vec![
             Notice::new("units-assumed", "An STL has no unit; its numbers are taken as millimetres (--units)."),
             Notice::new("duplicate-facets", "2 facets stand twice; the copies were ignored.")

@@ -9,6 +9,7 @@ mod orient;
 mod overview;
 mod page;
 mod stage;
+mod thickness;
 mod verdict;
 mod viewer;
 mod volume;

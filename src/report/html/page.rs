@@ -1,6 +1,6 @@
 //! The page put together: head, sections in reading order, foot.
 
-use super::{cards, method, orient, overview, stage, verdict, viewer, volume};
+use super::{cards, method, orient, overview, stage, thickness, verdict, viewer, volume};
 use crate::check::State;
 use crate::report::exhibit::Exhibit;
 use crate::report::markup::{Markup, markup};
@@ -83,6 +83,7 @@ pub fn page(report: &Report, exhibit: &Exhibit, pictures: &[Picture]) -> String 
         method::slices(&context),
         volume::panel(&context),
         method::histograms(&context),
+        thickness::section(&context),
         orient::section(&context),
         method::health(&context),
         method::method(&context),
