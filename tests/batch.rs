@@ -128,7 +128,7 @@ fn no_kept_result_answers_another_question() {
     std::fs::write(s.0.join("held.toml"), accept("")).expect("");
     std::fs::write(s.0.join("until.toml"), accept("until = 2030-01-01\n")).expect("");
     std::fs::write(s.0.join("own.toml"), "inherits = \"fdm\"\n[machine]\nlayer_height_mm = 0.1\n").expect("");
-    let questions: [&[&str]; 21] = [
+    let questions: [&[&str]; 22] = [
         &[],
         &["--accept", "held.toml"],
         &["--accept", "until.toml", "--today", "2029-12-31"],
@@ -140,6 +140,7 @@ fn no_kept_result_answers_another_question() {
         &["--up", "+x"],
         &["--units", "in"],
         &["--voxel", "0.2mm"],
+        &["--thickness", "2mm"],
         &["--refine", "1M"],
         &["--skip", "blend"],
         &["--tool", "end-mill-3"],

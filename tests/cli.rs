@@ -153,6 +153,9 @@ fn words_that_make_no_sense_are_refused() {
     for voxel in ["0", "0mm", "nan", "-1", "-1mm", "inf", "1e99mm", "1e-9", ""] {
         with(&["--voxel", voxel], "E001", &[voxel]);
     }
+    for width in ["0", "-1mm", "nan", "1e9mm", "1m", ""] {
+        with(&["--thickness", width], "E001", &[]);
+    }
     for count in ["0", "-1", "x", "1TiB"] {
         with(&[&format!("--memory={count}")], "E001", &[count]);
     }
