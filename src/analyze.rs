@@ -96,6 +96,7 @@ pub struct Analysis {
 pub struct Prepared {
     part: Part,
     fitting: Fitting,
+    demand: Demand,
     file: String,
     sha256: String,
     units: (String, &'static str),
@@ -108,6 +109,11 @@ impl Prepared {
     /// What the grid will take.
     pub fn fitting(&self) -> Fitting {
         self.fitting
+    }
+
+    /// What judging takes for each triangle and each sample.
+    pub fn demand(&self) -> Demand {
+        self.demand
     }
 
     /// The part.
@@ -139,7 +145,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let step = largest * loaded.relative_step;
     let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
     let part = Part::new(mesh, up, step, reach)?;
-    let fitting = choose_spacing(&part, options)?;
+    let (fitting, demand) = choose_spacing(&part, options)?;
     notices.extend(loaded.notices);
     if units.1 == "assumed" {
         notices
@@ -148,6 +154,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let mut prepared = Prepared {
         part,
         fitting,
+        demand,
         file: std::path::Path::new(file).file_name().map_or_else(|| file.into(), |n| n.to_string_lossy().into_owned()),
         sha256: Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect(),
         units,
@@ -276,7 +283,7 @@ fn best_up(mesh: TriangleMesh, step: f64, process: &Process) -> Result<Up> {
     Ok(best.list.first().map_or(Up::PlusZ, |o| Up::Along(o.up)))
 }
 
-fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
+fn choose_spacing(part: &Part, options: &Options) -> Result<(Fitting, Demand)> {
     let smallest = options
         .process
         .limits
@@ -297,7 +304,7 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<Fitting> {
     let spacing = options.voxel.unwrap_or_else(|| {
         Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing
     });
-    options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)
+    Ok((options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)?, demand))
 }
 
 /// One check's line of the report, and what it measured; an error if what the user asked of it cannot be.

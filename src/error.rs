@@ -120,7 +120,7 @@ pub enum Error {
     NotSolid { problem: String, at_mm: Option<[f64; 3]>, remedy: String },
 
     /// The question needs more memory or more samples than it may have.
-    #[error("{what} needs {need_bytes} bytes, allowed are {allowed_bytes}")]
+    #[error("{what} needs {}, allowed are {}", byte_count(*need_bytes), byte_count(*allowed_bytes))]
     TooLarge { what: String, need_bytes: u128, allowed_bytes: u128, remedy: String },
 
     /// A result could not be written; what was there before is untouched.
@@ -223,6 +223,20 @@ impl Error {
             Error::Interrupted => "run the same command again; nothing half-written was left".into(),
             Error::Internal { .. } => "please report this with the command and the part".into(),
         }
+    }
+}
+
+/// Bytes for people: `179 kB`, `1.2 MB`.
+///
+/// ```
+/// assert_eq!(amcheck::error::byte_count(28_249_833_216), "28.2 GB");
+/// ```
+pub fn byte_count(n: u128) -> String {
+    match n {
+        0..1000 => format!("{n} B"),
+        1000..1_000_000 => format!("{} kB", (n as f64 / 1e3).round()),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", n as f64 / 1e6),
+        _ => format!("{:.1} GB", n as f64 / 1e9),
     }
 }
 

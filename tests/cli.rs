@@ -224,7 +224,7 @@ fn a_grid_that_is_too_large_says_which_spacing_fits() {
         &[&[block.as_str(), "--voxel", "0.001mm"], &budget[..]].concat(),
         5,
         "E020",
-        &["needs ", " bytes", "335544320", "0.001 mm"],
+        &["needs ", " GB", "allowed are 335.5 MB", "0.001 mm"],
     );
     let fits = ran.err.split_whitespace().skip_while(|w| *w != "--voxel").nth(1).expect("a spacing");
     assert_eq!(s.run(&[&[block.as_str(), "--voxel", fits], &budget[..]].concat()).exit, 0, "{fits} does not fit");

@@ -49,7 +49,7 @@ impl Check for BuildVolume {
             f.fix = if best <= 1.0 + tie {
                 format!("{turn}: then it takes {:.0} % of the worst side", 100.0 * best)
             } else {
-                format!("scale to {:.0} % or cut the part; no turn by 90° fits", 100.0 / best)
+                format!("scale to {} % or cut the part; no turn by 90° fits", short(fitting_percent(best)))
             };
             locate(&mut f, part, context, extent.map(|s| 0.5 * s), ([0.0; 3], extent));
             measured.findings.push(f);
@@ -61,6 +61,13 @@ impl Check for BuildVolume {
 /// Largest ratio of a side of the part to the same side of the volume.
 fn worst_share(extent: [f64; 3], volume: [f64; 3]) -> f64 {
     (0..3).map(|a| extent[a] / volume[a]).fold(0.0, f64::max)
+}
+
+/// The greatest scale in percent, of two or three digits, at which what takes `share` of the volume's worst side fits.
+fn fitting_percent(share: f64) -> f64 {
+    let exact = 100.0 / share;
+    let unit = 10f64.powf(exact.log10().floor() - 1.0);
+    (exact / unit + 1e-9).floor() * unit
 }
 
 /// The best of the six ways to lay a box down, in words.

@@ -4,8 +4,7 @@ use super::args::Arguments;
 use super::judge::{loaded, options, threads};
 use super::words::usage;
 use crate::analyze::{Options, Prepared, prepare};
-use crate::error::{Result, printable};
-use crate::report::phrase::bytes;
+use crate::error::{Result, byte_count, printable};
 use crate::units::{report_digits, short};
 
 /// Reads the part and chooses its grid; the lines that say what the rest would take. Nothing is judged and nothing written.
@@ -18,7 +17,7 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
     drop(content);
     let triangles = prepared.part().mesh().triangles.len() as u64;
     let [x, y, z] = prepared.part().extent().map(|c| short((c * 1e3).round() / 1e3));
-    let seconds = short((options.demand().seconds(triangles, prepared.fitting().samples) * 10.0).round() / 10.0);
+    let seconds = short((prepared.demand().seconds(triangles, prepared.fitting().samples) * 10.0).round() / 10.0);
     let name = printable(&part.to_string_lossy());
     let need = need(&prepared, &options);
     let text = format!(
@@ -32,12 +31,11 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
 /// What the part's fields take, in two lines: nothing of it is taken yet.
 pub(super) fn need(prepared: &Prepared, options: &Options) -> String {
     let fitting = prepared.fitting();
-    let [need, allowed] = [fitting.bytes, options.memory.bytes].map(|b| u64::try_from(b).unwrap_or(u64::MAX));
     format!(
         "grid    {} mm, {} samples\nmemory  at most {} of {} allowed",
         report_digits(fitting.spacing.as_mm()),
         fitting.samples,
-        bytes(need),
-        bytes(allowed)
+        byte_count(fitting.bytes),
+        byte_count(options.memory.bytes)
     )
 }

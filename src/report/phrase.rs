@@ -183,16 +183,6 @@ pub fn thousands(n: u64) -> String {
     out
 }
 
-/// Bytes for people: `179 kB`, `1.2 MB`.
-pub fn bytes(n: u64) -> String {
-    match n {
-        0..1000 => format!("{n} B"),
-        1000..1_000_000 => format!("{} kB", (n as f64 / 1e3).round()),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", n as f64 / 1e6),
-        _ => format!("{:.1} GB", n as f64 / 1e9),
-    }
-}
-
 /// The extent of the part: `56 × 36 × 32.4 mm`.
 pub fn extent(box_mm: [[f64; 3]; 2]) -> String {
     let sides = [0, 1, 2].map(|a| short(((box_mm[1][a] - box_mm[0][a]) * 100.0).round() / 100.0));

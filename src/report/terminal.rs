@@ -3,7 +3,7 @@
 use super::phrase::{self, Numbered};
 use super::schema::{CheckReport, Report};
 use crate::check::{Basis, State};
-use crate::error::{Error, printable};
+use crate::error::{Error, byte_count, printable};
 
 /// Lines that the whole summary may take.
 const LINES: usize = 30;
@@ -115,7 +115,7 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
     }
     lines.push(String::new());
     for (what, place, length) in outputs.written.iter().take(3) {
-        lines.push(format!("{what:<8}{} ({})", printable(place), phrase::bytes(*length)));
+        lines.push(format!("{what:<8}{} ({})", printable(place), byte_count((*length).into())));
     }
     lines.extend(next_command(findings, outputs));
     lines

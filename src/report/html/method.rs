@@ -2,6 +2,7 @@
 
 use super::page::Context;
 use crate::check::State;
+use crate::error::byte_count;
 use crate::report::chart;
 use crate::report::json;
 use crate::report::markup::{Markup, markup};
@@ -111,7 +112,7 @@ pub fn method(c: &Context) -> Markup {
                 phrase::thousands(g.samples)
             ),
         ),
-        ("Memory", phrase::bytes(g.memory_bytes)),
+        ("Memory", byte_count(g.memory_bytes.into())),
         (
             "Refined",
             format!(
