@@ -120,7 +120,9 @@ fn painted(
     };
     let deep_at = |at: usize| ball(d2[at]).worth >= cap && d2[at] > 0;
     let deep = cap.is_finite().then(|| Indicator::from_predicate(grid, deep_at)).filter(|d| !d.is_empty());
-    let reach_of_deep = capped(FAR).reach + slack;
+    // Where nothing bounds a ball, both its numbers are infinite: how far it reaches beyond its worth is read off a small one.
+    let small = ball(1);
+    let reach_of_deep = cap + (small.reach - small.worth) + slack;
     let around = deep.as_ref().map(squared_distance).transpose()?;
     let chosen =
         medial_balls(&grid, d2, &|d2| ball(d2).reach, &|at| d2[at] > 0 && !deep_at(at) && ball(d2[at]).worth > 0.0);
@@ -306,6 +308,23 @@ mod tests {
                 balls.iter().filter(|(q, b)| near(q, b)).map(|(_, b)| b.worth).fold(0.0, f64::max)
             })
             .collect()
+    }
+
+    #[test]
+    fn about_a_convex_part_all_space_is_open() {
+        let mesh = Primitive::parse("box:3x2x1mm").expect("a box").mesh(Length::mm(0.1));
+        let (s, c) = 0.3f64.sin_cos();
+        let solid = cast(&mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]), 0.1, 18);
+        let most = 1.0;
+        let t = local_thickness(&solid, Side::Void, Some(Length::mm(most))).expect("a map");
+        let shell = squared_distance(&solid.outer).expect("distances");
+        for at in solid.centres.complement().iter() {
+            let (low, high) = (f64::from(t.low.values()[at]), f64::from(t.high.values()[at]));
+            assert!(low <= most && most <= high, "{at}: {low} to {high}");
+            // A ball of the cap fits beside every face, but for half a diagonal on its near side.
+            let clear = f64::from(shell.values()[at]).sqrt() > 2.5;
+            assert!(!clear || low > 0.999 * most, "{at}: {low}");
+        }
     }
 
     #[test]

@@ -206,10 +206,12 @@ mod tests {
         for quantile in [spread.median_mm, spread.most_mm] {
             assert!(quantile.low <= 3.0 && 3.0 <= quantile.high && quantile.high - quantile.low < 1.1, "{quantile:?}");
         }
-        // Only the twelve edges are thinner than 2 mm, and open space is never narrow.
+        // Only the twelve edges are thinner than 2 mm.
         let thin = report.material_below.iter().find(|v| v.width_mm == 2.0).unwrap();
         assert!(thin.low_mm3 <= thin.high_mm3 && thin.high_mm3 < 120.0, "{thin:?}");
-        assert!(!report.void_below.is_empty() && report.void_below.iter().all(|v| v.high_mm3 == 0.0), "{report:?}");
+        // All space is open; what no ball is sure to reach is less than a sample deep over 372 mm² of surface.
+        let open = |v: &VolumeBelow| v.low_mm3 == 0.0 && v.high_mm3 < 0.2 * 372.0;
+        assert!(!report.void_below.is_empty() && report.void_below.iter().all(open), "{report:?}");
         assert_eq!(
             maps.iter().map(|m| m.0.as_str()).collect::<Vec<_>>(),
             ["local-thickness", "ray-thickness", "local-gap"]

@@ -12,7 +12,7 @@ pub fn section(c: &Context) -> Markup {
     let tables = [table("Material thinner than", &t.material_below), table("Void narrower than", &t.void_below)];
     let about = format!(
         "The largest ball inside that covers a place is as wide as the material, or the void, is thick there. Counted over {} samples {} apart; \
-         the truth at every sample lies between the bounds, the maps show the middle. Void of more than {} is open space. The map along the \
+         the truth at every sample lies between the bounds, the maps show the middle. What may be thin holds the skin, about half a sample deep, that no ball is sure to reach. Void of more than {} is open space. The map along the \
          normal is the ray's length, which other tools call thickness: on slanted and curved walls it is more than the ball.",
         phrase::thousands(t.samples),
         phrase::quantity(t.spacing_mm, "mm"),
