@@ -63,7 +63,7 @@ fn worst_share(extent: [f64; 3], volume: [f64; 3]) -> f64 {
     (0..3).map(|a| extent[a] / volume[a]).fold(0.0, f64::max)
 }
 
-/// The greatest scale in percent, of two or three digits, at which what takes `share` of the volume's worst side fits.
+/// The greatest scale in percent, of two digits, at which what takes `share` of the volume's worst side fits.
 fn fitting_percent(share: f64) -> f64 {
     let exact = 100.0 / share;
     let unit = 10f64.powf(exact.log10().floor() - 1.0);

@@ -1,15 +1,18 @@
 //! AM001: the mesh as the boundary of a solid.
 
-use super::contract::{Check, Context, Measured, Meta, Outcome, Worst};
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, State};
 use super::place::{locate, reported};
 use crate::error::Result;
+use crate::field::Indicator;
 use crate::geometry::Health;
+use crate::geometry::contour;
 use crate::geometry::health::{self, Fault};
+use crate::grid::Grid;
 use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{Length, bulk, report_digits, short};
 
 /// A kind of fault: name, what was read, words for one and for several, remedy, and where it stands in another mesh's health.
 type Kind = (&'static str, Fault, [&'static str; 2], &'static str, fn(&Health) -> Fault);
@@ -20,6 +23,9 @@ pub struct Mesh;
 /// Share of the tried places where inside may be uncertain: beyond it what was judged may not be the part that was meant. A convention:
 /// half of the top of a box missing leaves 7 %, all of it 17 %.
 const MOST_DOUBT: f64 = 0.1;
+
+/// Samples along the longest side of the grid on which the region of doubt is shown.
+const SHOWN: f64 = 64.0;
 
 static META: Meta = Meta {
     code: "AM001",
@@ -130,6 +136,7 @@ impl Check for Mesh {
             measured.findings.push(f);
         }
         measured.findings.extend(uncertain(part, context)?);
+        measured.shapes.extend(region(part));
         measured.worst = Some(Worst { bracket: Bracket::exact(all as f64), unit: "1", at: None });
         Ok(Outcome::Measured(Box::new(measured)))
     }
@@ -152,6 +159,20 @@ fn uncertain(part: &Part, context: &Context) -> Result<Option<Finding>> {
     );
     f.fix = "make the normals consistent and close the holes, with --repair or a mesh repair".into();
     Ok(Some(f))
+}
+
+/// Where inside cannot be told from outside: the places with a winding number within ¼ of one half, on a coarse grid.
+fn region(part: &Part) -> Option<ShapeShown> {
+    part.solid().ok()?.doubt.filter(|d| d.share > 0.0)?;
+    let extent = part.extent();
+    let h = extent.into_iter().fold(0.0, f64::max) / SHOWN;
+    let grid = Grid::covering([0.0; 3], extent, Length::mm(h), 1, [0.0; 3]).ok()?;
+    // On a facet itself the number is the mean of both sides.
+    let is_doubtful = |p| (part.winding().at(p) - 0.5).abs() < 0.25 && part.distance().nearest(p, 1e-3 * h).is_none();
+    let doubtful = Indicator::from_predicate(grid, |at| is_doubtful(grid.position(grid.index(at))));
+    let title = format!("Inside in doubt, about {}", bulk(doubtful.volume().as_mm3()));
+    let mesh = contour::surface(&doubtful, |_| 0.5).ok()?;
+    (!doubtful.is_empty()).then_some(ShapeShown { name: "uncertain", title, mesh })
 }
 
 fn cover(part: &Part) -> String {

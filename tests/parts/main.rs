@@ -1,5 +1,6 @@
 //! Parts with known truths, judged by the whole pipeline.
 
+mod exhibit;
 mod false_alarms;
 mod fixtures;
 mod golden;
@@ -10,7 +11,6 @@ mod models;
 mod same_answer;
 mod shapes;
 mod table;
-mod thickness;
 mod tools;
 mod voids;
 

@@ -1,19 +1,23 @@
-//! Local thickness as the report shows it, on a part whose walls are known.
+//! What the exhibit shows beside the walls: local thickness, and where inside is in doubt.
 
 use super::process;
-use amcheck::analyze::{Options, prepare, run};
+use amcheck::analyze::{Analysis, Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::report::json;
 use amcheck::units::Length;
 
+/// A committed part, judged.
+fn judged(name: &str, options: &Options) -> Analysis {
+    let bytes = std::fs::read(format!("fixtures/parts/{name}")).expect("a committed part");
+    let loaded = read(name, &bytes, Salvage::Refuse).expect("a mesh");
+    run(prepare(name, &bytes, loaded, options).expect("a part"), options).expect("a report")
+}
+
 #[test]
 fn the_fins_of_the_sample_are_as_thick_by_ball_and_by_ray_as_they_are() {
-    let bytes = std::fs::read("fixtures/parts/finned_bracket.stl").expect("a committed part");
     let mut options = Options::new(process("fdm", &[]));
     options.thickness = Some(Length::mm(2.0));
-    let loaded = read("finned_bracket.stl", &bytes, Salvage::Refuse).expect("a mesh");
-    let prepared = prepare("finned_bracket.stl", &bytes, loaded, &options).expect("a part");
-    let analysis = run(prepared, &options).expect("a report");
+    let analysis = judged("finned_bracket.stl", &options);
     let text = json::write(&analysis.report);
     let schema = serde_json::from_str(json::SCHEMA_TEXT).expect("the published schema");
     let value = serde_json::from_str(&text).expect("JSON");
@@ -38,4 +42,25 @@ fn the_fins_of_the_sample_are_as_thick_by_ball_and_by_ray_as_they_are() {
     assert!(!middle.is_empty());
     let near = middle.iter().filter(|b| **b <= 0.45 + slack).count();
     assert!(near * 10 >= middle.len() * 9, "{near} of {} near the fin's thickness", middle.len());
+}
+
+#[test]
+fn where_inside_is_in_doubt_is_shown() {
+    let options = Options::new(process("fdm", &[]));
+    let doubtful = |name: &str| judged(name, &options).exhibit.layers.into_iter().find(|l| l.name == "uncertain");
+    assert!(doubtful("block.stl").is_none());
+    // One facet of the block's side is missing, half of its face: the doubt lies about the hole and leaves the far side alone.
+    let layer = doubtful("block_open.stl").expect("a region");
+    let analysis = judged("block_open.stl", &options);
+    let hole =
+        analysis.report.warnings.iter().find(|w| w.code == "uncertain-inside").and_then(|w| w.at_mm).expect("a place");
+    let size = analysis.report.part.posed_box();
+    let extent = [0, 1, 2].map(|a| size[1][a] - size[0][a]);
+    assert!(!layer.corners.is_empty() && layer.corners.len().is_multiple_of(3));
+    let near = analysis.report.part.posed(hole);
+    let away = |p: &[f64; 3]| (0..3).map(|a| (p[a] - near[a]).powi(2)).sum::<f64>().sqrt();
+    assert!(layer.corners.iter().map(away).fold(f64::INFINITY, f64::min) < 2.0, "{near:?}");
+    let reach = [0, 1, 2].map(|a| layer.corners.iter().map(|p| p[a]).fold(f64::NEG_INFINITY, f64::max));
+    let least = [0, 1, 2].map(|a| layer.corners.iter().map(|p| p[a]).fold(f64::INFINITY, f64::min));
+    assert!((0..3).any(|a| reach[a] - least[a] < 0.6 * extent[a]), "{least:?} to {reach:?} of {extent:?}");
 }
