@@ -151,6 +151,19 @@ pub fn enough(by: f64) -> String {
     short((100.0 * by - 1e-4).ceil() / 100.0)
 }
 
+/// An area or a volume for people: two decimals below ten, whole above; what rounds to nothing is at least said to be little.
+///
+/// ```
+/// assert_eq!([0.001, 4.537, 467.9].map(amcheck::units::coarse), ["< 0.01", "4.54", "468"]);
+/// ```
+pub fn coarse(value: f64) -> String {
+    match value {
+        0.0..0.005 => "< 0.01".into(),
+        0.005..10.0 => short((value * 100.0).round() / 100.0),
+        _ => short(value.round()),
+    }
+}
+
 /// A volume in mm³ for people, at three digits: cubic centimetres from 1000 mm³ on.
 ///
 /// ```

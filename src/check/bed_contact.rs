@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::layer::{section_area, shadow_area};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{coarse, report_digits, short};
 
 /// AM206 `bed-contact`.
 pub struct BedContact;
@@ -68,9 +68,9 @@ impl Check for BedContact {
             f.layers = Some([0, 0]);
             f.message = format!(
                 "first layer of {} mm² is {} % of the part's shadow of {} mm²",
-                area(first),
+                coarse(first),
                 short((1000.0 * bracket.value).round() / 10.0),
-                area(mid)
+                coarse(mid)
             );
             f.fix = format!("add a brim: {} mm² more would do", short((limit * high - first).max(0.0).ceil()));
             let extent = part.extent();
@@ -95,12 +95,4 @@ fn contact_area(part: &Part) -> f64 {
         .filter(|&f| part.bounds_solid(f) && mesh.corners(f).iter().all(|p| p[2] <= on_plate))
         .map(|f| (-0.5 * mesh.area_vector(f)[2]).max(0.0))
         .sum()
-}
-/// An area in mm² for people; what rounds to nothing is said to be little.
-fn area(mm2: f64) -> String {
-    match mm2 {
-        0.005..10.0 => short((100.0 * mm2).round() / 100.0),
-        _ if mm2 > 0.0 && mm2 < 0.005 => "less than 0.01".into(),
-        _ => short(mm2.round()),
-    }
 }

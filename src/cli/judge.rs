@@ -3,7 +3,7 @@
 use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::progress::{Progress, Weights, Wished};
-use super::words::{allowance, count, one_of, units, up, usage, voxel, widest_gap};
+use super::words::{allowance, count, length, one_of, units, up, usage};
 use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
@@ -210,8 +210,8 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.today = today;
     o.up = up(&a.up)?;
     o.units = a.units.as_deref().map(units).transpose()?;
-    o.voxel = a.voxel.as_deref().map(voxel).transpose()?;
-    o.thickness = a.thickness.as_deref().map(widest_gap).transpose()?;
+    o.voxel = a.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
+    o.thickness = a.thickness.as_deref().map(|text| length("--thickness", text)).transpose()?;
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
     o.memory = memory;

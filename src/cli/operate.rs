@@ -5,7 +5,7 @@ use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::operand::Operand;
 use super::toolpath as printed;
-use super::words::{allowance, units, voxel};
+use super::words::{allowance, length, units};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
@@ -95,7 +95,7 @@ impl Job {
     /// Understands the options, finds a place for the result and reads the part.
     fn new(operation: &str, part: &Path, how: &How) -> Answer<Self> {
         let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
-        let spacing = how.voxel.as_deref().map(voxel).transpose()?;
+        let spacing = how.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
         let memory = allowance(&how.memory)?;
         let to = Outputs::open(how)?;
         let part = Operand::read(part, unit_mm, &memory)?;

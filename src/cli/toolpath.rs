@@ -5,7 +5,7 @@ use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::operand::Operand;
 use super::operate::{BYTES_BY_DISTANCES, summary};
-use super::words::{allowance, units, voxel};
+use super::words::{allowance, length, units};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
@@ -34,7 +34,7 @@ struct Hung {
 /// Deposits the bead along the extrusion moves, writes the shape, and returns what goes to stdout.
 pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Option<&Path>, how: &How) -> Answer<String> {
     let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
-    let spacing = how.voxel.as_deref().map(voxel).transpose()?;
+    let spacing = how.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
     let memory = allowance(&how.memory)?;
     let to = Outputs::open(how)?;
     let bead = match part {

@@ -48,26 +48,15 @@ pub fn units(text: &str) -> Result<(String, f64)> {
     })
 }
 
-/// A spacing.
-pub fn voxel(text: &str) -> Result<Length> {
+/// The length that an option takes, in a range that a grid can be made of.
+pub fn length(option: &str, text: &str) -> Result<Length> {
     let length = Length::parse(text)?;
     if (1e-6..=1e6).contains(&length.as_mm()) {
         Ok(length)
     } else {
-        Err(usage(
-            &format!("--voxel {} is out of range", printable(text)),
-            "give a spacing from 0.000001mm to 1000000mm",
-        ))
+        let problem = format!("{option} {} is out of range", printable(text));
+        Err(usage(&problem, "give a length from 0.000001mm to 1000000mm"))
     }
-}
-
-/// The widest gap whose width is mapped.
-pub fn widest_gap(text: &str) -> Result<Length> {
-    Length::parse(text).and_then(|length| {
-        let remedy = "give the widest gap of interest, such as 5mm";
-        let refused = || usage(&format!("--thickness {} is out of range", printable(text)), remedy);
-        if (1e-6..=1e6).contains(&length.as_mm()) { Ok(length) } else { Err(refused()) }
-    })
 }
 
 /// A positive count with a suffix, such as 64M or 4GiB.

@@ -2,7 +2,7 @@
 
 use super::schema::{CheckReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
-use crate::units::short;
+use crate::units::{coarse, short};
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
 pub fn unit_sign(unit: &str) -> &str {
@@ -271,11 +271,6 @@ impl Numbered<'_> {
     /// The extent of the finding: area, volume and number of equal places, as far as they are known.
     pub fn size(&self) -> Vec<String> {
         let f = self.finding;
-        let coarse = |v: f64| match v {
-            0.0..0.005 => "< 0.01".to_string(),
-            0.005..10.0 => short((v * 100.0).round() / 100.0),
-            _ => short(v.round()),
-        };
         let mut out = Vec::new();
         if f.count > 1 {
             out.push(format!("{} places", thousands(f.count)));

@@ -133,8 +133,8 @@ impl<'a> Reading<'a> {
     /// One facet after its first word, appended to the last block.
     fn facet(&mut self, line: u64) -> Result<()> {
         self.normal()?;
-        self.expect("outer")?;
-        self.expect("loop")?;
+        self.require("outer")?;
+        self.require("loop")?;
         let mut corners = [[Word { text: b"", line: 0 }; 3]; 3];
         for (n, corner) in corners.iter_mut().enumerate() {
             let word = self.word()?;
@@ -151,9 +151,9 @@ impl<'a> Reading<'a> {
                 "export the part as triangles; --salvage drops such facets",
             ));
         }
-        self.expect("endloop")?;
+        self.require("endloop")?;
         self.skip_to(&["endfacet"]);
-        self.expect("endfacet")?;
+        self.require("endfacet")?;
         self.skip_to(&["facet", "endsolid", "solid"]);
         self.append(line, &corners);
         Ok(())
@@ -231,7 +231,7 @@ impl<'a> Reading<'a> {
         }
     }
 
-    fn expect(&mut self, keyword: &str) -> Result<()> {
+    fn require(&mut self, keyword: &str) -> Result<()> {
         let word = self.word()?;
         if word.is(keyword) {
             return Ok(());
