@@ -20,7 +20,7 @@ use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
     CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
 };
-use crate::units::{Length, report_digits};
+use crate::units::{Length, report_digits, short};
 use sha2::{Digest, Sha256};
 use std::time::Instant;
 
@@ -392,8 +392,8 @@ fn doubt(part: &Part) -> Option<Notice> {
     let doubt = part.solid().ok()?.doubt?;
     (doubt.share > 0.0).then(|| {
         let text = format!(
-            "inside and outside come from the winding number; it is in doubt at {:.2} % of the evaluated places",
-            100.0 * doubt.share
+            "inside and outside come from the winding number; it is in doubt in {} % of what may be the part",
+            short(doubt.percent())
         );
         Notice::new("uncertain-inside", text).at(part.to_file(doubt.at_mm).map(report_digits))
     })

@@ -20,7 +20,7 @@ pub(super) struct Score {
 
 /// Outward normals of the largest flat pieces of the facets that bound the solid, largest first; at most [`FACES`].
 pub fn flat_face_normals(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync)) -> Vec<Vec3> {
-    Facets::of(mesh, bounding).face_normals()
+    Facets::of(mesh, bounding, 0).face_normals()
 }
 
 /// The facets that count, in a form that is quick to score.
@@ -73,8 +73,8 @@ pub(super) fn sphere(n: usize) -> Vec<Vec3> {
 }
 
 impl Facets {
-    /// The facets that bound the solid.
-    pub(super) fn of(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync)) -> Self {
+    /// The facets that bound the solid, to be scored for some number of directions.
+    pub(super) fn of(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync), directions: usize) -> Self {
         let mut f = Facets { area: Vec::new(), size: Vec::new(), centroid: Vec::new(), hull: Vec::new() };
         let mut used = vec![false; mesh.vertices.len()];
         for t in (0..mesh.triangles.len()).filter(|&t| bounding(t)) {
@@ -85,7 +85,8 @@ impl Facets {
             mesh.triangles[t].iter().for_each(|&v| used[v as usize] = true);
         }
         let points: Vec<Vec3> = mesh.vertices.iter().zip(used).filter(|(_, u)| *u).map(|(p, _)| *p).collect();
-        f.hull = outermost(&points);
+        // Finding what is outermost costs 1500 looks at every vertex.
+        f.hull = if directions > FACES { outermost(&points) } else { points };
         f
     }
 

@@ -19,6 +19,7 @@ mod stack;
 mod station;
 mod surface;
 mod tool;
+mod turn;
 mod up;
 
 pub use direction::{FACES, flat_face_normals};
@@ -38,4 +39,5 @@ pub use stack::{Run, Sense, Stack};
 pub use station::{Stand, Station};
 pub use surface::{Patch, patches};
 pub use tool::{Basis, Body, SharpPoint, Tool};
+pub use turn::{Turn, least_hanging};
 pub use up::Up;

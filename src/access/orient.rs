@@ -135,7 +135,7 @@ pub fn orientations(
     bounding: impl Fn(usize) -> bool + Sync,
     question: &Question,
 ) -> Result<Orientations> {
-    let facets = Facets::of(mesh, &bounding);
+    let facets = Facets::of(mesh, &bounding, question.directions);
     let volume = mesh.signed_volume().abs();
     let area: f64 = facets.size.iter().sum();
     let diagonal = mesh.bounds().map_or(0.0, |(lo, hi)| crate::geometry::vector::distance(lo, hi));

@@ -20,11 +20,7 @@ type Kind = (&'static str, Fault, [&'static str; 2], &'static str, fn(&Health) -
 /// AM001 `mesh`.
 pub struct Mesh;
 
-/// Share of the tried places where inside may be uncertain: beyond it what was judged may not be the part that was meant. A convention:
-/// half of the top of a box missing leaves 7 %, all of it 17 %.
-const MOST_DOUBT: f64 = 0.1;
-
-/// Samples along the longest side of the grid on which the region of doubt is shown.
+/// Samples along the longest side of the region of doubt, as it is shown.
 const SHOWN: f64 = 64.0;
 
 static META: Meta = Meta {
@@ -41,7 +37,8 @@ static META: Meta = Meta {
           generalized winding number is at least one half; where they cross, the part is the union.",
     limits: "Crossings and overlaps shallower than twice the resolution of the file count as touching. \
              A facet that crosses others is taken to bound the part where its middle does. Faults warn; what they do to the \
-             other checks is that inside comes from the winding number.",
+             other checks is that inside comes from the winding number. Where that lies within ¼ of one half in samples whose \
+             cubes no facet touches, the part stays undecided; a hole that a cube covers leaves no such place.",
     source: "Winding number: A. Jacobson, L. Kavan, O. Sorkine-Hornung, Robust inside-outside segmentation using generalized \
              winding numbers, 2013.",
 };
@@ -135,38 +132,45 @@ impl Check for Mesh {
             };
             measured.findings.push(f);
         }
-        measured.findings.extend(uncertain(part, context)?);
+        measured.findings.extend(uncertain(part, context, mended.as_ref())?);
         measured.shapes.extend(region(part));
         measured.worst = Some(Worst { bracket: Bracket::exact(all as f64), unit: "1", at: None });
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
 
-/// Says that the part stays undecided where the winding number tells inside from outside at too few places.
-fn uncertain(part: &Part, context: &Context) -> Result<Option<Finding>> {
-    let Some(doubt) = part.solid()?.doubt.filter(|d| d.share > MOST_DOUBT) else { return Ok(None) };
-    let limits = Limits { fail: Some(MOST_DOUBT), warn: None, sense: Sense::Max };
+/// Says that the part stays undecided where the winding number does not tell inside from outside beyond the cubes that facets touch:
+/// there what was judged may not be the part that was meant.
+fn uncertain(part: &Part, context: &Context, mended: Option<&Health>) -> Result<Option<Finding>> {
+    let Some(doubt) = part.solid()?.doubt.filter(|d| d.share > 0.0) else { return Ok(None) };
+    let limits = Limits { fail: Some(0.0), warn: None, sense: Sense::Max };
     let bracket = Bracket::new(doubt.share, 0.0, 1.0);
     let mut f = Finding::judged(META.code, "uncertain-inside", bracket, Basis::Estimated, limits, "1", 0.0);
     f.state = State::Undecided;
     f.decided = false;
     let at = doubt.at_mm;
-    locate(&mut f, part, context, at, (at, at));
-    let share = 100.0 * doubt.share;
+    locate(&mut f, part, context, at, doubt.extent);
     f.message = format!(
-        "inside cannot be told from outside at {share:.0} % of the places that were tried, least at {}",
+        "inside cannot be told from outside in {} % of what may be the part, least at {}",
+        short(doubt.percent()),
         at_text(reported(part, at))
     );
-    f.fix = "make the normals consistent and close the holes, with --repair or a mesh repair".into();
+    f.fix = match mended.filter(|h| h.is_solid()) {
+        Some(_) => "--repair makes it a solid; look at what it did",
+        None => "make the normals consistent and close the holes with a mesh repair, or export the solid again",
+    }
+    .into();
     Ok(Some(f))
 }
 
-/// Where inside cannot be told from outside: the places with a winding number within ¼ of one half, on a coarse grid.
+/// Where inside cannot be told from outside: the places with a winding number within ¼ of one half, on a grid of their own.
 fn region(part: &Part) -> Option<ShapeShown> {
-    part.solid().ok()?.doubt.filter(|d| d.share > 0.0)?;
-    let extent = part.extent();
-    let h = extent.into_iter().fold(0.0, f64::max) / SHOWN;
-    let grid = Grid::covering([0.0; 3], extent, Length::mm(h), 1, [0.0; 3]).ok()?;
+    let solid = part.solid().ok()?;
+    let (lo, hi) = solid.doubt.filter(|d| d.share > 0.0)?.extent;
+    let half = 0.5 * solid.centres.grid().h();
+    let (lo, hi) = (lo.map(|x| x - half), hi.map(|x| x + half));
+    let h = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max) / SHOWN;
+    let grid = Grid::covering(lo, hi, Length::mm(h), 1, [0.0; 3]).ok()?;
     // On a facet itself the number is the mean of both sides.
     let is_doubtful = |p| (part.winding().at(p) - 0.5).abs() < 0.25 && part.distance().nearest(p, 1e-3 * h).is_none();
     let doubtful = Indicator::from_predicate(grid, |at| is_doubtful(grid.position(grid.index(at))));

@@ -4,6 +4,8 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::hanging::{needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
+use super::tooling::direction_in_file;
+use crate::access::{Question, least_hanging};
 use crate::error::Result;
 use crate::layer::{DownwardRegion, downward_regions, supports};
 use crate::part::Part;
@@ -93,9 +95,10 @@ impl Check for Overhang {
         };
         measured.findings = group_equal(judged(&regions, "slope"), 0.5);
         measured.findings.extend(group_equal(judged(&specks, "specks"), 90.0));
+        let turn = better_turn(part, process, &wanted).filter(|_| !measured.findings.is_empty());
         for f in &mut measured.findings {
             f.message = message(f);
-            f.fix = fix(process, f);
+            f.fix = fix(process, f, turn.as_deref());
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
@@ -138,18 +141,28 @@ fn message(f: &Finding) -> String {
     }
 }
 
-fn fix(process: &Process, f: &Finding) -> String {
+/// A turn that more than halves what hangs over, in words, with what hangs over then.
+fn better_turn(part: &Part, process: &Process, wanted: &[u32]) -> Option<String> {
+    let now: f64 = wanted.iter().map(|&f| part.mesh().facet_area(f as usize)).sum();
+    let question = Question::of(process, part.step());
+    let turn = least_hanging(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    (turn.hanging_mm2 < 0.5 * now).then(|| {
+        let up = direction_in_file(part, turn.up);
+        format!("turn it so that {up} points up: measured so, {} mm² hang over in all", short(turn.hanging_mm2.ceil()))
+    })
+}
+
+fn fix(process: &Process, f: &Finding, turn: Option<&str>) -> String {
     let limit = f.warn.or(f.fail).unwrap_or(0.0);
-    let slope = format!("slope it to {}° or more", short(limit));
-    if process.prints_supports {
-        let area = short(f.area_mm2.unwrap_or(0.0));
-        match f.volume_mm3.filter(|v| *v >= 0.5) {
-            Some(v) => {
-                format!("{slope}, turn the part, or let {area} mm² be supported by about {} mm³", short(v.round()))
-            }
-            None => format!("{slope}, turn the part, or let {area} mm² be supported"),
-        }
-    } else {
-        format!("{slope}, or turn the part; this process prints no supports")
-    }
+    let area = short(f.area_mm2.unwrap_or(0.0));
+    let mut ways = vec![format!("slope it to {}° or more", short(limit))];
+    ways.extend(turn.map(String::from));
+    ways.push(match f.volume_mm3.filter(|v| *v >= 0.5) {
+        _ if !process.prints_supports => "this process prints no supports".into(),
+        Some(v) => format!("let {area} mm² be supported by about {} mm³", short(v.round())),
+        None => format!("let {area} mm² be supported"),
+    });
+    let last = if process.prints_supports { ", or " } else { "; " };
+    let end = ways.pop().unwrap_or_default();
+    format!("{}{last}{end}", ways.join(", "))
 }

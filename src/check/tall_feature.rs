@@ -15,6 +15,11 @@ pub struct TallFeature;
 
 /// A section longer than this many times its width carries a wall, not a pillar.
 const WALL: f64 = 4.0;
+/// How much deeper than asked the centre of mass lies over a foot that is advised, millimetres.
+const SPARE: f64 = 1.0;
+/// Feet that are tried, and sides of the polygon that one is.
+const FEET: usize = 8;
+const SIDES: usize = 32;
 
 static META: Meta = Meta {
     code: "AM205",
@@ -118,11 +123,58 @@ fn topple(part: &Part, process: &Process, context: &Context) -> Option<Finding> 
     } else {
         format!("the centre of mass lies only {} mm inside the footprint", short(round(depth)))
     };
-    f.fix = format!(
-        "widen its foot by {} mm on that side: the centre of mass is above it then",
-        short((100.0 * (least - depth)).ceil() / 100.0)
-    );
+    let volume = part.mesh().signed_volume();
+    f.fix = match broader_foot(&footprint, centre, volume, process.layer_height_mm, least + SPARE) {
+        Some((wider, inside)) => format!(
+            "widen its foot by {} mm on that side: with a foot of one layer, measured again, the centre of mass lies {} mm inside",
+            short((100.0 * wider).ceil() / 100.0),
+            short((100.0 * inside).floor() / 100.0)
+        ),
+        None => "give it a broader foot, or lay it down".into(),
+    };
     Some(f)
+}
+
+/// How far a foot has to reach beyond the footprint, and how deep inside it the centre of mass lies then: a foot of one layer under
+/// all within some distance of the centre of mass, whose own mass is counted.
+fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, layer: f64, least: f64) -> Option<(f64, f64)> {
+    let corners = || footprint.corners().iter().copied();
+    let (area, middle) = centroid(footprint);
+    let short_of = -footprint.depth([centre[0], centre[1]]);
+    let mut reach = least;
+    for _ in 0..FEET {
+        // Corners of a polygon about the circle, so that the circle lies within it.
+        let out = reach / (std::f64::consts::PI / SIDES as f64).cos();
+        let round = (0..SIDES).map(|n| {
+            let (s, c) = (std::f64::consts::TAU * n as f64 / SIDES as f64).sin_cos();
+            [centre[0] + out * c, centre[1] + out * s]
+        });
+        let broader = Hull::of(corners().chain(round));
+        let (whole, of_whole) = centroid(&broader);
+        let moved = [0, 1].map(|a| {
+            let moment = volume * centre[a] + layer * (whole * of_whole[a] - area * middle[a]);
+            moment / (volume + layer * (whole - area))
+        });
+        let inside = broader.depth(moved);
+        if inside >= least {
+            return Some((short_of + out, inside));
+        }
+        reach += 1.1 * (least - inside);
+    }
+    None
+}
+
+/// Area and centre of a hull.
+fn centroid(hull: &Hull) -> (f64, [f64; 2]) {
+    let corners = hull.corners();
+    let Some(&[x0, y0]) = corners.first() else { return (0.0, [0.0; 2]) };
+    let (mut area, mut moment) = (0.0, [0.0; 2]);
+    for w in corners.windows(2) {
+        let twice = (w[0][0] - x0) * (w[1][1] - y0) - (w[1][0] - x0) * (w[0][1] - y0);
+        area += 0.5 * twice;
+        (0..2).for_each(|a| moment[a] += twice / 6.0 * (corners[0][a] + w[0][a] + w[1][a]));
+    }
+    (area, if area > 0.0 { moment.map(|m| m / area) } else { [x0, y0] })
 }
 
 /// ∫ x dV / V of a sound part; `None` where the mesh does not say what is inside.
@@ -139,4 +191,21 @@ fn centre_of_mass(part: &Part) -> Option<Vec3> {
         (0..3).for_each(|x| moment[x] += 0.25 * v * (a[x] + b[x] + c[x]));
     }
     (volume > 0.0).then(|| moment.map(|m| m / volume))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_foot_carries_the_centre_of_mass_and_its_own_mass_is_counted() {
+        let square = Hull::of([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]);
+        let (area, middle) = centroid(&square);
+        assert!(area == 100.0 && middle.iter().all(|c| (c - 5.0).abs() < 1e-12), "{area} {middle:?}");
+        // Three millimetres outside on +x: five have to be added to be two inside, and a little more for the foot's own mass.
+        let (wider, inside) = broader_foot(&square, [13.0, 5.0, 20.0], 1000.0, 0.2, 2.0).expect("a foot");
+        assert!(inside >= 2.0 && (5.0..5.2).contains(&wider), "{wider} {inside}");
+        let heavy = broader_foot(&square, [13.0, 5.0, 20.0], 10.0, 1.0, 2.0).expect("a foot");
+        assert!(heavy.1 >= 2.0, "{heavy:?}");
+    }
 }

@@ -180,6 +180,10 @@ pub fn direction_in_file(part: &Part, direction: Vec3) -> String {
     let axis = (0..3).find(|&a| d[a].abs() > 1.0 - 1e-9);
     match axis {
         Some(a) => format!("{}{}", if d[a] > 0.0 { "+" } else { "-" }, ["x", "y", "z"][a]),
-        None => format!("({:.2}, {:.2}, {:.2})", d[0], d[1], d[2]),
+        None => {
+            // Rounded first, so that no zero has a sign.
+            let [x, y, z] = d.map(|c| (100.0 * c).round() / 100.0 + 0.0);
+            format!("({x:.2}, {y:.2}, {z:.2})")
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::{Density, Indicator};
+use crate::geometry::vector::Vec3;
 
 /// How inside is told from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -13,15 +14,25 @@ pub enum InsideRule {
     Winding,
 }
 
-/// Where a winding number does not tell inside from outside clearly.
+/// Where a winding number does not tell inside from outside clearly, among the samples whose cubes no facet touches: the
+/// touched ones are in `outer` and not in `inner`, whatever the number says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
-    /// Share, in `[0, 1]`, of the evaluated places where the winding number lies within ¼ of one half, weighted by samples.
+    /// Samples in doubt over those and the ones inside, in `[0, 1]`: the winding number lies within ¼ of one half.
     pub share: f64,
+    /// Box of the samples in doubt; a point if there are none.
+    pub extent: (Vec3, Vec3),
     /// The evaluated place whose winding number is nearest to one half, millimetres.
     pub at_mm: [f64; 3],
     /// The winding number there.
     pub winding: f64,
+}
+
+impl Doubt {
+    /// The share in percent, to hundredths, upwards: what is there is not said to be none.
+    pub fn percent(&self) -> f64 {
+        (1e4 * self.share).ceil() / 100.0
+    }
 }
 
 /// A solid S on a grid, with Q the closed cube of a sample and c its centre.

@@ -70,10 +70,28 @@ fn where_inside_is_uncertain_the_part_is_undecided() {
     let whole = cup.clone();
     cup.triangles.retain(|t| !top(t, &whole));
     assert_eq!(cup.triangles.len(), 10);
-    let report = judged(cup, &options()).unwrap();
-    let finding = report.findings().into_iter().find(|f| f.kind == "uncertain-inside").expect("it is said").clone();
-    assert!(!finding.decided && finding.value > 0.1 && finding.at_mm[2] > 5.0, "{finding:?}");
-    assert!(report.verdict >= amcheck::report::Verdict::Undecided);
+    // All of the top, and half of it.
+    for (mesh, least) in [(cup, 0.1), (without(whole.clone(), 2..3), 0.03)] {
+        let report = judged(mesh, &options()).unwrap();
+        let finding = report.findings().into_iter().find(|f| f.kind == "uncertain-inside").expect("it is said").clone();
+        assert!(!finding.decided && finding.value > least && finding.at_mm[2] > 5.0, "{finding:?}");
+        assert_eq!(report.verdict, amcheck::report::Verdict::Undecided);
+    }
+}
+
+#[test]
+fn a_hole_finer_than_the_grid_warns_and_leaves_inside_certain() {
+    // Fault 71: a facet of the top with a hole of 0.02 mm in its middle.
+    let mut pricked = cube(0.0, 10.0);
+    let [a, b, c] = pricked.triangles.swap_remove(2);
+    let corners = [a, b, c].map(|v| pricked.vertices[v as usize]);
+    let middle = [0, 1, 2].map(|axis| corners.iter().map(|p| p[axis]).sum::<f64>() / 3.0);
+    let [p, q, r] = [0, 1, 2].map(|n| pricked.vertices.len() as u32 + n);
+    pricked.vertices.extend(corners.map(|k| [0, 1, 2].map(|axis| middle[axis] + 0.002 * (k[axis] - middle[axis]))));
+    pricked.triangles.extend([[a, b, p], [b, q, p], [b, c, q], [c, r, q], [c, a, r], [a, p, r]]);
+    let report = warned(pricked, &["open-edges"], 1000.0);
+    assert!(report.findings().iter().all(|f| f.kind != "uncertain-inside"), "{:?}", report.findings());
+    assert_eq!(report.verdict, amcheck::report::Verdict::Warn);
 }
 
 #[test]

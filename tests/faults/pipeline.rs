@@ -94,6 +94,6 @@ fn every_mutation_of_the_corpus_ends_in_a_line_of_the_table() {
 #[test]
 fn some_mutations_go_through_every_check() {
     // Some more than above: the part turned before its tools.
-    let rows = batch("all", 6, &["--memory", "260MiB", "--process", "lpbf"]);
+    let rows = batch("all", 6, &["--memory", "300MiB", "--process", "lpbf"]);
     hold(&rows);
 }

@@ -2,7 +2,7 @@
 
 use crate::{findings, fixtures, judge_bytes, process};
 use amcheck::analyze::Options;
-use amcheck::check::State::{self, Fail, NotApplicable, Pass, Warn};
+use amcheck::check::State::{self, Fail, NotApplicable, Pass, Undecided, Warn};
 
 /// One expected result; `value` is the worst finding's, `count` how many places it stands for.
 pub struct Row {
@@ -22,7 +22,7 @@ const fn row(code: &'static str, part: &'static str, state: State, value: Option
 /// Values are exact but for float32 coordinates, hence the tolerance of 2e-6 mm (half a step at 20 mm, twice).
 pub const TABLE: &[Row] = &[
     row("AM001", "block", Pass, None, 0),
-    row("AM001", "block_open", Warn, Some(3.0), 1),
+    row("AM001", "block_open", Undecided, None, 1),
     row("AM001", "bar_through_itself", Warn, Some(12.0), 1),
     row("AM002", "block", Pass, None, 0),
     row("AM002", "bar_300", Fail, Some(300.0 / 220.0), 1),

@@ -48,7 +48,9 @@ pub(super) fn classify(
         .reduce(Tally::default, Tally::joined);
     let share = tally.doubtful as f64 / (tally.inside + tally.doubtful).max(1) as f64;
     let place = if tally.at < grid.samples() { grid.index(tally.at) } else { [0; 3] };
-    Doubt { share, at_mm: grid.position(place), winding: tally.winding }
+    let corners = if share > 0.0 { [tally.lo, tally.hi] } else { [place; 2] };
+    let [lo, hi] = corners.map(|index| grid.position(index));
+    Doubt { share, at_mm: grid.position(place), winding: tally.winding, extent: (lo, hi) }
 }
 
 /// A few layers in the making.
@@ -80,12 +82,16 @@ impl Slab<'_> {
         bit(&self.centres[self.bits(row)], i)
     }
 
-    /// The winding number at a sample, noted.
+    /// The winding number at a sample, noted where no facet touches its cube: a touched one is uncertain by its sets already.
     fn evaluate(&mut self, row: usize, i: usize) -> f64 {
-        let (nx, ny) = (self.nx(), self.grid.dims()[1]);
+        let ny = self.grid.dims()[1];
+        let touched = bit(&self.shell[self.bits(row)], i);
         let row = self.first_row + row;
-        let w = self.winding.at(self.grid.position([i, row % ny, row / ny]));
-        self.tally.note(row * nx + i, w);
+        let index = [i, row % ny, row / ny];
+        let w = self.winding.at(self.grid.position(index));
+        if !touched {
+            self.tally.note(self.grid.offset(index), index, w);
+        }
         w
     }
 
@@ -262,6 +268,9 @@ fn runs(bits: &[u64], n: usize, flip: u64) -> impl Iterator<Item = Range<usize>>
 struct Tally {
     inside: u64,
     doubtful: u64,
+    /// Least and greatest indices of what is in doubt.
+    lo: [usize; 3],
+    hi: [usize; 3],
     /// Least |w − ½|, the first sample in storage where it occurs, and w there.
     worst: f64,
     at: usize,
@@ -270,14 +279,19 @@ struct Tally {
 
 impl Default for Tally {
     fn default() -> Self {
-        Tally { inside: 0, doubtful: 0, worst: f64::INFINITY, at: usize::MAX, winding: 0.0 }
+        let (lo, hi) = ([usize::MAX; 3], [0; 3]);
+        Tally { inside: 0, doubtful: 0, lo, hi, worst: f64::INFINITY, at: usize::MAX, winding: 0.0 }
     }
 }
 
 impl Tally {
-    fn note(&mut self, at: usize, winding: f64) {
+    fn note(&mut self, at: usize, index: [usize; 3], winding: f64) {
         let off = (winding - 0.5).abs();
-        self.doubtful += u64::from(off < DOUBTFUL);
+        if off < DOUBTFUL {
+            self.doubtful += 1;
+            self.lo = [0, 1, 2].map(|a| self.lo[a].min(index[a]));
+            self.hi = [0, 1, 2].map(|a| self.hi[a].max(index[a]));
+        }
         if off < self.worst || (off == self.worst && at < self.at) {
             (self.worst, self.at, self.winding) = (off, at, winding);
         }
@@ -286,7 +300,9 @@ impl Tally {
     fn joined(self, other: Tally) -> Tally {
         let (inside, doubtful) = (self.inside + other.inside, self.doubtful + other.doubtful);
         let nearer = other.worst < self.worst || (other.worst == self.worst && other.at < self.at);
+        let lo = [0, 1, 2].map(|a| self.lo[a].min(other.lo[a]));
+        let hi = [0, 1, 2].map(|a| self.hi[a].max(other.hi[a]));
         let worst = if nearer { other } else { self };
-        Tally { inside, doubtful, ..worst }
+        Tally { inside, doubtful, lo, hi, ..worst }
     }
 }

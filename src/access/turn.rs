@@ -1,0 +1,91 @@
+//! A way to stand the part up in which less hangs over, measured.
+
+use super::direction::{Facets, Score, Whole, candidates};
+use super::orient::{Question, standing, upright, wanting_support};
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, angle, distance};
+use rayon::prelude::*;
+
+/// Poses that are measured.
+const MEASURED: usize = 3;
+
+/// A direction to stand the part up by, and what hangs over then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Direction of the mesh that points up.
+    pub up: Vec3,
+    /// Area of the facets that need support then, mm².
+    pub hanging_mm2: f64,
+}
+
+/// The turn with the least area that needs support, among the three most promising of the axes and the part's flat faces; `None`
+/// where none of them fits the machine.
+///
+/// The mesh stands with +z up; that direction and those within `question.apart` of it are not among them. Promise is the score of
+/// [`orientations`](super::orientations); the area is that of [`wanting_support`], so it is what a check of the turned part measures.
+///
+/// # Cost
+/// O(directions·facets) for 30 directions at most, and three times the ceilings of a posed part.
+pub fn least_hanging(
+    mesh: &TriangleMesh,
+    bounding: impl Fn(usize) -> bool + Sync,
+    question: &Question,
+) -> Option<Turn> {
+    let facets = Facets::of(mesh, &bounding, 0);
+    let (lo, hi) = mesh.bounds()?;
+    let area: f64 = facets.size.iter().sum();
+    let whole = Whole { volume: mesh.signed_volume().abs(), area, diagonal: distance(lo, hi) };
+    if !(whole.volume > 0.0 && whole.area > 0.0) {
+        return None;
+    }
+    let apart = question.apart.as_radians();
+    let turned = |(up, _): &(Vec3, &str)| angle(*up, [0.0, 0.0, 1.0]) > apart;
+    let list: Vec<(Vec3, &str)> = candidates(&facets, 0).into_iter().filter(turned).collect();
+    let mut scores: Vec<Score> =
+        list.into_par_iter().map(|(up, from)| facets.score(up, from, question, &whole)).collect();
+    scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let measured = scores.iter().take(MEASURED).collect::<Vec<_>>().into_par_iter().filter_map(|score| {
+        let posed = standing(mesh, &upright(score.up));
+        let [w, d, height] = posed.bounds()?.1;
+        let [x, y, z] = question.build_volume_mm;
+        let fits = height <= z && ((w <= x && d <= y) || (d <= x && w <= y));
+        let hanging = wanting_support(&posed, &bounding, question);
+        let hanging_mm2 = hanging.iter().map(|&f| posed.facet_area(f as usize)).sum();
+        fits.then_some(Turn { up: score.up, hanging_mm2 })
+    });
+    measured.collect::<Vec<_>>().into_iter().min_by(|a, b| a.hanging_mm2.total_cmp(&b.hanging_mm2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::extruded;
+    use crate::layer::SelfHolding;
+    use crate::units::Angle;
+
+    #[test]
+    fn a_gallows_is_laid_on_its_side_and_a_cube_has_nothing_to_gain() {
+        let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 16.0], [30.0, 16.0], [30.0, 20.0], [0.0, 20.0]];
+        let mesh = extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0);
+        let question = Question {
+            support_angle: Some(Angle::degrees(45.0)),
+            self_holding: SelfHolding::default(),
+            layer_mm: 0.2,
+            build_volume_mm: [220.0; 3],
+            step_mm: 1e-6,
+            directions: 0,
+            best: 0,
+            given: None,
+            apart: Angle::degrees(8.0),
+            samples: 0,
+        };
+        let standing_now = wanting_support(&mesh, |_| true, &question);
+        let now: f64 = standing_now.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+        assert!((now - 26.0 * 6.0).abs() < 1e-6, "{now}");
+        let turn = least_hanging(&mesh, |_| true, &question).unwrap();
+        assert_eq!(turn.hanging_mm2, 0.0);
+        assert!(turn.up[2] < 0.99);
+        let small = Question { build_volume_mm: [10.0; 3], ..question };
+        assert_eq!(least_hanging(&mesh, |_| true, &small), None);
+    }
+}
