@@ -59,6 +59,13 @@ fn changes_are_matched_by_place_and_need_parted_brackets() {
     assert_eq!((back.count(Delta::Better), back.count(Delta::Fixed), back.count(Delta::New)), (1, 1, 2));
     let said = text(&c, Palette::Plain);
     assert!(said.contains("0.45 mm → 0.4 mm") && said.contains("1 new, 1 worse"), "{said}");
+    // By another limit nobody knows whether what is gone was mended.
+    let limit = new.process.limits.values().next().expect("a limit").clone();
+    new.process.limits.insert("trapped-volume.mouths".into(), limit);
+    let c = compare(&old, &new);
+    assert_eq!((c.count(Delta::Fixed), c.count(Delta::Unchecked)), (0, 2));
+    let said = text(&c, Palette::Plain);
+    assert!(said.contains("judged otherwise: trapped-volume.mouths: no limit → must"), "{said}");
 }
 
 #[test]

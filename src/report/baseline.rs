@@ -9,6 +9,7 @@ use super::terminal::Palette;
 use crate::check::{Finding, Sense, State};
 use crate::error::printable;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// What became of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -18,13 +19,13 @@ pub enum Delta {
     New,
     /// In both; the new bracket lies wholly on the worse side of the old.
     Worse,
-    /// Only in the old report, and its check gave no answer in the new: nobody knows.
+    /// Only in the old report, and its check gave no answer in the new, or one by other limits: nobody knows.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
     /// In both; the new bracket lies wholly on the better side of the old.
     Better,
-    /// Only in the old report, and its check gave an answer in the new.
+    /// Only in the old report, and its check gave an answer in the new by the same limits.
     Fixed,
 }
 
@@ -58,6 +59,8 @@ pub struct Change {
 pub struct Comparison {
     /// How far a place may have moved and still be the same, millimetres.
     pub tolerance_mm: f64,
+    /// What was judged differently, in words: the process, and each limit that is not the same.
+    pub conditions: Vec<String>,
     /// New first, then worse, unchecked, same, better, fixed; within these worst first.
     pub changes: Vec<Change>,
 }
@@ -128,7 +131,8 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
         let answered = new
             .checks
             .iter()
-            .any(|c| c.name == *check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error));
+            .any(|c| c.name == *check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
+            && !other_limits(old, new).iter().any(|key| key.split(['.', '/']).next() == Some(*check));
         changes.push(change(if answered { Delta::Fixed } else { Delta::Unchecked }, check, Some(f), None));
     }
     changes.sort_by(|a, b| {
@@ -138,7 +142,33 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
             _ => std::cmp::Ordering::Equal,
         })
     });
-    Comparison { tolerance_mm, changes }
+    Comparison { tolerance_mm, conditions: conditions(old, new), changes }
+}
+
+/// The limits that one report has and the other has not, or has otherwise.
+fn other_limits<'r>(old: &'r Report, new: &'r Report) -> BTreeSet<&'r str> {
+    let of = |r: &'r Report, key: &str| r.process.limits.get(key).map(|l| (l.fail, l.warn, l.sense));
+    let keys = old.process.limits.keys().chain(new.process.limits.keys());
+    keys.filter(|key| of(old, key) != of(new, key)).map(String::as_str).collect()
+}
+
+/// What the two reports were judged by, where it differs.
+fn conditions(old: &Report, new: &Report) -> Vec<String> {
+    let mut said = Vec::new();
+    let names = [&old.process.name, &new.process.name].map(|n| printable(n));
+    if names[0] != names[1] {
+        said.push(format!("process {} → {}", names[0], names[1]));
+    }
+    let limit = |r: &Report, key: &str| {
+        let found = r.process.limits.get(key);
+        found.map_or("no limit".into(), |l| phrase::limits(l.fail, l.warn, l.sense, &l.unit))
+    };
+    said.extend(
+        other_limits(old, new)
+            .into_iter()
+            .map(|key| format!("{}: {} → {}", printable(key), limit(old, key), limit(new, key))),
+    );
+    said
 }
 
 /// The comparison for a terminal: one line for each change that is not the same, then the counts.
@@ -152,6 +182,9 @@ pub fn text(comparison: &Comparison, palette: Palette) -> String {
         };
         out.push_str(&palette.state(state, &format!("{:<10}", c.delta.word())));
         out.push_str(&format!("{:<18} {}\n", printable(&c.check), from_to(c)));
+    }
+    for said in &comparison.conditions {
+        out.push_str(&format!("judged otherwise: {said}\n"));
     }
     out.push_str(&format!("compared with the baseline: {}\n", comparison.words()));
     out

@@ -61,6 +61,9 @@ fn row(n: &Numbered) -> String {
 /// The part about the baseline.
 fn changes(c: &Comparison) -> String {
     let mut out = format!("\n**Against the baseline:** {}\n", c.words());
+    for said in &c.conditions {
+        out.push_str(&format!("\nJudged otherwise: {}\n", escaped(said)));
+    }
     let moved: Vec<_> = c.changes.iter().filter(|c| c.delta != Delta::Same).collect();
     if !moved.is_empty() {
         out.push_str("\n| | Check | Value |\n|---|---|---|\n");
