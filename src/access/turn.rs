@@ -7,7 +7,7 @@ use crate::geometry::vector::{Vec3, angle, distance};
 use rayon::prelude::*;
 
 /// Poses that are measured.
-const MEASURED: usize = 3;
+const MEASURED: usize = 2;
 
 /// A direction to stand the part up by, and what hangs over then.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,14 +18,14 @@ pub struct Turn {
     pub hanging_mm2: f64,
 }
 
-/// The turn with the least area that needs support, among the three most promising of the axes and the part's flat faces; `None`
+/// The turn with the least area that needs support, among the two most promising of the axes and the part's flat faces; `None`
 /// where none of them fits the machine.
 ///
 /// The mesh stands with +z up; that direction and those within `question.apart` of it are not among them. Promise is the score of
 /// [`orientations`](super::orientations); the area is that of [`wanting_support`], so it is what a check of the turned part measures.
 ///
 /// # Cost
-/// O(directions·facets) for 30 directions at most, and three times the ceilings of a posed part.
+/// O(directions·facets) for 30 directions at most, and twice the ceilings of a posed part.
 pub fn least_hanging(
     mesh: &TriangleMesh,
     bounding: impl Fn(usize) -> bool + Sync,

@@ -1,5 +1,6 @@
 //! AM302: liquid that the part keeps in this orientation, and cups that suck.
 
+use super::basin::{Basin, greatest_layer};
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported};
@@ -8,7 +9,6 @@ use super::void::Voids;
 use crate::convolution::coarsened_any;
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::TriangleMesh;
 use crate::geometry::contour::surface;
 use crate::geometry::vector::{Vec3, unit};
 use crate::part::Part;
@@ -34,16 +34,16 @@ static META: Meta = Meta {
           with all that may be; the volume between is bracketed, and its value comes from the densities.",
     limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
-             cover. Of 25 tilts, looked at on a coarse grid of 64 samples, four are measured on the grid of the part.",
+             cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part.",
     source: "Priority flood: R. Barnes, C. Lehman, D. Mulla, Priority-flood: an optimal depression-filling algorithm, 2014.",
 };
 
-/// Basins of fewer samples are below what the grid tells.
-const LEAST_SAMPLES: u64 = 27;
 /// Samples along the longest side of the grid on which tilts are tried.
 const COARSE: usize = 64;
+/// Cups for which a vent is tried; the others are told to have one.
+const VENTED: usize = 12;
 /// Tilts that are measured on the grid of the part.
-const MEASURED_TILTS: usize = 4;
+const MEASURED_TILTS: usize = 2;
 /// A vent against suction, millimetres: the least hole that drains, by the escape limit of resin.
 const VENT: f64 = 3.5;
 
@@ -64,7 +64,7 @@ impl Check for Drain {
             voids: &voids,
             measured: Measured::default(),
             small: 0,
-            mesh: TriangleMesh::default(),
+            shown: Indicator::empty(*voids.solid.outer.grid()),
         };
         if let Some(limits) = kept {
             judge.kept(limits)?;
@@ -72,21 +72,9 @@ impl Check for Drain {
         if let Some(limits) = suction {
             judge.suction(limits)?;
         }
-        judge.finish();
+        judge.finish()?;
         Ok(Outcome::Measured(Box::new(judge.measured)))
     }
-}
-
-/// Liquid that stands together.
-struct Basin {
-    set: Indicator,
-    /// The set with the samples at its walls that the part touches.
-    walled: Indicator,
-    /// Its volume from the densities, mm³.
-    volume: f64,
-    /// Samples that keep liquid whatever the doubtful ones are.
-    certain: Indicator,
-    extent: ([usize; 3], [usize; 3]),
 }
 
 struct Judge<'a> {
@@ -95,7 +83,8 @@ struct Judge<'a> {
     voids: &'a Voids<'a>,
     measured: Measured,
     small: u64,
-    mesh: TriangleMesh,
+    /// The samples of all that is reported.
+    shown: Indicator,
 }
 
 impl Judge<'_> {
@@ -104,87 +93,35 @@ impl Judge<'_> {
         let solid = self.voids.solid;
         let likely = retained(&solid.outer.complement(), falls, Passage::Faces)?;
         let certain = retained(&solid.inner.complement(), falls, Passage::Corners)?.difference(&solid.outer)?;
-        let (basins, small) = self.parted(&likely, &certain)?;
+        let (basins, small) = Basin::all(self.voids, &likely, &certain)?;
         self.small += small;
         Ok(basins)
-    }
-
-    /// The basins that kept samples make, as [`Judge::basins`], and how many samples are in smaller ones.
-    fn parted(&self, likely: &Indicator, certain: &Indicator) -> Result<(Vec<Basin>, u64)> {
-        let parts = components(likely, Adjacency::Corner);
-        let (sizes, boxes, firsts) = (parts.sizes(), parts.boxes(), parts.first_samples());
-        let mut order: Vec<usize> =
-            (0..parts.count()).filter(|&l| !self.voids.is_sealed(likely.grid().offset(firsts[l]))).collect();
-        order.sort_by_key(|&l| (std::cmp::Reverse(sizes[l]), l));
-        let (large, small): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&l| sizes[l] >= LEAST_SAMPLES);
-        let basin = |l: usize| {
-            let set = parts.select(|m| m as usize == l);
-            let certain = certain.intersection(&set)?;
-            let walled = set.union(&self.voids.ringed(&set).intersection(&self.voids.solid.outer)?)?;
-            let volume = self.volume(&walled);
-            Ok(Basin { set, walled, volume, certain, extent: (boxes[l][0], boxes[l][1]) })
-        };
-        let basins: Result<Vec<Basin>> = large.into_iter().map(basin).collect();
-        Ok((basins?, small.iter().map(|&l| sizes[l]).sum()))
-    }
-
-    /// Volume of void in a set of samples.
-    fn volume(&self, set: &Indicator) -> f64 {
-        let density = self.voids.solid.density.field().values();
-        set.iter().map(|at| 1.0 - f64::from(density[at])).sum::<f64>() * self.context.spacing_mm.powi(3)
-    }
-
-    fn bracket(&self, b: &Basin) -> Bracket {
-        let unit = self.context.spacing_mm.powi(3);
-        Bracket::new(b.volume, b.certain.count() as f64 * unit, b.walled.count() as f64 * unit)
-    }
-
-    fn corners(&self, b: &Basin) -> (Vec3, Vec3) {
-        let grid = b.set.grid();
-        let half = 0.5 * grid.h();
-        (grid.position(b.extent.0).map(|c| c - half), grid.position(b.extent.1).map(|c| c + half))
-    }
-
-    /// The sample of a basin in its lowest layer for the film, nearest to the middle of that layer.
-    fn bottom(&self, b: &Basin) -> Vec3 {
-        let grid = b.set.grid();
-        let layer = b.extent.0[2];
-        let [nx, ny, _] = grid.dims();
-        let mut best = (usize::MAX, b.extent.0);
-        for (j, i) in (b.extent.0[1]..=b.extent.1[1].min(ny - 1)).flat_map(|j| (0..nx).map(move |i| (j, i))) {
-            if b.set.contains([i, j, layer]) {
-                let far =
-                    (2 * i).abs_diff(b.extent.0[0] + b.extent.1[0]) + (2 * j).abs_diff(b.extent.0[1] + b.extent.1[1]);
-                best = best.min((far, [i, j, layer]));
-            }
-        }
-        grid.position(best.1)
     }
 
     /// What stays in while the part hangs from the plate.
     fn kept(&mut self, limits: Limits) -> Result<()> {
         let basins = self.basins(Falls::Up)?;
-        let sum = basins.iter().map(|b| self.bracket(b)).fold(Bracket::exact(0.0), |s, b| Bracket {
+        let sum = basins.iter().map(|b| b.bracket()).fold(Bracket::exact(0.0), |s, b| Bracket {
             value: s.value + b.value,
             low: s.low + b.low,
             high: s.high + b.high,
         });
         let bracket = sum;
-        let at = basins.first().map(|b| self.bottom(b));
+        let at = basins.first().map(Basin::bottom);
         self.worst(bracket, "mm3", at, "drain");
         let mut f = Finding::judged(META.code, "kept", bracket, Basis::Estimated, limits, "mm3", 0.0);
         let (Some(largest), Some(at)) = (basins.first(), at) else { return Ok(()) };
         if f.state == State::Pass {
             return Ok(());
         }
-        locate(&mut f, self.part, self.context, at, self.corners(largest));
+        locate(&mut f, self.part, self.context, at, largest.corners());
         f.count = basins.len() as u64;
         f.volume_mm3 = Some(report_digits(bracket.value));
         f.places = basins
             .iter()
             .map(|b| {
-                let own = self.bracket(b).rounded();
-                Spot { at_mm: reported(self.part, self.bottom(b)), value: own.value, low: own.low, high: own.high }
+                let own = b.bracket().rounded();
+                Spot { at_mm: reported(self.part, b.bottom()), value: own.value, low: own.low, high: own.high }
             })
             .collect();
         f.message = format!("keeps about {} mm³ of liquid while it hangs from the plate", short(bracket.value.round()));
@@ -198,7 +135,8 @@ impl Judge<'_> {
             )
         };
         self.measured.findings.push(f);
-        basins.iter().try_for_each(|b| self.show(&b.set))
+        basins.iter().for_each(|b| b.join_into(&mut self.shown));
+        Ok(())
     }
 
     /// The film that each cup closes.
@@ -207,14 +145,14 @@ impl Judge<'_> {
         let widest = limits.fail.into_iter().chain(limits.warn).fold(f64::INFINITY, f64::min);
         let mut found = Vec::new();
         for b in &basins {
-            let bracket = self.film(b);
-            let at = self.bottom(b);
+            let bracket = b.film();
+            let at = b.bottom();
             self.worst(bracket, "mm2", Some(at), "drain.suction");
             let mut f = Finding::judged(META.code, "cup", bracket, Basis::Estimated, limits, "mm2", 0.0);
             if f.state == State::Pass {
                 continue;
             }
-            locate(&mut f, self.part, self.context, at, self.corners(b));
+            locate(&mut f, self.part, self.context, at, b.corners());
             f.area_mm2 = Some(report_digits(bracket.value));
             f.volume_mm3 = Some(report_digits(b.volume));
             let half = 0.5 * self.context.spacing_mm;
@@ -222,11 +160,11 @@ impl Judge<'_> {
                 "a cup that closes {} mm² of film between {} and {} mm above the plate",
                 short(bracket.value.round()),
                 short(((at[2] - half).max(0.0) * 10.0).round() / 10.0),
-                short((self.corners(b).1[2] * 10.0).round() / 10.0)
+                short((b.corners().1[2] * 10.0).round() / 10.0)
             );
-            f.fix = self.vented(at, widest)?;
+            f.fix = if found.len() < VENTED { self.vented(at, widest)? } else { no_vent() };
             found.push(f);
-            self.show(&b.set)?;
+            b.join_into(&mut self.shown);
         }
         // Cups of one kind differ by how the grid cuts their rims.
         let tolerance = found.first().map_or(0.0, |f: &Finding| 0.03 * f.value);
@@ -238,27 +176,11 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// Greatest area of a layer of a cup.
-    fn film(&self, b: &Basin) -> Bracket {
-        let area = self.context.spacing_mm.powi(2);
-        let most = |set: &Indicator| self.greatest_layer(set, |_| 1.0) * area;
-        let density = self.voids.solid.density.field().values();
-        let value = self.greatest_layer(&b.walled, |at| 1.0 - f64::from(density[at])) * area;
-        Bracket::new(value, most(&b.certain), most(&b.walled))
-    }
-
-    /// The greatest sum of a quantity over the samples of one layer.
-    fn greatest_layer(&self, set: &Indicator, quantity: impl Fn(usize) -> f64) -> f64 {
-        let mut sums = vec![0.0; set.grid().dims()[2]];
-        set.iter().for_each(|at| sums[set.grid().index(at)[2]] += quantity(at));
-        sums.into_iter().fold(0.0, f64::max)
-    }
-
     /// A vent at the bottom of a cup, with what the cup still closes once it is there.
     fn vented(&self, at: Vec3, widest: f64) -> Result<String> {
         let solid = self.voids.solid;
         let Some(vent) = shortest_vent(solid, at, VENT, Some(0.0)) else {
-            return Ok(format!("give it a hole of at least {} mm near the plate", short(VENT)));
+            return Ok(no_vent());
         };
         let outer = drilled(&solid.outer, &[vent]);
         let left = retained(&outer.complement(), Falls::Down, Passage::Faces)?;
@@ -269,11 +191,10 @@ impl Judge<'_> {
             (0..3).all(|a| p[a] <= lo[a].max(hi[a]) && lo[a].min(hi[a]) <= q[a])
         };
         let boxes = parts.boxes();
-        let still = (0..parts.count()).filter(|&l| near(&boxes[l])).map(|l| {
-            let set = parts.select(|m| m as usize == l);
-            self.greatest_layer(&set, |_| 1.0) * self.context.spacing_mm.powi(2)
-        });
-        let still = still.fold(0.0, f64::max);
+        let labels: Vec<usize> = (0..parts.count()).filter(|&l| near(&boxes[l])).collect();
+        let sets = parts.split(&labels, 0)?;
+        let still = sets.iter().map(|(_, set)| greatest_layer(set, std::iter::repeat(1.0)));
+        let still = still.fold(0.0, f64::max) * self.context.spacing_mm.powi(2);
         Ok(if still <= widest {
             format!("drill {}; measured again, {} mm² stay closed", vent.words(), short(still.round()))
         } else {
@@ -303,7 +224,7 @@ impl Judge<'_> {
         let free = solid.outer.complement();
         let none = Indicator::empty(*free.grid());
         let measured = tilts.into_par_iter().map(|(_, d)| {
-            let (basins, _) = self.parted(&retained_towards(&free, d), &none)?;
+            let (basins, _) = Basin::all(self.voids, &retained_towards(&free, d), &none)?;
             Ok((basins.iter().map(|b| b.volume).sum::<f64>(), d))
         });
         let measured: Result<Vec<(f64, Vec3)>> = measured.collect();
@@ -327,24 +248,24 @@ impl Judge<'_> {
         }
     }
 
-    fn show(&mut self, set: &Indicator) -> Result<()> {
-        let shape = surface(set, |_| 0.5)?;
-        self.mesh = std::mem::take(&mut self.mesh).joined(&shape);
-        Ok(())
-    }
-
-    fn finish(&mut self) {
+    fn finish(&mut self) -> Result<()> {
         let m = &mut self.measured;
         let h = short(self.context.spacing_mm);
         m.cover = format!("Every layer of a grid of {h} mm was flooded, with the plate above and below.");
         if self.small > 0 {
             m.cover.push_str(&format!(" {} samples lie in basins too small to tell.", self.small));
         }
-        if !self.mesh.triangles.is_empty() {
-            let mesh = std::mem::take(&mut self.mesh);
+        if !self.shown.is_empty() {
+            let mesh = surface(&self.shown, |_| 0.5)?;
             m.shapes.push(ShapeShown { name: "liquid", title: "Liquid kept, and cups".into(), mesh });
         }
+        Ok(())
     }
+}
+
+/// What is advised where no straight vent was tried, or none leads out.
+fn no_vent() -> String {
+    format!("give it a hole of at least {} mm near the plate", short(VENT))
 }
 
 fn sign(axis: &str, c: f64) -> String {

@@ -5,6 +5,7 @@
 
 mod acceptance;
 mod as_printed;
+mod basin;
 mod bed_contact;
 mod blend;
 mod bridge;

@@ -142,7 +142,7 @@ impl<'a> Voids<'a> {
         let density = self.solid.density.field().values();
         for &label in labels {
             let own = parts.select(|m| m == label);
-            let set = if certain { own } else { self.ringed(&own) };
+            let set = if certain { own } else { ringed(&own, &self.solid.inner) };
             let share: f64 = set.iter().map(|at| 1.0 - f64::from(density[at])).sum();
             // Shells inside material leave traces without void.
             if share < 1e-3 {
@@ -163,35 +163,6 @@ impl<'a> Voids<'a> {
             });
         }
         Ok(())
-    }
-
-    /// A set with the samples around it that are not wholly material.
-    pub fn ringed(&self, set: &Indicator) -> Indicator {
-        let [nx, ny, nz] = self.grid.dims();
-        let words = set.words_per_row();
-        let last = if nx % 64 == 0 { !0 } else { (1u64 << (nx % 64)) - 1 };
-        let wide = |row: &[u64], w: usize| {
-            let (before, behind) = (if w > 0 { row[w - 1] >> 63 } else { 0 }, row.get(w + 1).map_or(0, |n| n << 63));
-            row[w] | row[w] << 1 | row[w] >> 1 | before | behind
-        };
-        let mut out = set.clone();
-        out.words_mut().par_chunks_mut(words).enumerate().for_each(|(at, to)| {
-            let (j, k) = (at % ny, at / ny);
-            for z in k.saturating_sub(1)..(k + 2).min(nz) {
-                for y in j.saturating_sub(1)..(j + 2).min(ny) {
-                    let row = set.row(y, z);
-                    to.iter_mut().enumerate().for_each(|(w, to)| *to |= wide(row, w));
-                }
-            }
-            let material = self.solid.inner.row(j, k);
-            for ((to, material), own) in to.iter_mut().zip(material).zip(set.row(j, k)) {
-                *to &= !material | own;
-            }
-            if let Some(word) = to.last_mut() {
-                *word &= last;
-            }
-        });
-        out
     }
 
     /// A free sample of a cavity near the middle of its box, else a point of its wall.
@@ -377,6 +348,35 @@ fn filled(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid) -> Result<In
         own.contains(p).then_some((wider * wider) as u32)
     })?;
     balls.placed(lo.map(|c| -(c as isize)), grid)?.difference(&solid.inner)
+}
+
+/// A set with the samples around it that are not wholly material.
+pub(super) fn ringed(set: &Indicator, material: &Indicator) -> Indicator {
+    let [nx, ny, nz] = set.grid().dims();
+    let words = set.words_per_row();
+    let last = if nx % 64 == 0 { !0 } else { (1u64 << (nx % 64)) - 1 };
+    let wide = |row: &[u64], w: usize| {
+        let (before, behind) = (if w > 0 { row[w - 1] >> 63 } else { 0 }, row.get(w + 1).map_or(0, |n| n << 63));
+        row[w] | row[w] << 1 | row[w] >> 1 | before | behind
+    };
+    let mut out = set.clone();
+    out.words_mut().par_chunks_mut(words).enumerate().for_each(|(at, to)| {
+        let (j, k) = (at % ny, at / ny);
+        for z in k.saturating_sub(1)..(k + 2).min(nz) {
+            for y in j.saturating_sub(1)..(j + 2).min(ny) {
+                let row = set.row(y, z);
+                to.iter_mut().enumerate().for_each(|(w, to)| *to |= wide(row, w));
+            }
+        }
+        let material = material.row(j, k);
+        for ((to, material), own) in to.iter_mut().zip(material).zip(set.row(j, k)) {
+            *to &= !material | own;
+        }
+        if let Some(word) = to.last_mut() {
+            *word &= last;
+        }
+    });
+    out
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Connected components of sets of samples.
 
+use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::DisjointSets;
 use crate::grid::Grid;
@@ -204,6 +205,35 @@ impl Components {
         set
     }
 
+    /// Some components, each on a window of its own: its box with `margin` samples around it, cut at the grid; with the index of the
+    /// window's first sample. In the order of the labels, each of which is named once.
+    ///
+    /// # Errors
+    /// None for labels below [`Components::count`]; others are left empty at the origin.
+    ///
+    /// # Cost
+    /// O(runs + samples of the windows / 64), where [`Components::select`] walks over all for each.
+    pub fn split(&self, labels: &[usize], margin: usize) -> Result<Vec<([usize; 3], Indicator)>> {
+        let (boxes, dims) = (self.boxes(), self.grid.dims());
+        let mut place = vec![usize::MAX; self.count];
+        let mut windows = Vec::with_capacity(labels.len());
+        for (at, &label) in labels.iter().enumerate() {
+            let [lo, hi] = boxes.get(label).copied().unwrap_or_default();
+            let first = lo.map(|i| i.saturating_sub(margin));
+            let counts = [0, 1, 2].map(|a| (hi[a] + margin + 1).min(dims[a]) - first[a]);
+            let origin = [0, 1, 2].map(|a| self.grid.origin()[a] + self.grid.h() * first[a] as f64);
+            windows.push((first, Indicator::empty(Grid::new(origin, self.grid.spacing(), counts)?)));
+            place.get_mut(label).into_iter().for_each(|p| *p = at);
+        }
+        self.for_each_run(|j, k, run| {
+            if let Some((first, set)) = windows.get_mut(place[run.label as usize]) {
+                let [x, y, z] = *first;
+                (run.from..run.to).for_each(|i| set.set([i as usize - x, j - y, k - z], true));
+            }
+        });
+        Ok(windows)
+    }
+
     /// The component of every sample, counted from 1; 0 outside the set.
     pub fn labels(&self) -> Field<u32> {
         let [nx, _, _] = self.grid.dims();
@@ -281,6 +311,15 @@ mod tests {
                     assert_eq!(found.labels().values(), truth, "{dims:?} {percent} {adjacency:?}");
                     assert_eq!(found.sizes().iter().sum::<u64>(), set.count());
                     assert_eq!(found.select(|_| true), set);
+                    let labels: Vec<usize> = (0..found.count()).rev().step_by(1 + found.count() / 9).collect();
+                    for margin in [0, 1] {
+                        let windows = found.split(&labels, margin).unwrap();
+                        for (label, (first, window)) in labels.iter().zip(windows) {
+                            let whole = found.select(|l| l as usize == *label);
+                            let cut = whole.placed(first.map(|i| i as isize), *window.grid()).unwrap();
+                            assert_eq!((&cut, cut.count()), (&window, found.sizes()[*label]));
+                        }
+                    }
                     for (label, first) in found.first_samples().into_iter().enumerate() {
                         assert_eq!(truth.iter().position(|&l| l == label as u32 + 1), Some(grid.offset(first)));
                     }

@@ -7,6 +7,7 @@ use crate::report::phrase;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::{Compression, GzBuilder};
+use rayon::prelude::*;
 use std::io::Write;
 
 /// The program: three.js (MIT, see `viewer/THREE-LICENSE.txt`) and `viewer/*.js`, rebuilt by
@@ -63,23 +64,39 @@ fn fitted(c: &Context, most: usize) -> Option<Fitted> {
     let layered = !c.exhibit.layers.is_empty();
     let own = if layered { (OWN * most as f64) as usize } else { most };
     let mut alone: Option<Fitted> = None;
-    for part in PARTS {
-        let text = packed(part, None);
-        if text.len() > own {
-            continue;
-        }
-        let finest = alone.get_or_insert(Fitted { text, part, layers: None });
+    let mut parts = PARTS.as_slice();
+    while let Some((part, text, coarser)) = finest(parts, own, |part| packed(part, None)) {
+        let known = alone.get_or_insert(Fitted { text, part, layers: None });
         if !layered {
             break;
         }
         // Layers that did not fit at their coarsest beside a part are tried again beside a coarser one.
-        let beside = |layers: Detail| Fitted { text: packed(part, Some(layers)), part, layers: Some(layers) };
-        if let Some(both) = LAYERS.into_iter().map(beside).find(|f| f.text.len() <= most) {
-            *finest = both;
+        if let Some((layers, text, _)) = finest(&LAYERS, most, |layers| packed(part, Some(layers))) {
+            *known = Fitted { text, part, layers: Some(layers) };
             break;
         }
+        parts = coarser;
     }
     alone
+}
+
+/// The first of a list, finest first, that packs into `room` bytes, with its text and what is coarser. The finest mostly fits and is
+/// tried alone, the others two by two.
+fn finest(
+    list: &[Detail],
+    room: usize,
+    packed: impl Fn(Detail) -> String + Sync,
+) -> Option<(Detail, String, &[Detail])> {
+    let (first, rest) = list.split_at(list.len().min(1));
+    for (n, pair) in std::iter::once(first).chain(rest.chunks(2)).enumerate() {
+        let texts: Vec<String> = pair.par_iter().map(|&detail| packed(detail)).collect();
+        let fits = texts.into_iter().zip(pair).enumerate().find(|(_, (text, _))| text.len() <= room);
+        if let Some((k, (text, &detail))) = fits {
+            let before = if n == 0 { 0 } else { 2 * n - 1 };
+            return Some((detail, text, list.get(before + k + 1..).unwrap_or_default()));
+        }
+    }
+    None
 }
 
 /// Program and part as text for `page.js`, as fine as fits into `room` bytes; a coarser copy is said.
