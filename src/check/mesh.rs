@@ -144,14 +144,16 @@ impl Check for Mesh {
 fn uncertain(part: &Part, context: &Context, mended: Option<&Health>) -> Result<Option<Finding>> {
     let Some(doubt) = part.solid()?.doubt.filter(|d| d.share > 0.0) else { return Ok(None) };
     let limits = Limits { fail: Some(0.0), warn: None, sense: Sense::Max };
-    let bracket = Bracket::new(doubt.share, 0.0, 1.0);
-    let mut f = Finding::judged(META.code, "uncertain-inside", bracket, Basis::Estimated, limits, "1", 0.0);
+    let bracket = Bracket::new(doubt.volume_mm3, 0.0, doubt.volume_mm3);
+    let mut f = Finding::judged(META.code, "uncertain-inside", bracket, Basis::Estimated, limits, "mm3", 0.0);
     f.state = State::Undecided;
     f.decided = false;
+    f.volume_mm3 = Some(report_digits(doubt.volume_mm3));
     let at = doubt.at_mm;
     locate(&mut f, part, context, at, doubt.extent);
     f.message = format!(
-        "inside cannot be told from outside in {} % of what may be the part, least at {}",
+        "inside cannot be told from outside in about {}, {} % of what may be the part, least at {}",
+        bulk(doubt.volume_mm3),
         short(doubt.percent()),
         at_text(reported(part, at))
     );

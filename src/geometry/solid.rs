@@ -20,6 +20,8 @@ pub enum InsideRule {
 pub struct Doubt {
     /// Samples in doubt over those and the ones inside, in `[0, 1]`: the winding number lies within ¼ of one half.
     pub share: f64,
+    /// Volume of the samples in doubt, mm³.
+    pub volume_mm3: f64,
     /// Box of the samples in doubt; a point if there are none.
     pub extent: (Vec3, Vec3),
     /// The evaluated place whose winding number is nearest to one half, millimetres.

@@ -260,7 +260,8 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
 fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
     let worst = findings.first().filter(|n| n.finding.counts())?;
     let command = match findings.iter().find(|n| n.finding.state == State::Undecided) {
-        Some(open) if worst.finding.state == State::Undecided => {
+        // More samples decide what is bracketed, not what is estimated.
+        Some(open) if worst.finding.state == State::Undecided && open.finding.basis != Basis::Estimated => {
             format!("amcheck {} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))
         }
         _ => format!("amcheck explain {}", printable(&worst.check.name)),

@@ -50,7 +50,8 @@ pub(super) fn classify(
     let place = if tally.at < grid.samples() { grid.index(tally.at) } else { [0; 3] };
     let corners = if share > 0.0 { [tally.lo, tally.hi] } else { [place; 2] };
     let [lo, hi] = corners.map(|index| grid.position(index));
-    Doubt { share, at_mm: grid.position(place), winding: tally.winding, extent: (lo, hi) }
+    let volume_mm3 = tally.doubtful as f64 * grid.sample_volume().as_mm3();
+    Doubt { share, volume_mm3, at_mm: grid.position(place), winding: tally.winding, extent: (lo, hi) }
 }
 
 /// A few layers in the making.
