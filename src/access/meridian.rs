@@ -118,6 +118,11 @@ impl Meridian {
         self.cutter().map(|p| p.to).fold(0.0, f64::max)
     }
 
+    /// Radius and height at both ends of each piece that may touch.
+    pub fn cutter_corners(&self) -> Vec<[f64; 2]> {
+        self.cutter().flat_map(|p| [p.from, p.to].map(|z| [p.radius(z), z])).collect()
+    }
+
     fn cutter(&self) -> impl Iterator<Item = &Piece> {
         self.pieces.iter().filter(|p| p.role == Role::Cutter)
     }
@@ -131,6 +136,19 @@ impl Meridian {
             (a < b).then(|| p.largest(a.min(p.to), b.min(p.to)))
         });
         radii.fold(None, |most: Option<f64>, r| Some(most.map_or(r, |m| m.max(r)))).filter(|r| *r > 0.0)
+    }
+
+    /// The least and the largest radius at which the surface of what may touch lies between two heights, ends and steps
+    /// included; `None` where there is none of it.
+    pub fn surface_between(&self, lo: f64, hi: f64) -> Option<[f64; 2]> {
+        let met = self.cutter().filter(|p| p.from <= hi && p.to >= lo);
+        let radii = met.map(|p| {
+            let (a, b) = (lo.max(p.from), hi.min(p.to));
+            [p.radius(a).min(p.radius(b)), p.largest(a, b)]
+        });
+        let [least, most] = radii.reduce(|x, y| [x[0].min(y[0]), x[1].max(y[1])])?;
+        let ended = lo <= 0.0 || hi >= self.cutter_length();
+        Some([if ended { 0.0 } else { least }, most])
     }
 
     /// The lesser of the radii just below and just above a height: 0 beside an end.
@@ -237,6 +255,17 @@ mod tests {
         assert_eq!((m.least_beside(0.0), m.least_beside(5.0), m.least_beside(10.0)), (0.0, 3.0, 3.0));
         assert!(m.widens_upwards() && m.cutter_is_convex());
         assert_eq!((m.role_at(5.0), m.role_at(15.0), m.role_at(500.0)), (Role::Cutter, Role::Holder, Role::Holder));
+    }
+
+    #[test]
+    fn the_surface_between_heights_has_its_ends_and_steps() {
+        let stepped =
+            Meridian::new(vec![straight(Role::Cutter, 0.0, 4.0, 1.0, 1.0), straight(Role::Cutter, 4.0, 9.0, 3.0, 2.0)]);
+        assert_eq!(stepped.surface_between(1.0, 2.0), Some([1.0, 1.0]));
+        assert_eq!(stepped.surface_between(0.0, 2.0), Some([0.0, 1.0]), "its lower end");
+        assert_eq!(stepped.surface_between(3.0, 5.0), Some([1.0, 3.0]), "the step");
+        assert_eq!(stepped.surface_between(8.0, 20.0), Some([0.0, 2.2]), "its upper end");
+        assert_eq!(stepped.surface_between(10.0, 20.0), None);
     }
 
     #[test]

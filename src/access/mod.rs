@@ -20,6 +20,7 @@ mod station;
 mod surface;
 mod tool;
 mod turn;
+mod unreachable;
 mod up;
 
 pub use direction::{FACES, flat_face_normals};
@@ -29,7 +30,8 @@ pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio, obstacle_of_solid};
 pub use orient::{Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support};
 pub use pose::{
-    Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, super_fibonacci, within_tilt,
+    Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns, super_fibonacci,
+    within_tilt,
 };
 pub use reach::{Reach, Standing, State, reach, strike};
 pub use removal::{Columns, Keeper, Removal, Stuck, remove};

@@ -85,6 +85,13 @@ pub fn axis_rotations() -> Vec<Rotation> {
     frames.map(|(x, y)| transposed([x, y, cross(x, y)])).map(|r| r.map(|row| row.map(|v| v + 0.0))).collect()
 }
 
+/// The four rotations that bring +z to a direction and the other axes, if the direction is an axis, onto axes.
+pub fn quarter_turns(direction: Vec3) -> [Rotation; 4] {
+    let upright = about(direction);
+    [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]
+        .map(|[c, s]| upright.map(|row| [row[0] * c + row[1] * s, row[1] * c - row[0] * s, row[2]].map(|v| v + 0.0)))
+}
+
 /// The rotation that brings +z to a direction, by the least angle.
 pub fn about(direction: Vec3) -> Rotation {
     let [a, b, d] = frame_of(direction);
@@ -151,7 +158,15 @@ mod tests {
             .map(|x| list.iter().map(|d| between(x, d)).fold(f64::INFINITY, f64::min))
             .fold(0.0, f64::max);
         assert!(far < (65.0 / n as f64).cbrt(), "{far}");
+        let mut turned: Vec<Rotation> = axis_directions().into_iter().flat_map(quarter_turns).collect();
+        let mut all = axis_rotations();
+        let by_entries = |a: &Rotation, b: &Rotation| a.as_flattened().partial_cmp(b.as_flattened()).unwrap();
+        turned.sort_by(by_entries);
+        all.sort_by(by_entries);
+        assert_eq!(turned, all);
         for d in lattice_directions() {
+            assert!(quarter_turns(d).iter().all(|m| angle([0, 1, 2].map(|r| m[r][2]), d) < 1e-7));
+            assert!(quarter_turns(d).iter().all(|m| (det(m) - 1.0).abs() < 1e-9));
             let turned = about(d);
             let z = [0, 1, 2].map(|r| turned[r][2]);
             assert!(angle(z, d) < 1e-7 && (det(&turned) - 1.0).abs() < 1e-9);

@@ -2,14 +2,13 @@
 
 use super::meridian::Meridian;
 use super::setup::Setup;
-use super::stack::{Sense, Stack};
 use super::station::{Stand, Station};
 use super::surface::Patch;
 use super::tool::Tool;
+use super::unreachable::unreachable;
 use crate::error::{Error, Result, ToolFault};
-use crate::field::Indicator;
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::{Vec3, dot, sub};
+use crate::geometry::vector::{Vec3, dot};
 use rayon::prelude::*;
 
 /// A tool and a direction of the lists, by which a patch is reached or nearly reached.
@@ -52,7 +51,7 @@ pub struct Reach {
 /// [`Error::Tool`] without any setup, or for a cutter larger than the part.
 ///
 /// # Cost
-/// Two dilations of the part's bits for each tool and setup, and a few dozen samples for each patch.
+/// Two dilations of the part's bits for each tool and setup, four times as many for a tool of any shape, and a few dozen samples for each patch.
 pub fn reach(
     patches: &[Patch],
     tools: &[Tool],
@@ -74,8 +73,8 @@ pub fn reach(
         }
         found.setups_used = s + 1;
         for (t, tool) in tools.iter().enumerate() {
-            for turn in turns(tool, s) {
-                let station = Station::new(tool, setup, turn)?;
+            for station in Station::all(tool, setups[0], setup) {
+                let station = station?;
                 let axis = station.axis();
                 let stands: Vec<(usize, Option<Stand>)> = open
                     .par_iter()
@@ -99,18 +98,10 @@ pub fn reach(
         }
     }
     nearest(patches, &open, &stations, &mut found);
-    settle(patches, &open, tools, setups, &mut found);
-    Ok(found)
-}
-
-/// The rotations a tool is tried at in a setup: a coaxial one comes along the setup's direction, any other is turned to all
-/// 24 rotations of the axes in the first one.
-fn turns(tool: &Tool, setup: usize) -> Vec<Option<super::pose::Rotation>> {
-    match (tool.meridian(), setup) {
-        (Some(_), _) => vec![None],
-        (None, 0) => super::pose::axis_rotations().into_iter().map(Some).collect(),
-        (None, _) => Vec::new(),
+    for p in unreachable(patches, open, &stations, setups)? {
+        found.states[p] = State::Unreachable;
     }
+    Ok(found)
 }
 
 /// Whether a tool can touch a patch at all that it comes to along an axis: one that widens upwards has nothing that looks up.
@@ -132,65 +123,6 @@ fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station
     };
     let all: Vec<_> = open.par_iter().map(best).collect();
     all.into_iter().for_each(|(p, short)| found.short[p] = short);
-}
-
-/// Which of the open patches are unreachable for certain.
-fn settle(patches: &[Patch], open: &[usize], tools: &[Tool], setups: &[&Setup], found: &mut Reach) {
-    // A shape of any kind may touch anywhere: nothing is said of it.
-    let certain = tools.iter().all(|t| t.meridian().is_some_and(|m| m.cutter_is_convex() && t.sharp.is_empty()));
-    if !certain || open.is_empty() {
-        return;
-    }
-    let mut hopeless: Vec<usize> = open.to_vec();
-    for setup in setups {
-        for meridian in tools.iter().filter_map(Tool::meridian) {
-            if hopeless.is_empty() {
-                return;
-            }
-            let surely = Stack::surely(meridian, setup.grid().spacing()).dilate(&setup.inner, Sense::Obstacle);
-            hopeless =
-                hopeless.into_par_iter().filter(|&p| cannot_touch(meridian, setup, &surely, &patches[p])).collect();
-        }
-    }
-    hopeless.into_iter().for_each(|p| found.states[p] = State::Unreachable);
-}
-
-/// Whether the tool, in every pose that touches any point of a patch, overlaps the part for certain.
-fn cannot_touch(m: &Meridian, setup: &Setup, surely: &Indicator, patch: &Patch) -> bool {
-    let [at, normal] = [patch.at, patch.normal].map(|p| setup.to_frame(p));
-    if m.widens_upwards() && normal[2] < -1e-3 {
-        return true;
-    }
-    let level = normal[0].hypot(normal[1]);
-    // Nearly level or upright counts as both, since coordinates are rounded.
-    let [level, rise] = [level, normal[2]].map(|c| if c.abs() < 1e-3 { 0.0 } else { c });
-    let Some(s) = m.support(level, rise) else { return false };
-    let outwards = if level > 0.0 { [-normal[0] / level, -normal[1] / level] } else { [0.0; 2] };
-    let flank = if m.widens_upwards() { s.height } else { s.flank.max(s.height) };
-    let touching = [outwards[0] * s.radius, outwards[1] * s.radius, s.height];
-    let tip = if s.flat > 0.0 { sub(at, [0.0, 0.0, s.height]) } else { sub(at, touching) };
-    let slack = patch.radius + s.radius * 2e-3;
-    let around = [s.flat + slack, s.flat + slack, slack];
-    let grid = surely.grid();
-    let low =
-        grid.continuous_index([0, 1, 2].map(|a| tip[a] - around[a] - if a == 2 { flank - s.height } else { 0.0 }));
-    let high = grid.continuous_index([0, 1, 2].map(|a| tip[a] + around[a]));
-    let dims = grid.dims();
-    let range = |a: usize| {
-        let (first, last) = ((low[a] - 0.5).ceil(), (high[a] + 0.5).floor());
-        (first >= 0.0 && last < dims[a] as f64).then_some(first as usize..=last as usize)
-    };
-    let (Some(x), Some(y), Some(z)) = (range(0), range(1), range(2)) else { return false };
-    let middle = grid.continuous_index(tip);
-    let most = (s.flat + slack) / grid.h() + 0.75;
-    z.into_iter().all(|k| {
-        y.clone().all(|j| {
-            x.clone().all(|i| {
-                let beside = (i as f64 - middle[0]).hypot(j as f64 - middle[1]);
-                (s.flat > 0.0 && beside > most) || surely.contains([i, j, k])
-            })
-        })
-    })
 }
 
 /// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.

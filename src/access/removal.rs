@@ -1,7 +1,6 @@
 //! Which supports come off, in what order, and what keeps the others.
 
 use super::setup::{Setup, flipped};
-use super::stack::{Sense, Stack};
 use super::station::Station;
 use super::surface::Patch;
 use super::tool::Tool;
@@ -85,10 +84,10 @@ struct Contact {
 /// Where the columns stand is an assumption, so the answer is an estimate.
 ///
 /// # Errors
-/// [`Error::Tool`] without setups or for a tool that is not coaxial; [`Error::Operand`] if the grids differ.
+/// [`Error::Tool`] without setups; [`Error::Operand`] if the grids differ.
 ///
 /// # Cost
-/// For each tool and setup two dilations, one more in each further round.
+/// For each tool and setup two dilations, one more in each further round; four times as many for a tool of any shape.
 pub fn remove(
     columns: Columns,
     surface: &[Patch],
@@ -117,8 +116,10 @@ pub fn remove(
     let mut open = contacts(columns, surface, |at| found.of(at));
     let mut bare = Vec::new();
     for setup in setups {
-        for (t, tool) in tools.iter().enumerate().filter(|(_, t)| t.meridian().is_some()) {
-            bare.push((t, *setup, Station::new(tool, setup, None)?));
+        for (t, tool) in tools.iter().enumerate() {
+            for station in Station::all(tool, first, setup) {
+                bare.push((t, *setup, station?));
+            }
         }
     }
     let cut = cut_back(columns, stand_off)?;
@@ -210,7 +211,7 @@ fn with_supports<'a>(
 ) -> Result<Vec<(usize, Vec3, Station<'a>)>> {
     let points: Vec<Vec3> = supports.iter().map(|at| supports.grid().position(supports.grid().index(at))).collect();
     let mut seen: Vec<(Vec3, Indicator)> = Vec::new();
-    for (_, setup, _) in bare {
+    for (_, setup, _) in bare.iter().filter(|(_, _, station)| station.tool().meridian().is_some()) {
         if seen.iter().all(|(d, _)| *d != setup.direction) {
             let opposite = seen.last().filter(|(d, _)| dot(*d, setup.direction) < -1.0 + 1e-12);
             let set = match opposite {
@@ -221,12 +222,10 @@ fn with_supports<'a>(
         }
     }
     let one = |(tool, setup, station): &(usize, &Setup, Station<'a>)| {
-        let set = seen.iter().find(|(d, _)| *d == setup.direction).map(|(_, set)| set);
-        let (Some(set), Some(m)) = (set, station.tool().meridian()) else {
-            return Err(Error::Internal { problem: "a support was not seen from a setup".into() });
-        };
-        let hit = Stack::overlapping(m, setup.grid().spacing()).dilate(set, Sense::Obstacle);
-        Ok((*tool, setup.direction, station.with_more(&hit)?))
+        let turned = seen.iter().find(|(d, _)| *d == setup.direction).map(|(_, set)| set);
+        let set = if station.tool().meridian().is_some() { turned } else { Some(supports) };
+        let set = set.ok_or_else(|| Error::Internal { problem: "a support was not seen from a setup".into() })?;
+        Ok((*tool, setup.direction, station.with_more(&station.hits_of(set)?)?))
     };
     bare.par_iter().map(one).collect()
 }
@@ -248,11 +247,12 @@ fn reached(contact: &Contact, stations: &[(usize, Vec3, Station)], stand_off: f6
 
 /// What keeps a contact that is never reached.
 fn stuck(contact: &Contact, bare: &[(usize, &Setup, Station)], stand_off: f64, view: &MeshDistance) -> Stuck {
-    let may = |p: &Patch, setup: &Setup| dot(p.normal, setup.direction) > -1e-3;
-    let by_part = !contact
-        .points
-        .iter()
-        .any(|p| bare.iter().any(|(_, setup, station)| may(p, setup) && station.stand(p, stand_off, view).is_some()));
+    let may = |p: &Patch, setup: &Setup, station: &Station| {
+        station.tool().meridian().is_none() || dot(p.normal, setup.direction) > -1e-3
+    };
+    let by_part = !contact.points.iter().any(|p| {
+        bare.iter().any(|(_, setup, station)| may(p, setup, station) && station.stand(p, stand_off, view).is_some())
+    });
     let nearest = contact.points.iter().flat_map(|p| {
         bare.iter().filter_map(|(tool, setup, station)| {
             station.retreat_of_tip(p).map(|(short, _)| (*p, (short, *tool, setup.direction)))
@@ -291,13 +291,17 @@ mod tests {
     }
 
     fn taken_away(mesh: &TriangleMesh, made: impl Fn(&Setup) -> Supports) -> Removal {
+        taken_away_by(pliers(), mesh, made)
+    }
+
+    fn taken_away_by(tool: Tool, mesh: &TriangleMesh, made: impl Fn(&Setup) -> Supports) -> Removal {
         let cast = |&d: &Vec3| Setup::cast(mesh, InsideRule::Crossings, d, H, Length::mm(4.0)).unwrap();
         let setups: Vec<Setup> = lattice_directions().iter().map(cast).collect();
         let made = made(&setups[0]);
         let surface = patches(mesh, 0.8, |_| true);
         let list: Vec<&Setup> = setups.iter().collect();
         let columns = Columns { all: &made.columns, heads: &made.heads, feet: &made.feet_on_part };
-        remove(columns, &surface, &[pliers()], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap()
+        remove(columns, &surface, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap()
     }
 
     /// Columns under all flat ceilings above the plate.
@@ -337,6 +341,23 @@ mod tests {
         let jar = revolved(&profile, 64);
         let removal = taken_away(&jar, under_ceilings(&jar));
         assert_eq!((removal.supports, removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
+    }
+
+    #[test]
+    fn a_tool_of_any_shape_takes_them_off_as_well() {
+        let bent = revolved(&[[0.0, 0.0], [1.0, 0.0], [3.0, 30.0], [8.0, 30.0], [8.0, 80.0], [0.0, 80.0]], 24);
+        let points = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+        let sharp = points.map(|at_mm| super::super::tool::SharpPoint { name: "jaw".into(), at_mm }).to_vec();
+        let tool = Tool::from_mesh("pliers", bent, sharp).unwrap();
+        let table = revolved(&[[0.0, 0.0], [3.0, 0.0], [3.0, 10.0], [12.0, 10.0], [12.0, 13.0], [0.0, 13.0]], 64);
+        let removal = taken_away_by(tool.clone(), &table, under_ceilings(&table));
+        assert_eq!((removal.supports, removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
+        let profile =
+            [[0.0, 0.0], [12.0, 0.0], [12.0, 30.0], [1.5, 30.0], [1.5, 20.0], [9.0, 20.0], [9.0, 3.0], [0.0, 3.0]];
+        let bottle = revolved(&profile, 64);
+        let removal = taken_away_by(tool, &bottle, under_ceilings(&bottle));
+        assert_eq!((removal.supports, removal.rounds.len()), (1, 0));
+        assert!(!removal.stuck.is_empty() && removal.stuck.iter().all(|s| s.keeper == Keeper::Part));
     }
 
     #[test]

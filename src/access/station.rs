@@ -1,18 +1,20 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
 use super::meridian::Meridian;
-use super::pose::{Rotation, transposed};
+use super::obstacle::obstacle_of_solid;
+use super::pose::{Rotation, quarter_turns, transposed};
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
 use super::surface::Patch;
 use super::tool::{Body, Tool};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
 use crate::morphology::Sides;
 use crate::topology::{Adjacency, components};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// A tool at a rotation, with the tips at which it may meet the part.
 pub struct Station<'a> {
@@ -21,6 +23,10 @@ pub struct Station<'a> {
     frame: Rotation,
     /// Rotation of the tool in the station's frame; the identity for a coaxial one.
     turn: Rotation,
+    /// The turned shape, of a tool that is not coaxial.
+    posed: Option<Arc<Sides>>,
+    /// Radii and heights at the ends of the pieces of a coaxial cutter that is not convex: corners that touch too.
+    corners: Vec<[f64; 2]>,
     /// Samples at which the tool is not known to be free of the part.
     hit: Indicator,
 }
@@ -40,7 +46,20 @@ const REACHED_ALONG: f64 = 12.0;
 const IDENTITY: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl<'a> Station<'a> {
-    /// A coaxial tool in a setup, or any tool at a rotation in the frame of the part.
+    /// The stations of a tool that comes from the direction of a setup: a coaxial one stands in the setup, any other, in four
+    /// quarter turns about its axis, in the first setup of the list.
+    ///
+    /// # Errors
+    /// As [`Station::new`].
+    pub fn all(tool: &'a Tool, first: &'a Setup, setup: &'a Setup) -> impl Iterator<Item = Result<Self>> + 'a {
+        let turns: Vec<Option<Rotation>> = match tool.body {
+            Body::Coaxial(_) => vec![None],
+            Body::Solid(_) => quarter_turns(first.to_frame(setup.direction)).into_iter().map(Some).collect(),
+        };
+        turns.into_iter().map(move |turn| Station::new(tool, if turn.is_some() { first } else { setup }, turn))
+    }
+
+    /// A coaxial tool in a setup, or any tool at a rotation in the frame of the setup.
     ///
     /// A tip counts as free only if the tool there overlaps no cube that the part touches. For a tool that does not widen
     /// upwards it must also be joined to the border of the grid through cells in which it is free, so that it can get there.
@@ -49,15 +68,17 @@ impl<'a> Station<'a> {
     /// As [`Sides::of_mesh`].
     pub fn new(tool: &'a Tool, setup: &Setup, turn: Option<Rotation>) -> Result<Self> {
         let spacing = setup.grid().spacing();
-        let (hit, turn) = match (&tool.body, turn) {
-            (Body::Coaxial(m), _) => (coaxial_hits(m, setup), IDENTITY),
+        let (hit, turn, posed) = match (&tool.body, turn) {
+            (Body::Coaxial(m), _) => (coaxial_hits(m, setup), IDENTITY, None),
             (Body::Solid(mesh), turn) => {
                 let turn = turn.unwrap_or(IDENTITY);
                 let posed = Sides::of_mesh(&mesh.transformed(turn, [0.0; 3]), spacing, [0.0; 3])?;
-                (super::obstacle::obstacle_of_solid(&setup.outer, &posed.touched)?, turn)
+                (obstacle_of_solid(&setup.outer, &posed.touched)?, turn, Some(Arc::new(posed)))
             }
         };
-        Ok(Station { tool, frame: setup.frame, turn, hit })
+        let corners =
+            tool.meridian().filter(|m| !m.cutter_is_convex()).map(Meridian::cutter_corners).unwrap_or_default();
+        Ok(Station { tool, frame: setup.frame, turn, posed, corners, hit })
     }
 
     /// The same station with more in the way.
@@ -65,7 +86,30 @@ impl<'a> Station<'a> {
     /// # Errors
     /// [`crate::Error::Operand`] if the grids differ.
     pub fn with_more(&self, hit: &Indicator) -> Result<Self> {
-        Ok(Station { hit: self.hit.union(hit)?, ..*self })
+        Ok(Station { hit: self.hit.union(hit)?, posed: self.posed.clone(), corners: self.corners.clone(), ..*self })
+    }
+
+    /// Tips, on the grid of [`Station::hit`], at which the tool overlaps cubes of a set in its setup.
+    ///
+    /// # Errors
+    /// As [`obstacle_of_solid`].
+    pub fn hits_of(&self, set: &Indicator) -> Result<Indicator> {
+        match (&self.tool.body, &self.posed) {
+            (Body::Coaxial(m), _) => Ok(Stack::overlapping(m, set.grid().spacing()).dilate(set, Sense::Obstacle)),
+            (Body::Solid(_), Some(posed)) => obstacle_of_solid(set, &posed.touched),
+            (Body::Solid(_), None) => {
+                Err(Error::Internal { problem: "a tool that is not coaxial has no shape".into() })
+            }
+        }
+    }
+
+    /// Tips at which a tool that is not coaxial overlaps cubes of a set wherever in their cells they stand; `None` for one
+    /// that is.
+    ///
+    /// # Errors
+    /// As [`obstacle_of_solid`].
+    pub fn surely_hits_of(&self, set: &Indicator) -> Result<Option<Indicator>> {
+        self.posed.as_ref().map(|posed| obstacle_of_solid(set, &posed.full)).transpose()
     }
 
     /// Tips at which the tool is not known to be free.
@@ -171,8 +215,9 @@ impl<'a> Station<'a> {
         let above = grid.dims()[2] as f64 - 0.5;
         let free = |p: Vec3| match grid.sample_at(p) {
             Some(index) => !self.hit.contains(index),
-            // Above the grid nothing is in the way of a coaxial tool; beside it and below nothing is known.
-            None => grid.continuous_index(p)[2] >= above,
+            // Above the grid nothing is in the way of a coaxial tool; beside it and below nothing is known. The grid of any
+            // other holds all tips at which it can meet the part.
+            None => self.tool.meridian().is_none() || grid.continuous_index(p)[2] >= above,
         };
         let from = |contact: &Vec3| {
             let tip = sub(at, *contact);
@@ -185,19 +230,19 @@ impl<'a> Station<'a> {
     }
 
     /// Points of the cutter, from the tip, by which it may touch a plane of this normal.
-    fn contacts(&self, normal: Vec3) -> Vec<Vec3> {
+    pub(super) fn contacts(&self, normal: Vec3) -> Vec<Vec3> {
         match &self.tool.body {
             Body::Solid(_) => {
                 let turned = |p: Vec3| self.turn.map(|row| dot(row, p));
                 self.tool.sharp.iter().map(|s| turned(s.at_mm)).collect()
             }
-            Body::Coaxial(m) => coaxial_contacts(m, self.tool, normal),
+            Body::Coaxial(m) => coaxial_contacts(m, self.tool, &self.corners, normal),
         }
     }
 }
 
 /// Points of a coaxial cutter by which it touches a plane; the named ones only, where points are named.
-fn coaxial_contacts(m: &Meridian, tool: &Tool, normal: Vec3) -> Vec<Vec3> {
+fn coaxial_contacts(m: &Meridian, tool: &Tool, corners: &[[f64; 2]], normal: Vec3) -> Vec<Vec3> {
     let level = normal[0].hypot(normal[1]);
     let outwards = if level > 1e-9 { [-normal[0] / level, -normal[1] / level] } else { [1.0, 0.0] };
     let ring = |r: f64, z: f64| [outwards[0] * r, outwards[1] * r, z];
@@ -217,6 +262,7 @@ fn coaxial_contacts(m: &Meridian, tool: &Tool, normal: Vec3) -> Vec<Vec3> {
         list.push(ring(s.radius, s.flank));
         list.push(ring(s.radius, 0.5 * (s.height + s.flank)));
     }
+    list.extend(corners.iter().map(|&[r, z]| ring(r, z)));
     list
 }
 

@@ -32,9 +32,9 @@ static META: Meta = Meta {
           it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
           cutter comes within 2·√3 spacings of its middle with nothing in between.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
-             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. Tools \
-             of any shape, and cutters that are not convex, certify what they reach and leave the rest open. Tools that the user \
-             did not name never make a part fail.",
+             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
+             of any shape comes along each direction in four quarter turns about its axis and touches with its sharp points only; \
+             one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
              constraint for multi-axis machining, 2020; obstacles: L. Kavraki, Computation of configuration-space obstacles using \
              the fast Fourier transform, 1995.",

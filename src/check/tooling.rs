@@ -82,7 +82,9 @@ impl<'p> Tooling<'p> {
             1 => "1 direction".to_string(),
             n => format!("{n} directions"),
         };
-        format!("{} from {from} at {} mm", names.join(", "), short(round(self.spacing)))
+        let turned =
+            if self.tools.iter().any(|t| t.meridian().is_none()) { ", four quarter turns about each," } else { "" };
+        format!("{} from {from}{turned} at {} mm", names.join(", "), short(round(self.spacing)))
     }
 }
 
