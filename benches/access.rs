@@ -1,10 +1,13 @@
 //! Obstacles, reach and overlap volumes: `cargo bench --bench access`.
 
 use amcheck::access::{
-    Inflation, Sense, Setup, Stack, Tool, Trio, fibonacci, lattice_directions, overlap_counts,
+    Inflation, Sense, Setup, Stack, Tool, Trio, about, fibonacci, lattice_directions, overlap_counts,
     overlap_counts_by_transform, patches, reach,
 };
+use amcheck::convolution::Descent;
 use amcheck::geometry::{InsideRule, MeshDistance, Primitive, TriangleMesh};
+use amcheck::io::{Salvage, read_path};
+use amcheck::morphology::{Sides, StructuringElement, dilate};
 use amcheck::process::ToolChoice;
 use amcheck::units::Length;
 use divan::{Bencher, black_box};
@@ -88,6 +91,46 @@ fn overlap_by_transforms(bencher: Bencher, samples: usize) {
     let (setup, tool) = (setup(samples), tool("end-mill-6"));
     let stack = Stack::middles(tool.meridian().unwrap(), spacing(samples));
     bencher.bench(|| overlap_counts_by_transform(black_box(&setup.centres), &stack));
+}
+
+/// The part named by `AMCHECK_BENCH_PART`, an STL file, with `samples` along its longest side; without it, the ball among posts.
+fn named_part(samples: usize) -> (TriangleMesh, Length) {
+    let Some(path) = std::env::var_os("AMCHECK_BENCH_PART") else { return (part(), spacing(samples)) };
+    let mesh = read_path(path.as_ref(), u64::MAX, Salvage::Refuse).unwrap().1.mesh;
+    let (lo, hi) = mesh.bounds().unwrap();
+    let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
+    (mesh, Length::mm(longest / samples as f64))
+}
+
+/// An end mill with its holder and a handle to one side, as a mesh: 49 mm wide, 60 mm long.
+fn lopsided_mill() -> TriangleMesh {
+    let handle = Primitive::parse("box:30x4x4mm").unwrap().mesh(Length::mm(1.0));
+    let handle = handle.transformed(about([0.0, 0.0, 1.0]), [20.0, 0.0, 45.0]);
+    tool("end-mill-6").mesh(60.0, 48).joined(&handle)
+}
+
+/// Where a tool of any shape meets the part, for 26 directions, the tool turned and cast for each; the result is exact.
+#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
+fn any_tool_26_directions(bencher: Bencher, samples: usize) {
+    let ((mesh, h), mill) = (named_part(samples), lopsided_mill());
+    let outer = Sides::of_mesh(&mesh, h, [0.25; 3]).unwrap().touched;
+    bencher.bench(|| {
+        let ready = Descent::new(black_box(&outer));
+        for d in lattice_directions() {
+            let posed = Sides::of_mesh(&mill.transformed(about(d), [0.0; 3]), h, [0.25; 3]).unwrap();
+            black_box(ready.met_by(&posed.touched).unwrap());
+        }
+    });
+}
+
+/// One direction of the same by the cheapest path of a dilation, which keeps nothing of the part.
+#[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
+fn any_tool_one_direction_by_dilation(bencher: Bencher, samples: usize) {
+    let ((mesh, h), mill) = (named_part(samples), lopsided_mill());
+    let outer = Sides::of_mesh(&mesh, h, [0.25; 3]).unwrap().touched;
+    let posed = Sides::of_mesh(&mill.transformed(about(lattice_directions()[18]), [0.0; 3]), h, [0.25; 3]).unwrap();
+    let element = StructuringElement::new(posed.touched.reflected()).unwrap();
+    bencher.bench(|| dilate(black_box(&outer), &element));
 }
 
 /// All patches of the surface against one tool from 26 directions, the part being cast.

@@ -27,7 +27,7 @@ pub use direction::{FACES, flat_face_normals};
 pub use disc::Disc;
 pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
 pub use meridian::{Meridian, Outline, Piece, Role, Support};
-pub use obstacle::{Inflation, Trio, obstacle_of_solid};
+pub use obstacle::{Inflation, Trio};
 pub use orient::{Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support};
 pub use pose::{
     Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns, super_fibonacci,

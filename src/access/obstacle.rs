@@ -3,6 +3,7 @@
 use super::meridian::Meridian;
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
+use crate::convolution::Descent;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::morphology::{Sides, StructuringElement, dilate};
@@ -71,7 +72,7 @@ impl Trio {
     /// [`crate::Error::Operand`] for different spacings.
     ///
     /// # Cost
-    /// As [`dilate`], twice.
+    /// As [`Descent::met_by`], twice.
     pub fn of_sides(a: &Sides, b: &Sides, inflation: Inflation) -> Result<Self> {
         let spacing = a.points.grid().spacing();
         let touched = inflated(&b.touched, inflation)?;
@@ -79,10 +80,10 @@ impl Trio {
             let dims = set.grid().dims().map(|n| n + 2 * by);
             set.window([-(by as isize); 3], dims)
         };
-        let met = sum(&a.touched, &touched.reflected())?;
+        let met = Descent::new(&a.touched).met_by(&touched)?;
         let near = StructuringElement::cuboid([3; 3], Length::mm(spacing.as_mm()))?;
         let possible = dilate(&met, &near)?.set;
-        let surely = sum(&a.full, &b.full.reflected())?;
+        let surely = Descent::new(&a.full).met_by(&b.full)?;
         let by = (possible.grid().dims()[0] - surely.grid().dims()[0]) / 2;
         let blocked = wide(&surely, by)?;
         // One lattice, but for the rounding of origins.
@@ -97,21 +98,6 @@ impl Trio {
     pub fn undecided(&self) -> Result<Indicator> {
         self.blocked.union(&self.free).map(|decided| decided.complement())
     }
-}
-
-/// The obstacle of a shape: the samples at which B, moved there, meets A by their touched cubes.
-///
-/// # Errors
-/// As [`Trio::of_sides`].
-pub fn obstacle_of_solid(a: &Indicator, b: &Indicator) -> Result<Indicator> {
-    sum(a, &b.reflected())
-}
-
-fn sum(a: &Indicator, b: &Indicator) -> Result<Indicator> {
-    if a.is_empty() || b.is_empty() {
-        return Ok(Indicator::empty(crate::convolution::sum_grid(a.grid(), b.grid())?));
-    }
-    Ok(dilate(a, &StructuringElement::new(b.clone())?)?.set)
 }
 
 /// A set of cubes with all that a turn within the cell of rotations may move it over.

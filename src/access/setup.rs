@@ -1,6 +1,7 @@
 //! A part as it stands before a tool: turned so that the tool comes from above, and cast.
 
 use super::pose::{Rotation, frame_of, lattice_directions, transposed};
+use crate::convolution::Descent;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, dot};
@@ -8,6 +9,7 @@ use crate::geometry::{InsideRule, TriangleMesh, voxelize};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// A part cast for tools whose axis is `direction`, which points from the tip to the hand.
 #[derive(Debug, Clone)]
@@ -23,6 +25,8 @@ pub struct Setup {
     pub centres: Indicator,
     /// Cubes the part touches.
     pub outer: Indicator,
+    /// `inner` and `outer` made ready for tools of any shape, when first asked for.
+    ready: [OnceLock<Descent>; 2],
 }
 
 impl Setup {
@@ -49,7 +53,12 @@ impl Setup {
             Err(crate::Error::Operand { .. }) => voxelize(&turned, &grid, InsideRule::Winding)?,
             other => other?,
         };
-        Ok(Setup { direction, frame, inner: solid.inner, centres: solid.centres, outer: solid.outer })
+        Ok(Setup::of_sets(direction, frame, [solid.inner, solid.centres, solid.outer]))
+    }
+
+    /// A setup of its inner cubes, samples and touched cubes.
+    pub(super) fn of_sets(direction: Vec3, frame: Rotation, [inner, centres, outer]: [Indicator; 3]) -> Self {
+        Setup { direction, frame, inner, centres, outer, ready: Default::default() }
     }
 
     /// The part for every direction of a list, in its order; one that follows its opposite is its mirror image and costs no cast.
@@ -100,13 +109,8 @@ impl Setup {
         let mirrored = Grid::new([top[0], top[1], -top[2]], grid.spacing(), grid.dims())?;
         let flip = |set: &Indicator| flipped(set, mirrored);
         let [a, b, d] = self.frame;
-        Ok(Setup {
-            direction: self.direction.map(|x| 0.0 - x),
-            frame: [a, b, d.map(|x| 0.0 - x)],
-            inner: flip(&self.inner)?,
-            centres: flip(&self.centres)?,
-            outer: flip(&self.outer)?,
-        })
+        let sets = [flip(&self.inner)?, flip(&self.centres)?, flip(&self.outer)?];
+        Ok(Setup::of_sets(self.direction.map(|x| 0.0 - x), [a, b, d.map(|x| 0.0 - x)], sets))
     }
 
     /// A point of the part's frame in this one; directions likewise.
@@ -117,6 +121,16 @@ impl Setup {
     /// A point of this frame in the part's.
     pub fn to_part(&self, p: Vec3) -> Vec3 {
         transposed(self.frame).map(|row| dot(row, p))
+    }
+
+    /// The cubes wholly in the part, made ready for tools of any shape.
+    pub fn inner_descent(&self) -> &Descent {
+        self.ready[0].get_or_init(|| Descent::new(&self.inner))
+    }
+
+    /// The cubes the part touches, made ready for tools of any shape.
+    pub fn outer_descent(&self) -> &Descent {
+        self.ready[1].get_or_init(|| Descent::new(&self.outer))
     }
 
     /// The grid of its sets.

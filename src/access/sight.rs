@@ -86,7 +86,7 @@ mod tests {
         let within = |level: f64| Indicator::from_predicate(grid, |at| depth(grid.position(grid.index(at))) >= level);
         let reach = 0.25 * 0.5 * 3f64.sqrt();
         let frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        Setup { direction: [0.0, 0.0, 1.0], frame, inner: within(reach), centres: within(0.0), outer: within(-reach) }
+        Setup::of_sets([0.0, 0.0, 1.0], frame, [within(reach), within(0.0), within(-reach)])
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
 use super::meridian::Meridian;
-use super::obstacle::obstacle_of_solid;
 use super::pose::{Rotation, quarter_turns, transposed};
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
 use super::surface::Patch;
 use super::tool::{Body, Tool};
+use crate::convolution::Descent;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::MeshDistance;
@@ -73,7 +73,7 @@ impl<'a> Station<'a> {
             (Body::Solid(mesh), turn) => {
                 let turn = turn.unwrap_or(IDENTITY);
                 let posed = Sides::of_mesh(&mesh.transformed(turn, [0.0; 3]), spacing, [0.0; 3])?;
-                (obstacle_of_solid(&setup.outer, &posed.touched)?, turn, Some(Arc::new(posed)))
+                (setup.outer_descent().met_by(&posed.touched)?, turn, Some(Arc::new(posed)))
             }
         };
         let corners =
@@ -92,24 +92,24 @@ impl<'a> Station<'a> {
     /// Tips, on the grid of [`Station::hit`], at which the tool overlaps cubes of a set in its setup.
     ///
     /// # Errors
-    /// As [`obstacle_of_solid`].
+    /// As [`Descent::met_by`].
     pub fn hits_of(&self, set: &Indicator) -> Result<Indicator> {
         match (&self.tool.body, &self.posed) {
             (Body::Coaxial(m), _) => Ok(Stack::overlapping(m, set.grid().spacing()).dilate(set, Sense::Obstacle)),
-            (Body::Solid(_), Some(posed)) => obstacle_of_solid(set, &posed.touched),
+            (Body::Solid(_), Some(posed)) => Descent::new(set).met_by(&posed.touched),
             (Body::Solid(_), None) => {
                 Err(Error::Internal { problem: "a tool that is not coaxial has no shape".into() })
             }
         }
     }
 
-    /// Tips at which a tool that is not coaxial overlaps cubes of a set wherever in their cells they stand; `None` for one
+    /// Tips at which a tool that is not coaxial overlaps the cubes of a set wherever in their cells they stand; `None` for one
     /// that is.
     ///
     /// # Errors
-    /// As [`obstacle_of_solid`].
-    pub fn surely_hits_of(&self, set: &Indicator) -> Result<Option<Indicator>> {
-        self.posed.as_ref().map(|posed| obstacle_of_solid(set, &posed.full)).transpose()
+    /// As [`Descent::met_by`].
+    pub fn surely_hits_of(&self, set: &Descent) -> Result<Option<Indicator>> {
+        self.posed.as_ref().map(|posed| set.met_by(&posed.full)).transpose()
     }
 
     /// Tips at which the tool is not known to be free.

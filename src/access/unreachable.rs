@@ -32,7 +32,7 @@ pub(super) fn unreachable(
         if left.is_empty() {
             break;
         }
-        left = match station.surely_hits_of(&setups[0].inner)? {
+        left = match station.surely_hits_of(setups[0].inner_descent())? {
             Some(surely) => untouched_by_points(station, setups[0], &surely, patches, left),
             None => untouched_by_coaxial(station.tool(), setups[*s], patches, left),
         };
