@@ -5,7 +5,7 @@ mod printed;
 pub use crate::access::Up;
 pub use printed::{bead_of, spread_of};
 
-use crate::access::{Setup, lattice_directions};
+use crate::access::{Setup, axis_directions, lattice_directions};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, NO_LABEL, Sides, meetings};
 use crate::geometry::vector::{Vec3, add, dot, sub};
@@ -332,7 +332,12 @@ impl Part {
         let directions = lattice_directions();
         // Where inside comes from the winding number a cast costs more.
         let listed = if rule == InsideRule::Crossings { directions.len() } else { 6 };
-        let cast = || Setup::all(&self.mesh, rule, &directions[..listed], spacing, margin);
+        let cast = || {
+            let mut setups = Setup::all(&self.mesh, rule, &directions[..listed], spacing, margin)?;
+            // Tools of any shape take four stations a direction: the axes make the 24 rotations of a cube.
+            setups.iter_mut().for_each(|s| s.takes_any_shape = axis_directions().contains(&s.direction));
+            Ok(setups)
+        };
         self.setups.get_or_init(cast).as_deref().map_err(Clone::clone)
     }
 

@@ -113,13 +113,15 @@ fn may_touch(tool: &Tool, patch: &Patch, axis: Vec3) -> bool {
 fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
     let best = |&p: &usize| {
         let patch = &patches[p];
-        let short = stations
-            .iter()
-            .filter(|(_, _, station)| may_touch(station.tool(), patch, station.axis()))
-            .filter_map(|(tool, setup, station)| {
-                station.retreat(patch).map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip }))
-            });
-        (p, short.min_by(|a, b| a.0.total_cmp(&b.0)))
+        let mut best: Option<(f64, Standing)> = None;
+        for (tool, setup, station) in stations {
+            if may_touch(station.tool(), patch, station.axis()) {
+                let below = best.map_or(f64::INFINITY, |b| b.0);
+                let nearer = station.retreat(patch, below);
+                best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(best);
+            }
+        }
+        (p, best)
     };
     let all: Vec<_> = open.par_iter().map(best).collect();
     all.into_iter().for_each(|(p, short)| found.short[p] = short);

@@ -25,6 +25,8 @@ pub struct Setup {
     pub centres: Indicator,
     /// Cubes the part touches.
     pub outer: Indicator,
+    /// Whether tools of any shape come from here too, in four quarter turns; coaxial ones always do.
+    pub takes_any_shape: bool,
     /// `inner` and `outer` made ready for tools of any shape, when first asked for.
     ready: [OnceLock<Descent>; 2],
 }
@@ -58,7 +60,7 @@ impl Setup {
 
     /// A setup of its inner cubes, samples and touched cubes.
     pub(super) fn of_sets(direction: Vec3, frame: Rotation, [inner, centres, outer]: [Indicator; 3]) -> Self {
-        Setup { direction, frame, inner, centres, outer, ready: Default::default() }
+        Setup { direction, frame, inner, centres, outer, takes_any_shape: true, ready: Default::default() }
     }
 
     /// The part for every direction of a list, in its order; one that follows its opposite is its mirror image and costs no cast.

@@ -47,13 +47,14 @@ const IDENTITY: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl<'a> Station<'a> {
     /// The stations of a tool that comes from the direction of a setup: a coaxial one stands in the setup, any other, in four
-    /// quarter turns about its axis, in the first setup of the list.
+    /// quarter turns about its axis, in the first setup of the list; it has none if the setup does not take such tools.
     ///
     /// # Errors
     /// As [`Station::new`].
     pub fn all(tool: &'a Tool, first: &'a Setup, setup: &'a Setup) -> impl Iterator<Item = Result<Self>> + 'a {
         let turns: Vec<Option<Rotation>> = match tool.body {
             Body::Coaxial(_) => vec![None],
+            Body::Solid(_) if !setup.takes_any_shape => Vec::new(),
             Body::Solid(_) => quarter_turns(first.to_frame(setup.direction)).into_iter().map(Some).collect(),
         };
         turns.into_iter().map(move |turn| Station::new(tool, if turn.is_some() { first } else { setup }, turn))
@@ -103,13 +104,13 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// Tips at which a tool that is not coaxial overlaps the cubes of a set wherever in their cells they stand; `None` for one
-    /// that is.
+    /// Tips, within some boxes of the first setup's frame, at which a tool that is not coaxial overlaps the cubes of a set wherever
+    /// in their cells they stand; none for a coaxial one.
     ///
     /// # Errors
-    /// As [`Descent::met_by`].
-    pub fn surely_hits_of(&self, set: &Descent) -> Result<Option<Indicator>> {
-        self.posed.as_ref().map(|posed| set.met_by(&posed.full)).transpose()
+    /// As [`Descent::met_within`].
+    pub fn surely_hits_of(&self, set: &Descent, boxes: &[[Vec3; 2]]) -> Result<Option<Indicator>> {
+        self.posed.as_ref().map(|posed| set.met_within(&posed.full, boxes)).transpose()
     }
 
     /// Tips at which the tool is not known to be free.
@@ -196,17 +197,18 @@ impl<'a> Station<'a> {
         None
     }
 
-    /// How far along its axis the tool has to be drawn back from touching a patch until it is free, and the tip that would touch.
-    pub fn retreat(&self, patch: &Patch) -> Option<(f64, Vec3)> {
-        self.retreat_from(patch, &self.contacts(self.frame.map(|r| dot(r, patch.normal))))
+    /// How far along its axis the tool has to be drawn back from touching a patch until it is free, if that is less than `below`,
+    /// and the tip that would touch.
+    pub fn retreat(&self, patch: &Patch, below: f64) -> Option<(f64, Vec3)> {
+        self.retreat_from(patch, &self.contacts(self.frame.map(|r| dot(r, patch.normal))), below)
     }
 
     /// As [`Station::retreat`], from standing with the tip in the patch.
     pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
-        self.retreat_from(patch, &[[0.0; 3]])
+        self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY)
     }
 
-    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3]) -> Option<(f64, Vec3)> {
+    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64) -> Option<(f64, Vec3)> {
         let at = self.frame.map(|r| dot(r, patch.at));
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
         let grid = self.hit.grid();
@@ -221,7 +223,7 @@ impl<'a> Station<'a> {
         };
         let from = |contact: &Vec3| {
             let tip = sub(at, *contact);
-            let back_by = (0..=longest).map(|s| grid.h() * s as f64);
+            let back_by = (0..=longest).map(|s| grid.h() * s as f64).take_while(|s| *s < below);
             let first = back_by.into_iter().find(|&s| free(along(tip, axis, s)));
             first.map(|s| (s, back.map(|row| dot(row, tip))))
         };

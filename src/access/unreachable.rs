@@ -32,16 +32,15 @@ pub(super) fn unreachable(
         if left.is_empty() {
             break;
         }
-        left = match station.surely_hits_of(setups[0].inner_descent())? {
-            Some(surely) => untouched_by_points(station, setups[0], &surely, patches, left),
-            None => untouched_by_coaxial(station.tool(), setups[*s], patches, left),
+        left = match station.tool().meridian() {
+            Some(m) => untouched_by_coaxial(m, station.tool(), setups[*s], patches, left),
+            None => untouched_by_points(station, setups[0], patches, left)?,
         };
     }
     Ok(left)
 }
 
-fn untouched_by_coaxial(tool: &Tool, setup: &Setup, patches: &[Patch], left: Vec<usize>) -> Vec<usize> {
-    let Some(m) = tool.meridian() else { return Vec::new() };
+fn untouched_by_coaxial(m: &Meridian, tool: &Tool, setup: &Setup, patches: &[Patch], left: Vec<usize>) -> Vec<usize> {
     let sharp = &tool.sharp;
     let surely = Stack::surely(m, setup.grid().spacing()).dilate(&setup.inner, Sense::Obstacle);
     let convex = m.cutter_is_convex();
@@ -65,19 +64,17 @@ fn untouched_by_coaxial(tool: &Tool, setup: &Setup, patches: &[Patch], left: Vec
 }
 
 /// A tool of any shape is meant to touch with its sharp points only.
-fn untouched_by_points(
-    station: &Station,
-    setup: &Setup,
-    surely: &Indicator,
-    patches: &[Patch],
-    left: Vec<usize>,
-) -> Vec<usize> {
-    let untouched = |p: &usize| {
-        let corners = patches[*p].corners.map(|c| setup.to_frame(c));
-        let points = station.contacts(setup.to_frame(patches[*p].normal));
-        points.into_iter().all(|point| Tips::of_point(corners, point).are_blocked(surely))
+fn untouched_by_points(station: &Station, setup: &Setup, patches: &[Patch], left: Vec<usize>) -> Result<Vec<usize>> {
+    let tips = |p: usize| {
+        let corners = patches[p].corners.map(|c| setup.to_frame(c));
+        let points = station.contacts(setup.to_frame(patches[p].normal));
+        points.into_iter().map(move |point| Tips::of_point(corners, point))
     };
-    left.into_par_iter().filter(untouched).collect()
+    let half = 0.5 * setup.grid().h();
+    let around = |t: Tips| [t.low.map(|c| c - half), t.high.map(|c| c + half)];
+    let boxes: Vec<[Vec3; 2]> = left.iter().flat_map(|&p| tips(p).map(around)).collect();
+    let Some(surely) = station.surely_hits_of(setup.inner_descent(), &boxes)? else { return Ok(Vec::new()) };
+    Ok(left.into_par_iter().filter(|&p| tips(p).all(|t| t.are_blocked(&surely))).collect())
 }
 
 /// Where tips may be: the points of a box, millimetres, that lie between two distances from a vertical.

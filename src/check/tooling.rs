@@ -82,8 +82,11 @@ impl<'p> Tooling<'p> {
             1 => "1 direction".to_string(),
             n => format!("{n} directions"),
         };
-        let turned =
-            if self.tools.iter().any(|t| t.meridian().is_none()) { ", four quarter turns about each," } else { "" };
+        let taken = self.setups.iter().filter(|s| s.takes_any_shape).count();
+        let turned = match self.tools.iter().any(|t| t.meridian().is_none()) {
+            true => format!(" (tools of any shape from {taken}, in four quarter turns about each)"),
+            false => String::new(),
+        };
         format!("{} from {from}{turned} at {} mm", names.join(", "), short(round(self.spacing)))
     }
 }

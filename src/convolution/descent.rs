@@ -42,17 +42,39 @@ impl Descent {
     /// For every 4³ translations about the boundary of the result the pairs of 4³ nodes that may meet there, some hundred
     /// operations each. The result, one bit a sample, twice.
     pub fn met_by(&self, b: &Indicator) -> Result<Indicator> {
+        self.met(b, None)
+    }
+
+    /// As [`Descent::met_by`], of the translations in some boxes, millimetres, or in a cell of 4³ that one of them touches;
+    /// all others are left out of the set.
+    ///
+    /// # Errors
+    /// As there.
+    ///
+    /// # Cost
+    /// As there, of these translations only.
+    pub fn met_within(&self, b: &Indicator, boxes: &[[[f64; 3]; 2]]) -> Result<Indicator> {
+        self.met(b, Some(boxes))
+    }
+
+    fn met(&self, b: &Indicator, boxes: Option<&[[[f64; 3]; 2]]>) -> Result<Indicator> {
         let [dims, reach] = [self.grid.dims(), b.grid().dims()];
         let far = [0, 1, 2].map(|a| -(b.grid().origin()[a] + b.grid().h() * (reach[a] - 1) as f64));
         let grid = sum_grid(&self.grid, &Grid::new(far, b.grid().spacing(), reach)?)?;
         let first = reach.map(|n| (1 - n as isize).div_euclid(BLOCK as isize));
         let count = [0, 1, 2].map(|a| (dims[a].div_ceil(BLOCK) as isize - first[a]) as usize);
         let nodes = Nodes::all(b);
+        let zero = [0, 1, 2].map(|a| reach[a] as isize - 1 + first[a] * BLOCK as isize);
+        let wanted = boxes.map(|boxes| wanted(boxes, &grid, zero, count)).transpose()?;
         let blocks: Vec<Option<Vec<u64>>> = (0..count.iter().product())
             .into_par_iter()
             .map(|at| {
                 let [i, j, k] = [at % count[0], at / count[0] % count[1], at / (count[0] * count[1])];
-                Search::new(&self.ground, &nodes).block([0, 1, 2].map(|a| [i, j, k][a] as isize + first[a]))
+                let mut search = Search::new(&self.ground, &nodes);
+                if let Some(wanted) = &wanted {
+                    search.wanted = Some((wanted, [i, j, k].map(|n| n as u32)));
+                }
+                search.block([0, 1, 2].map(|a| [i, j, k][a] as isize + first[a]))
             })
             .collect();
         let mut met = Indicator::empty(grid);
@@ -62,7 +84,7 @@ impl Descent {
             || vec![0u64; count[0]],
             |row_of_blocks, (row, out)| {
                 // Rows of the result begin reach − 1 translations below zero, blocks at a multiple of their width.
-                let at = |a: usize, i: usize| (i as isize + 1 - reach[a] as isize - first[a] * BLOCK as isize) as usize;
+                let at = |a: usize, i: usize| (i as isize - zero[a]) as usize;
                 let (y, z) = (at(1, row % ny), at(2, row / ny));
                 let start = (z / BLOCK * count[1] + y / BLOCK) * count[0];
                 for (word, block) in row_of_blocks.iter_mut().zip(&blocks[start..]) {
@@ -76,6 +98,25 @@ impl Descent {
         );
         Ok(met)
     }
+}
+
+/// The cells of 4³ translations that boxes touch, as the nodes of their set; `zero` is the translation, on the grid of the result,
+/// at which the first of the blocks begins.
+fn wanted(boxes: &[[[f64; 3]; 2]], grid: &Grid, zero: [isize; 3], blocks: [usize; 3]) -> Result<Vec<Nodes>> {
+    let cells = blocks.map(|n| n * BLOCK / SIDE as usize);
+    let mut set = Indicator::empty(Grid::new([0.0; 3], grid.spacing(), cells)?);
+    for [low, high] in boxes {
+        let (low, high) = (grid.continuous_index(*low), grid.continuous_index(*high));
+        let range = |a: usize| {
+            let cell = |at: f64| (at as isize - zero[a]).div_euclid(SIDE);
+            let (first, last) = (cell((low[a] - 0.5).ceil()), cell((high[a] + 0.5).floor()));
+            first.max(0) as usize..(last + 1).clamp(0, cells[a] as isize) as usize
+        };
+        for (k, j) in range(2).flat_map(|k| range(1).map(move |j| (k, j))) {
+            range(0).for_each(|i| set.set([i, j, k], true));
+        }
+    }
+    Ok(Nodes::all(&set))
 }
 
 /// A node of the moved set over what it may meet.
@@ -95,17 +136,30 @@ struct Search<'a> {
     candidates: [Vec<[u32; 3]>; LEVELS],
     /// Those of a level, from 2, that are over something.
     pairs: [Vec<Pair<'a>>; LEVELS - 1],
+    /// What is asked for, where that is not all, and which block this is.
+    wanted: Option<(&'a [Nodes], [u32; 3])>,
     /// Bit rows of the block: row 64·z + y.
     out: Vec<u64>,
 }
 
 impl<'a> Search<'a> {
     fn new(ground: &'a Ground, nodes: &'a [Nodes]) -> Self {
-        Search { ground, nodes, candidates: Default::default(), pairs: Default::default(), out: Vec::new() }
+        let (candidates, pairs) = Default::default();
+        Search { ground, nodes, candidates, pairs, wanted: None, out: Vec::new() }
+    }
+
+    /// Which of the cells of a cell of translations, of a level from 2, are asked for.
+    fn wanted(&self, level: usize, corner: [usize; 3]) -> u64 {
+        let Some((wanted, block)) = self.wanted else { return !0 };
+        let width = 1 << (2 * level);
+        wanted[level - 2].any([0, 1, 2].map(|a| block[a] * (BLOCK / width) as u32 + (corner[a] / width) as u32))
     }
 
     /// The bit rows of a block of translations; `None` if none of them meets anything.
     fn block(mut self, cell: [isize; 3]) -> Option<Vec<u64>> {
+        if self.wanted(LEVELS, [0; 3]) == 0 {
+            return None;
+        }
         let top = &self.nodes[LEVELS - 1];
         let [nx, ny, nz] = top.dims;
         for at in 0..nx * ny * nz {
@@ -129,7 +183,8 @@ impl<'a> Search<'a> {
             self.put(met, corner, 1);
             return;
         }
-        let [possible, sure] = self.met_by_cells(level, cell);
+        let wanted = self.wanted(level, corner);
+        let [possible, sure] = self.met_by_cells(level, cell).map(|cells| cells & wanted);
         let width = 1 << (2 * (level - 1));
         self.put(sure, corner, width);
         let mut open = possible & !sure;
@@ -357,6 +412,29 @@ mod tests {
             }
         }
         assert!(full > 50, "{full}");
+    }
+
+    #[test]
+    fn within_boxes_the_same_is_said_and_nothing_beyond() {
+        let a = blocks([3.0, -1.0, 2.0], [90, 70, 66], 5, 6);
+        let b = blocks([-0.5, 4.0, 1.5], [65, 40, 80], 6, 5);
+        let ready = Descent::new(&a);
+        let all = ready.met_by(&b).unwrap();
+        let grid = *all.grid();
+        assert!(ready.met_within(&b, &[]).unwrap().is_empty());
+        let ends = |index: [usize; 3], by: f64| [-by, by].map(|s| grid.position(index).map(|x| x + s));
+        let middle = grid.dims().map(|n| n / 2);
+        for list in [vec![ends(middle, 0.1)], vec![ends([3, 2, 1], 4.0), ends(middle, 9.3), ends([200, 9, 60], 300.0)]]
+        {
+            let met = ready.met_within(&b, &list).unwrap();
+            assert!(met.is_subset(&all).unwrap());
+            let missed = all.difference(&met).unwrap();
+            for at in missed.iter() {
+                let p = grid.position(grid.index(at));
+                assert!(list.iter().all(|[lo, hi]| (0..3).any(|i| p[i] < lo[i] || p[i] > hi[i])), "{p:?}");
+            }
+            assert!(list.len() == 1 || !met.is_empty());
+        }
     }
 
     #[test]
