@@ -5,7 +5,7 @@ mod printed;
 pub use crate::access::Up;
 pub use printed::{bead_of, spread_of};
 
-use crate::access::{Setup, axis_directions, lattice_directions};
+use crate::access::{Setup, Turns, axis_directions, lattice_directions};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, NO_LABEL, Sides, meetings};
 use crate::geometry::vector::{Vec3, add, dot, sub};
@@ -335,7 +335,8 @@ impl Part {
         let cast = || {
             let mut setups = Setup::all(&self.mesh, rule, &directions[..listed], spacing, margin)?;
             // Tools of any shape take four stations a direction: the axes make the 24 rotations of a cube.
-            setups.iter_mut().for_each(|s| s.takes_any_shape = axis_directions().contains(&s.direction));
+            let axes = axis_directions();
+            setups.iter_mut().filter(|s| !axes.contains(&s.direction)).for_each(|s| s.turns = Turns::Nowhere);
             Ok(setups)
         };
         self.setups.get_or_init(cast).as_deref().map_err(Clone::clone)

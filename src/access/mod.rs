@@ -30,8 +30,8 @@ pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio};
 pub use orient::{Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support};
 pub use pose::{
-    Rotation, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns, super_fibonacci,
-    within_tilt,
+    Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,
+    super_fibonacci, within_tilt,
 };
 pub use reach::{Reach, Standing, State, reach, strike};
 pub use removal::{Columns, Keeper, Removal, Stuck, remove};

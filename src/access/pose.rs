@@ -85,11 +85,40 @@ pub fn axis_rotations() -> Vec<Rotation> {
     frames.map(|(x, y)| transposed([x, y, cross(x, y)])).map(|r| r.map(|row| row.map(|v| v + 0.0))).collect()
 }
 
+/// The rotations at which a tool of any shape comes along a direction; a coaxial one is the same at all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Turns {
+    /// At none.
+    Nowhere,
+    /// At the four of [`quarter_turns`].
+    #[default]
+    Quarters,
+    /// At this one, which brings +z to the direction.
+    At(Rotation),
+}
+
+impl Turns {
+    /// How many they are.
+    pub fn count(self) -> usize {
+        match self {
+            Turns::Nowhere => 0,
+            Turns::Quarters => 4,
+            Turns::At(_) => 1,
+        }
+    }
+}
+
 /// The four rotations that bring +z to a direction and the other axes, if the direction is an axis, onto axes.
 pub fn quarter_turns(direction: Vec3) -> [Rotation; 4] {
     let upright = about(direction);
     [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]
         .map(|[c, s]| upright.map(|row| [row[0] * c + row[1] * s, row[1] * c - row[0] * s, row[2]].map(|v| v + 0.0)))
+}
+
+/// One rotation after another: the rows of a·b.
+pub(super) fn product(a: Rotation, b: Rotation) -> Rotation {
+    let columns = transposed(b);
+    a.map(|row| columns.map(|column| dot(row, column)))
 }
 
 /// The rotation that brings +z to a direction, by the least angle.

@@ -1,6 +1,6 @@
 //! A part as it stands before a tool: turned so that the tool comes from above, and cast.
 
-use super::pose::{Rotation, frame_of, lattice_directions, transposed};
+use super::pose::{Rotation, Turns, frame_of, lattice_directions, transposed};
 use crate::convolution::Descent;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -25,8 +25,8 @@ pub struct Setup {
     pub centres: Indicator,
     /// Cubes the part touches.
     pub outer: Indicator,
-    /// Whether tools of any shape come from here too, in four quarter turns; coaxial ones always do.
-    pub takes_any_shape: bool,
+    /// The rotations at which tools of any shape come from here; coaxial ones always do.
+    pub turns: Turns,
     /// `inner` and `outer` made ready for tools of any shape, when first asked for.
     ready: [OnceLock<Descent>; 2],
 }
@@ -60,7 +60,7 @@ impl Setup {
 
     /// A setup of its inner cubes, samples and touched cubes.
     pub(super) fn of_sets(direction: Vec3, frame: Rotation, [inner, centres, outer]: [Indicator; 3]) -> Self {
-        Setup { direction, frame, inner, centres, outer, takes_any_shape: true, ready: Default::default() }
+        Setup { direction, frame, inner, centres, outer, turns: Turns::default(), ready: Default::default() }
     }
 
     /// The part for every direction of a list, in its order; one that follows its opposite is its mirror image and costs no cast.

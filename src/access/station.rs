@@ -1,7 +1,7 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
 use super::meridian::Meridian;
-use super::pose::{Rotation, quarter_turns, transposed};
+use super::pose::{Rotation, Turns, product, quarter_turns, transposed};
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
 use super::surface::Patch;
@@ -46,16 +46,19 @@ const REACHED_ALONG: f64 = 12.0;
 const IDENTITY: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl<'a> Station<'a> {
-    /// The stations of a tool that comes from the direction of a setup: a coaxial one stands in the setup, any other, in four
-    /// quarter turns about its axis, in the first setup of the list; it has none if the setup does not take such tools.
+    /// The stations of a tool that comes from the direction of a setup: a coaxial one stands in the setup, any other, at each of the
+    /// setup's turns, in the first setup of the list.
     ///
     /// # Errors
     /// As [`Station::new`].
     pub fn all(tool: &'a Tool, first: &'a Setup, setup: &'a Setup) -> impl Iterator<Item = Result<Self>> + 'a {
         let turns: Vec<Option<Rotation>> = match tool.body {
             Body::Coaxial(_) => vec![None],
-            Body::Solid(_) if !setup.takes_any_shape => Vec::new(),
-            Body::Solid(_) => quarter_turns(first.to_frame(setup.direction)).into_iter().map(Some).collect(),
+            Body::Solid(_) => match setup.turns {
+                Turns::Nowhere => Vec::new(),
+                Turns::Quarters => quarter_turns(first.to_frame(setup.direction)).into_iter().map(Some).collect(),
+                Turns::At(turn) => vec![Some(product(first.frame, turn))],
+            },
         };
         turns.into_iter().map(move |turn| Station::new(tool, if turn.is_some() { first } else { setup }, turn))
     }
@@ -279,4 +282,33 @@ fn coaxial_hits(m: &Meridian, setup: &Setup) -> Indicator {
     let free = components(&hit.complement(), Adjacency::Face);
     let outside = free.at_border();
     free.select(|c| outside[c as usize]).complement()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pose::super_fibonacci;
+    use super::super::tool::SharpPoint;
+    use super::*;
+    use crate::geometry::{InsideRule, Primitive};
+    use crate::units::Length;
+
+    #[test]
+    fn a_tool_of_any_shape_stands_at_the_rotation_that_is_asked_for() {
+        let mesh = Primitive::parse("box:6mm").unwrap().mesh(Length::mm(1.0));
+        let cast =
+            |d: Vec3| Setup::cast(&mesh, InsideRule::Crossings, d, Length::mm(1.0), Length::mm(2.0)).expect("a cast");
+        let first = cast([1.0, 0.0, 0.0]);
+        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [0.0; 3] }];
+        let tool = Tool::from_mesh("block", mesh.clone(), tip).unwrap();
+        for rotation in super_fibonacci(6) {
+            let mut setup = cast([0, 1, 2].map(|r| rotation[r][2]));
+            setup.turns = Turns::At(rotation);
+            let stations: Vec<Station> = Station::all(&tool, &first, &setup).map(Result::unwrap).collect();
+            assert_eq!(stations.len(), setup.turns.count());
+            assert!(distance(stations[0].axis(), setup.direction) < 1e-9);
+            // From the tool's frame to the station's and on to the part's.
+            let back = product(transposed(first.frame), stations[0].turn);
+            assert!((0..3).all(|r| distance(back[r], rotation[r]) < 1e-9), "{back:?} {rotation:?}");
+        }
+    }
 }

@@ -33,7 +33,7 @@ static META: Meta = Meta {
           cutter comes within 2·√3 spacings of its middle with nothing in between.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
-             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis and touches with its sharp points only; \
+             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
              one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
              constraint for multi-axis machining, 2020; obstacles: L. Kavraki, Computation of configuration-space obstacles using \

@@ -2,7 +2,8 @@
 
 use super::contract::Context;
 use crate::access::{
-    FACES, Setup, Tool, axis_directions, fibonacci, flat_face_normals, lattice_directions, within_tilt,
+    FACES, Rotation, Setup, Tool, Turns, axis_directions, fibonacci, flat_face_normals, lattice_directions,
+    super_fibonacci, within_tilt,
 };
 use crate::error::{Error, Result, ToolFault};
 use crate::geometry::InsideRule;
@@ -64,13 +65,16 @@ impl<'p> Tooling<'p> {
         let setups = if is_by_hand(finish) {
             Cow::Borrowed(part.setups(h, margin)?)
         } else {
-            let from = directions(part, finish);
-            if from.is_empty() {
+            let stands = stands(part, finish, &tools);
+            if stands.is_empty() {
                 let tool = tools.first().map(|t| t.name.clone()).unwrap_or_default();
                 return Err(Error::Tool { tool, fault: ToolFault::NoDirections });
             }
             let rule = if part.health().is_solid() { InsideRule::Crossings } else { InsideRule::Winding };
-            Cow::Owned(Setup::all(part.mesh(), rule, &from, h, margin)?)
+            let from: Vec<Vec3> = stands.iter().map(|s| s.0).collect();
+            let mut setups = Setup::all(part.mesh(), rule, &from, h, margin)?;
+            setups.iter_mut().zip(stands).for_each(|(setup, (_, turns))| setup.turns = turns);
+            Cow::Owned(setups)
         };
         Ok(Tooling { tools, setups, spacing, stand_off })
     }
@@ -82,9 +86,9 @@ impl<'p> Tooling<'p> {
             1 => "1 direction".to_string(),
             n => format!("{n} directions"),
         };
-        let taken = self.setups.iter().filter(|s| s.takes_any_shape).count();
+        let rotations: usize = self.setups.iter().map(|s| s.turns.count()).sum();
         let turned = match self.tools.iter().any(|t| t.meridian().is_none()) {
-            true => format!(" (tools of any shape from {taken}, in four quarter turns about each)"),
+            true => format!(" (tools of any shape at {rotations} rotations)"),
             false => String::new(),
         };
         format!("{} from {from}{turned} at {} mm", names.join(", "), short(round(self.spacing)))
@@ -102,19 +106,41 @@ fn is_by_hand(finish: &Finishing) -> bool {
 }
 
 /// How many directions need setups of their own, at most: known without the part.
-fn most_directions(finish: &Finishing) -> usize {
+fn most_directions(finish: &Finishing, tools: &[Tool]) -> usize {
     if is_by_hand(finish) {
         return 0;
     }
     let most = |approach: &Approach| match approach {
         Approach::Cube => lattice_directions().len(),
         Approach::Axes => axis_directions().len(),
-        // Their opposites complete an odd number.
-        Approach::Sphere(n) => n + 1,
+        // Their opposites complete an odd number; tools of any shape come at as many rotations beside.
+        Approach::Sphere(n) if tools.iter().all(|t| t.meridian().is_some()) => n + 1,
+        Approach::Sphere(n) => 2 * n + 1,
         Approach::Faces => FACES,
         Approach::Along(_) => 1,
     };
     listed(finish).iter().map(most).sum()
+}
+
+/// The directions in the frame of the build with what tools of any shape do there: all of the list in four quarter turns, but for those
+/// over the sphere, beside which they come at as many rotations spread over all of them.
+fn stands(part: &Part, finish: &Finishing, tools: &[Tool]) -> Vec<(Vec3, Turns)> {
+    let any_shape = tools.iter().any(|t| t.meridian().is_none());
+    let over_all = listed(finish).iter().filter_map(|approach| match approach {
+        Approach::Sphere(n) if any_shape => Some(super_fibonacci(*n)),
+        _ => None,
+    });
+    let axis = |rotation: &Rotation| [0, 1, 2].map(|r| rotation[r][2]);
+    let leans = |d: Vec3| finish.tilt.is_none_or(|tilt| !within_tilt(&[d], [0.0, 0.0, 1.0], tilt).is_empty());
+    let rotations: Vec<Rotation> = over_all.flatten().filter(|r| leans(axis(r))).collect();
+    let spread: Vec<Vec3> = listed(finish)
+        .iter()
+        .filter_map(|approach| if let Approach::Sphere(n) = approach { Some(fibonacci(*n)) } else { None })
+        .flatten()
+        .collect();
+    let turns = |d: &Vec3| if any_shape && spread.contains(d) { Turns::Nowhere } else { Turns::Quarters };
+    let plain = directions(part, finish).into_iter().map(|d| (d, turns(&d)));
+    plain.chain(rotations.into_iter().map(|r| (axis(&r), Turns::At(r)))).collect()
 }
 
 /// The directions in the frame of the build, each once, those within the tilt.
@@ -171,7 +197,7 @@ pub fn setup_samples(process: &Process, extent: Vec3) -> Result<u128> {
     // From directions of the user's own, none is wider than the part's diagonal.
     let across = (norm(extent) + 2.0 * margin) / spacing;
     let each = (across.ceil().clamp(1.0, 1e9) as u128 + 3).pow(3);
-    Ok(shared + each * most_directions(&process.tools.finish) as u128)
+    Ok(shared + each * most_directions(&process.tools.finish, &read(&process.tools.finishing)?) as u128)
 }
 
 /// A length as texts give it: three decimals.
