@@ -99,6 +99,9 @@ pub struct Orientation {
     pub cost: f64,
     /// Whether no other of the list is at least as good in everything and better in something.
     pub pareto: bool,
+    /// The facets that need support in this pose; not written.
+    #[serde(skip)]
+    pub wanting_support: Vec<u32>,
 }
 
 /// All orientations measured in full, the best first.
@@ -239,6 +242,7 @@ fn measure(
         bed_mm2: digits(bed),
         cost: digits(cost),
         pareto: false,
+        wanting_support: wanted,
     })
 }
 

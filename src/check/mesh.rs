@@ -144,7 +144,10 @@ impl Check for Mesh {
 fn uncertain(part: &Part, context: &Context, mended: Option<&Health>) -> Result<Option<Finding>> {
     let Some(doubt) = part.solid()?.doubt.filter(|d| d.share > 0.0) else { return Ok(None) };
     let limits = Limits { fail: Some(0.0), warn: None, sense: Sense::Max };
-    let bracket = Bracket::new(doubt.volume_mm3, 0.0, doubt.volume_mm3);
+    // The region was sampled: it fills no more than its box, and may be nothing.
+    let h = part.solid()?.centres.grid().h();
+    let within: f64 = (0..3).map(|a| doubt.extent.1[a] - doubt.extent.0[a] + h).product();
+    let bracket = Bracket::new(doubt.volume_mm3, 0.0, within.max(doubt.volume_mm3));
     let mut f = Finding::judged(META.code, "uncertain-inside", bracket, Basis::Estimated, limits, "mm3", 0.0);
     f.state = State::Undecided;
     f.decided = false;

@@ -62,7 +62,7 @@ fn run(a: &Orienting) -> Result<String> {
     let mut files = Files::default();
     let list = &report.orientations.list;
     let pictures: Vec<Picture> = if formats.iter().any(|f| ["html", "png"].contains(f)) {
-        let picture = |(n, o): (usize, &Orientation)| thumbnail(&part, o, n + 1, &question);
+        let picture = |(n, o): (usize, &Orientation)| thumbnail(&part, o, n + 1);
         list.par_iter().take(PICTURED).enumerate().map(picture).collect()
     } else {
         Vec::new()

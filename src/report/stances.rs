@@ -1,7 +1,7 @@
 //! The ways to stand a part up that the page compares: the pose of the run and the best others, each with a thumbnail.
 
 use super::render::{Picture, stance};
-use crate::access::{Orientation, Orientations, Question, orientations, standing, wanting_support};
+use crate::access::{Orientation, Orientations, Question, orientations, standing};
 use crate::geometry::vector::{Vec3, dot};
 use crate::part::Part;
 use crate::process::Process;
@@ -45,7 +45,7 @@ pub fn stances(part: &Part, process: &Process, most: usize) -> Option<Stances> {
     };
     let mut orientations = orientations(mesh, |f| part.bounds_solid(f), &question).ok()?;
     let pictures = orientations.list.par_iter().enumerate();
-    let pictures = pictures.map(|(n, o)| thumbnail(part, o, n + 1, &question)).collect();
+    let pictures = pictures.map(|(n, o)| thumbnail(part, o, n + 1)).collect();
     for o in &mut orientations.list {
         let rows = o.rotation;
         o.up = of_file(part, o.up);
@@ -64,11 +64,12 @@ fn of_file(part: &Part, d: Vec3) -> Vec3 {
 ///
 /// # Cost
 /// O(facets + pixels).
-pub fn thumbnail(part: &Part, o: &Orientation, rank: usize, question: &Question) -> Picture {
+pub fn thumbnail(part: &Part, o: &Orientation, rank: usize) -> Picture {
     let posed = standing(part.mesh(), &o.rotation);
     let mut needs = vec![false; posed.triangles.len()];
-    let wanted = wanting_support(&posed, |f| part.bounds_solid(f), question);
-    wanted.into_iter().for_each(|f| needs[f as usize] = true);
+    for &f in &o.wanting_support {
+        needs.get_mut(f as usize).into_iter().for_each(|n| *n = true);
+    }
     stance(&rank.to_string(), &posed, &needs)
 }
 
