@@ -54,6 +54,12 @@ impl Question {
             samples: 128,
         }
     }
+
+    /// Whether a box, turned about the vertical by 90° if that helps, fits the machine.
+    pub(super) fn fits(&self, [w, d, height]: Vec3) -> bool {
+        let [x, y, z] = self.build_volume_mm;
+        height <= z && ((w <= x && d <= y) || (d <= x && w <= y))
+    }
 }
 
 /// What prints without support in a process: the stricter limit of each rule.
@@ -222,15 +228,13 @@ fn measure(
         + (contact + on_part) / whole.area
         + 0.2 * size[2] / whole.diagonal
         + 1.0 / (1.0 + bed / (HELD * whole.area));
-    let [x, y, z] = q.build_volume_mm;
-    let fits = |w: f64, d: f64| w <= x && d <= y && size[2] <= z;
     let digits = report_digits;
     Ok(Orientation {
         up: score.up,
         rotation,
         from: score.from.into(),
         box_mm: size.map(digits),
-        fits: fits(size[0], size[1]) || fits(size[1], size[0]),
+        fits: q.fits(size),
         support_mm3: digits(support),
         support_low_mm3: digits(found.volume_mm3[0]),
         support_high_mm3: digits(found.volume_mm3[1]),

@@ -46,12 +46,12 @@ pub fn least_hanging(
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let measured = scores.iter().take(MEASURED).collect::<Vec<_>>().into_par_iter().filter_map(|score| {
         let posed = standing(mesh, &upright(score.up));
-        let [w, d, height] = posed.bounds()?.1;
-        let [x, y, z] = question.build_volume_mm;
-        let fits = height <= z && ((w <= x && d <= y) || (d <= x && w <= y));
+        if !question.fits(posed.bounds()?.1) {
+            return None;
+        }
         let hanging = wanting_support(&posed, &bounding, question);
         let hanging_mm2 = hanging.iter().map(|&f| posed.facet_area(f as usize)).sum();
-        fits.then_some(Turn { up: score.up, hanging_mm2 })
+        Some(Turn { up: score.up, hanging_mm2 })
     });
     measured.collect::<Vec<_>>().into_iter().min_by(|a, b| a.hanging_mm2.total_cmp(&b.hanging_mm2))
 }
@@ -60,25 +60,13 @@ pub fn least_hanging(
 mod tests {
     use super::*;
     use crate::geometry::extruded;
-    use crate::layer::SelfHolding;
-    use crate::units::Angle;
+    use crate::process::Process;
 
     #[test]
     fn a_gallows_is_laid_on_its_side_and_a_cube_has_nothing_to_gain() {
         let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 16.0], [30.0, 16.0], [30.0, 20.0], [0.0, 20.0]];
         let mesh = extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0);
-        let question = Question {
-            support_angle: Some(Angle::degrees(45.0)),
-            self_holding: SelfHolding::default(),
-            layer_mm: 0.2,
-            build_volume_mm: [220.0; 3],
-            step_mm: 1e-6,
-            directions: 0,
-            best: 0,
-            given: None,
-            apart: Angle::degrees(8.0),
-            samples: 0,
-        };
+        let question = Question::of(&Process::named("fdm").unwrap(), 1e-6);
         let standing_now = wanting_support(&mesh, |_| true, &question);
         let now: f64 = standing_now.iter().map(|&f| mesh.facet_area(f as usize)).sum();
         assert!((now - 26.0 * 6.0).abs() < 1e-6, "{now}");

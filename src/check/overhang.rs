@@ -95,7 +95,7 @@ impl Check for Overhang {
         };
         measured.findings = group_equal(judged(&regions, "slope"), 0.5);
         measured.findings.extend(group_equal(judged(&specks, "specks"), 90.0));
-        let turn = better_turn(part, process, &wanted).filter(|_| !measured.findings.is_empty());
+        let turn = if measured.findings.is_empty() { None } else { better_turn(part, process, &wanted) };
         for f in &mut measured.findings {
             f.message = message(f);
             f.fix = fix(process, f, turn.as_deref());
