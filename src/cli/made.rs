@@ -4,6 +4,7 @@ use super::args::How;
 use super::deliver::Delivery;
 use super::words::one_of;
 use crate::error::{Error, Result, printable};
+use crate::field::Field;
 use crate::geometry::TriangleMesh;
 use crate::io::glb::{self, Scene};
 use crate::io::{Content, npy, nrrd, obj, ply, stl, threemf, vti, write_together};
@@ -65,15 +66,16 @@ impl Outputs {
     /// Writes everything, all of it or none, and returns where.
     ///
     /// # Errors
-    /// As [`write_together`].
+    /// As [`write_together`] and [`Operated::field`].
     pub fn write(self, made: &Operated, before: Option<&Before>) -> Result<Vec<PathBuf>> {
         let picture = self.picture.as_ref().map(|to| (to, picture(made, before)));
+        let field = if self.fields.is_empty() { None } else { Some(made.field()?) };
         let mut files: Vec<(&Path, Content)> = Vec::new();
         if let Some(to) = &self.mesh {
             files.push((&to.path, Box::new(move |out| to.mesh(&made.mesh, out))));
         }
-        for to in &self.fields {
-            files.push((&to.path, Box::new(move |out| to.field(made, out))));
+        for (to, field) in self.fields.iter().zip(std::iter::repeat(field.as_deref()).flatten()) {
+            files.push((&to.path, Box::new(move |out| to.field(field, out))));
         }
         if let Some((to, png)) = &picture {
             files.push((&to.path, Box::new(move |out| out.write_all(png))));
@@ -129,11 +131,11 @@ impl Destination {
         }
     }
 
-    fn field(&self, made: &Operated, out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    fn field(&self, field: &Field<f32>, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         match self.suffix {
-            "npy" => npy::write((&made.field).into(), out),
-            "nrrd" => nrrd::write((&made.field).into(), out),
-            _ => vti::write((&made.field).into(), "signed_distance_mm", out),
+            "npy" => npy::write(field.into(), out),
+            "nrrd" => nrrd::write(field.into(), out),
+            _ => vti::write(field.into(), "signed_distance_mm", out),
         }
     }
 }

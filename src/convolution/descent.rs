@@ -1,12 +1,15 @@
 //! Where a moved set meets another, from coarse to fine: only nodes that may meet are looked into, only translations that are
 //! undecided are refined.
 
+use super::cells::{OF_PAIR, all_met, gathered, set_bits, sweep};
 use super::direct::sum_grid;
 use super::tree::{Ground, LEVELS, Neighbourhood, Nodes, SIDE, bits_from};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::grid::Grid;
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A set A made ready to be met by any number of others.
 #[derive(Debug, Clone)]
@@ -17,14 +20,12 @@ pub struct Descent {
 
 /// Translations along a side of the blocks that are decided independently: the width of a node of the highest level.
 const BLOCK: usize = 64;
-/// Cells x < 4, y < 4 of a layer.
-const CORNER: u64 = 0x0F0F_0F0F;
 
 impl Descent {
     /// The set made ready.
     ///
     /// # Cost
-    /// 64 byte reads for every 4³ samples; 64 bytes for every 4³ samples that the boundary of the set is near.
+    /// Five word reads for every 4³ samples; 64 bytes for every 4³ samples that the boundary of the set is near.
     pub fn new(set: &Indicator) -> Self {
         Descent { grid: *set.grid(), ground: Ground::new(set) }
     }
@@ -42,7 +43,19 @@ impl Descent {
     /// For every 4³ translations about the boundary of the result the pairs of 4³ nodes that may meet there, some hundred
     /// operations each. The result, one bit a sample, twice.
     pub fn met_by(&self, b: &Indicator) -> Result<Indicator> {
-        self.met(b, None)
+        whole(self.met(b, None, &Allowance::new(u64::MAX))?)
+    }
+
+    /// As [`Descent::met_by`] if no more than `most` moves of 4³ cells over others decide it, otherwise nothing: thin and
+    /// scattered sets, which no node lies in, leave much undecided until the last level.
+    ///
+    /// # Errors
+    /// As there.
+    ///
+    /// # Cost
+    /// As there; two to five nanoseconds for each move, on one core.
+    pub fn met_by_at_most(&self, b: &Indicator, most: u64) -> Result<Option<Indicator>> {
+        self.met(b, None, &Allowance::new(most))
     }
 
     /// As [`Descent::met_by`], of the translations in some boxes, millimetres, or in a cell of 4³ that one of them touches;
@@ -54,10 +67,10 @@ impl Descent {
     /// # Cost
     /// As there, of these translations only.
     pub fn met_within(&self, b: &Indicator, boxes: &[[[f64; 3]; 2]]) -> Result<Indicator> {
-        self.met(b, Some(boxes))
+        whole(self.met(b, Some(boxes), &Allowance::new(u64::MAX))?)
     }
 
-    fn met(&self, b: &Indicator, boxes: Option<&[[[f64; 3]; 2]]>) -> Result<Indicator> {
+    fn met(&self, b: &Indicator, boxes: Option<&[[[f64; 3]; 2]]>, allowance: &Allowance) -> Result<Option<Indicator>> {
         let [dims, reach] = [self.grid.dims(), b.grid().dims()];
         let far = [0, 1, 2].map(|a| -(b.grid().origin()[a] + b.grid().h() * (reach[a] - 1) as f64));
         let grid = sum_grid(&self.grid, &Grid::new(far, b.grid().spacing(), reach)?)?;
@@ -66,17 +79,22 @@ impl Descent {
         let nodes = Nodes::all(b);
         let zero = [0, 1, 2].map(|a| reach[a] as isize - 1 + first[a] * BLOCK as isize);
         let wanted = boxes.map(|boxes| wanted(boxes, &grid, zero, count)).transpose()?;
+        let arch = Arch::new();
         let blocks: Vec<Option<Vec<u64>>> = (0..count.iter().product())
             .into_par_iter()
             .map(|at| {
                 let [i, j, k] = [at % count[0], at / count[0] % count[1], at / (count[0] * count[1])];
-                let mut search = Search::new(&self.ground, &nodes);
+                let mut search = Search::new(&self.ground, &nodes, allowance);
                 if let Some(wanted) = &wanted {
                     search.wanted = Some((wanted, [i, j, k].map(|n| n as u32)));
                 }
-                search.block([0, 1, 2].map(|a| [i, j, k][a] as isize + first[a]))
+                let cell = [0, 1, 2].map(|a| [i, j, k][a] as isize + first[a]);
+                arch.dispatch(Decision { search, cell })
             })
             .collect();
+        if allowance.is_spent() {
+            return Ok(None);
+        }
         let mut met = Indicator::empty(grid);
         let (words, [nx, ny, _]) = (met.words_per_row(), grid.dims());
         let last = if nx.is_multiple_of(64) { !0 } else { !(!0u64 << (nx % 64)) };
@@ -96,8 +114,32 @@ impl Descent {
                 out[words - 1] &= last;
             },
         );
-        Ok(met)
+        Ok(Some(met))
     }
+}
+
+/// How many moves all threads together may make. Whether more are needed does not depend on their order.
+struct Allowance {
+    most: u64,
+    made: AtomicU64,
+}
+
+impl Allowance {
+    fn new(most: u64) -> Self {
+        Allowance { most, made: AtomicU64::new(0) }
+    }
+
+    fn spend(&self, moves: u64) {
+        self.made.fetch_add(moves, Ordering::Relaxed);
+    }
+
+    fn is_spent(&self) -> bool {
+        self.made.load(Ordering::Relaxed) > self.most
+    }
+}
+
+fn whole(met: Option<Indicator>) -> Result<Indicator> {
+    met.ok_or_else(|| Error::Internal { problem: "a descent without a limit was given up".into() })
 }
 
 /// The cells of 4³ translations that boxes touch, as the nodes of their set; `zero` is the translation, on the grid of the result,
@@ -128,27 +170,48 @@ struct Pair<'a> {
     cells: &'a Neighbourhood,
 }
 
+impl Pair<'_> {
+    /// The cells of a node, moved by as many cells, that come over something.
+    #[inline(always)]
+    fn over_something(&self, by: [u32; 3]) -> u64 {
+        let (shift, z) = (8 * by[1] + by[0], by[2] as usize);
+        gathered([0, 1, 2, 3].map(|layer| self.cells[z + layer] >> shift))
+    }
+
+    /// The node of the level below that a cell is.
+    #[inline(always)]
+    fn part(&self, part: [u32; 3]) -> [u32; 3] {
+        [0, 1, 2].map(|a| SIDE as u32 * self.node[a] + part[a])
+    }
+}
+
 /// The nodes of the moved set that may meet something, level by level, while a block of translations is decided.
 struct Search<'a> {
     ground: &'a Ground,
     nodes: &'a [Nodes],
-    /// Candidates of each level, from 1.
-    candidates: [Vec<[u32; 3]>; LEVELS],
-    /// Those of a level, from 2, that are over something.
+    /// Candidates of each level, from 2.
+    candidates: [Vec<[u32; 3]>; LEVELS - 1],
+    /// Those that are over something.
     pairs: [Vec<Pair<'a>>; LEVELS - 1],
     /// What is asked for, where that is not all, and which block this is.
     wanted: Option<(&'a [Nodes], [u32; 3])>,
     /// Bit rows of the block: row 64·z + y.
     out: Vec<u64>,
+    allowance: &'a Allowance,
+    /// Moves made and not yet told.
+    moves: u64,
+    swept: Swept,
 }
 
 impl<'a> Search<'a> {
-    fn new(ground: &'a Ground, nodes: &'a [Nodes]) -> Self {
+    fn new(ground: &'a Ground, nodes: &'a [Nodes], allowance: &'a Allowance) -> Self {
         let (candidates, pairs) = Default::default();
-        Search { ground, nodes, candidates, pairs, wanted: None, out: Vec::new() }
+        let swept = Swept { round: 0, pairs: [(0, 0, 0); 32] };
+        Search { ground, nodes, candidates, pairs, wanted: None, out: Vec::new(), allowance, moves: 0, swept }
     }
 
     /// Which of the cells of a cell of translations, of a level from 2, are asked for.
+    #[inline(always)]
     fn wanted(&self, level: usize, corner: [usize; 3]) -> u64 {
         let Some((wanted, block)) = self.wanted else { return !0 };
         let width = 1 << (2 * level);
@@ -156,6 +219,7 @@ impl<'a> Search<'a> {
     }
 
     /// The bit rows of a block of translations; `None` if none of them meets anything.
+    #[inline(always)]
     fn block(mut self, cell: [isize; 3]) -> Option<Vec<u64>> {
         if self.wanted(LEVELS, [0; 3]) == 0 {
             return None;
@@ -165,48 +229,65 @@ impl<'a> Search<'a> {
         for at in 0..nx * ny * nz {
             let node = [at % nx, at / nx % ny, at / (nx * ny)].map(|n| n as u32);
             if top.any(node) != 0 && self.ground.any(LEVELS, over(node, cell)).is_some() {
-                self.candidates[LEVELS - 1].push(node);
+                self.candidates[LEVELS - 2].push(node);
             }
         }
-        if self.candidates[LEVELS - 1].is_empty() {
+        if self.candidates[LEVELS - 2].is_empty() {
             return None;
         }
         self.out = vec![0; BLOCK * BLOCK];
-        self.descend(LEVELS, cell, [0; 3]);
+        for by in set_bits(self.decide(LEVELS, cell, [0; 3])) {
+            let (cell, corner) = within(LEVELS, cell, [0; 3], by);
+            self.refine(LEVELS, by);
+            for by in set_bits(self.decide(2, cell, corner)) {
+                let (cell, corner) = within(2, cell, corner, by);
+                let met = self.met_by_samples(by, cell);
+                self.put(met, corner, 1);
+            }
+        }
+        self.allowance.spend(self.moves);
         Some(self.out)
     }
 
-    /// Decides the 4³ cells of translations of a cell; `corner` is its first translation within the block.
-    fn descend(&mut self, level: usize, cell: [isize; 3], corner: [usize; 3]) {
-        if level == 1 {
-            let met = self.met_by_samples(cell);
-            self.put(met, corner, 1);
-            return;
+    /// Marks the cells of a cell of translations, of a level from 2, at which something is met for certain, and tells those that
+    /// are undecided; `corner` is its first translation within the block.
+    #[inline(always)]
+    fn decide(&mut self, level: usize, cell: [isize; 3], corner: [usize; 3]) -> u64 {
+        self.allowance.spend(std::mem::take(&mut self.moves));
+        if self.allowance.is_spent() {
+            return 0;
         }
         let wanted = self.wanted(level, corner);
         let [possible, sure] = self.met_by_cells(level, cell).map(|cells| cells & wanted);
-        let width = 1 << (2 * (level - 1));
-        self.put(sure, corner, width);
-        let mut open = possible & !sure;
-        while open != 0 {
-            let bit = open.trailing_zeros();
-            open &= open - 1;
-            let by = place(bit);
-            self.refine(level, by);
-            let within = [0, 1, 2].map(|a| SIDE * cell[a] + by[a] as isize);
-            self.descend(level - 1, within, [0, 1, 2].map(|a| corner[a] + width * by[a] as usize));
-        }
+        self.put(sure, corner, width(level));
+        possible & !sure
     }
 
-    /// The translations of a cell at which any sample is met.
-    fn met_by_samples(&self, cell: [isize; 3]) -> u64 {
+    /// The translations, of one of the cells of a cell, at which any sample is met.
+    #[inline(always)]
+    fn met_by_samples(&mut self, by: [u32; 3], within: [isize; 3]) -> u64 {
         let mut met = [0; 4];
-        for &node in &self.candidates[0] {
-            if let Some(cells) = self.ground.any(1, over(node, cell)) {
-                sweep(self.nodes[0].any(node), cells, &mut met);
-            }
-            if met.iter().all(|m| m & CORNER == CORNER) {
-                break;
+        self.swept.forget();
+        // Full nodes first: where all translations of a cell meet, one of them often tells.
+        for full in [true, false] {
+            for pair in &self.pairs[0] {
+                let nodes = if full { pair.full } else { pair.any & !pair.full };
+                if nodes == 0 {
+                    continue;
+                }
+                for part in set_bits(pair.over_something(by) & nodes) {
+                    let node = pair.part(part);
+                    self.moves += OF_PAIR;
+                    let Some((number, cells)) = self.ground.samples(over(node, within)) else { continue };
+                    let node = self.nodes[0].any(node);
+                    if self.swept.contains(node, number) {
+                        continue;
+                    }
+                    self.moves += sweep(node, cells, &mut met);
+                    if all_met(&met) {
+                        return !0;
+                    }
+                }
             }
         }
         gathered(met)
@@ -214,49 +295,38 @@ impl<'a> Search<'a> {
 
     /// The cells of translations, of a cell, in which something may be met, and those in which something is met for certain;
     /// notes the pairs.
+    #[inline(always)]
     fn met_by_cells(&mut self, level: usize, cell: [isize; 3]) -> [u64; 2] {
         let (mut possible, mut sure) = ([0; 4], [0; 4]);
         let pairs = &mut self.pairs[level - 2];
         pairs.clear();
-        for &node in &self.candidates[level - 1] {
+        self.moves += OF_PAIR * self.candidates[level - 2].len() as u64;
+        for &node in &self.candidates[level - 2] {
             let index = over(node, cell);
             let Some(cells) = self.ground.any(level, index) else { continue };
             let pair =
                 Pair { node, any: self.nodes[level - 1].any(node), full: self.nodes[level - 1].full(node), cells };
             pairs.push(pair);
-            sweep(pair.any, cells, &mut possible);
+            self.moves += sweep(pair.any, cells, &mut possible);
             if let Some(cells) = self.ground.sure(level, index) {
-                sweep(pair.full, cells, &mut sure);
+                self.moves += sweep(pair.full, cells, &mut sure);
             }
         }
         [possible, sure].map(gathered)
     }
 
     /// The candidates of the level below for one of the cells of a cell.
+    #[inline(always)]
     fn refine(&mut self, level: usize, by: [u32; 3]) {
-        let below = &mut self.candidates[level - 2];
+        let below = &mut self.candidates[level - 3];
         below.clear();
-        // Full ones first: where all translations of a cell meet, one of them often tells.
-        let mut first = 0;
-        let (shift, z) = (8 * by[1] + by[0], by[2] as usize);
         for pair in &self.pairs[level - 2] {
-            let layers = [0, 1, 2, 3].map(|layer| pair.cells[z + layer] >> shift);
-            let mut met = gathered(layers) & pair.any;
-            while met != 0 {
-                let bit = met.trailing_zeros();
-                met &= met - 1;
-                let part = place(bit);
-                below.push([0, 1, 2].map(|a| 4 * pair.node[a] + part[a]));
-                if pair.full >> bit & 1 == 1 {
-                    let last = below.len() - 1;
-                    below.swap(first, last);
-                    first += 1;
-                }
-            }
+            below.extend(set_bits(pair.over_something(by) & pair.any).map(|part| pair.part(part)));
         }
     }
 
     /// Marks cells of translations, given as the 64 of a cell, each `width` wide.
+    #[inline(always)]
     fn put(&mut self, cells: u64, corner: [usize; 3], width: usize) {
         for (layer, z) in (0..4).map(|z| (cells >> (16 * z) & 0xFFFF, z)).filter(|(layer, _)| *layer != 0) {
             for y in 0..4 {
@@ -277,78 +347,58 @@ impl<'a> Search<'a> {
     }
 }
 
+/// A block to be decided, all of it in the instructions of the machine at hand, which a closure of this size would not be.
+struct Decision<'a> {
+    search: Search<'a>,
+    cell: [isize; 3],
+}
+
+impl NullaryFnOnce for Decision<'_> {
+    type Output = Option<Vec<u64>>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.search.block(self.cell)
+    }
+}
+
+/// Nodes and neighbourhoods that have been swept: flat faces lie over each other in many equal pairs.
+struct Swept {
+    round: u32,
+    pairs: [(u64, u32, u32); 32],
+}
+
+impl Swept {
+    #[inline(always)]
+    fn forget(&mut self) {
+        self.round += 1;
+    }
+
+    /// Whether a pair has been asked for since, as far as is remembered; remembers it.
+    #[inline(always)]
+    fn contains(&mut self, node: u64, number: u32) -> bool {
+        let hash = (node ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let pair = (node, number, self.round);
+        std::mem::replace(&mut self.pairs[(hash >> 59) as usize], pair) == pair
+    }
+}
+
+/// Translations along a cell of a level below.
+#[inline(always)]
+fn width(level: usize) -> usize {
+    1 << (2 * (level - 1))
+}
+
+/// One of the cells of a cell of translations, and its first translation within the block.
+#[inline(always)]
+fn within(level: usize, cell: [isize; 3], corner: [usize; 3], by: [u32; 3]) -> ([isize; 3], [usize; 3]) {
+    ([0, 1, 2].map(|a| SIDE * cell[a] + by[a] as isize), [0, 1, 2].map(|a| corner[a] + width(level) * by[a] as usize))
+}
+
 /// The node of the standing set that a node of the moved one comes over first.
-#[inline]
+#[inline(always)]
 fn over(node: [u32; 3], cell: [isize; 3]) -> [isize; 3] {
     [0, 1, 2].map(|a| node[a] as isize + cell[a])
-}
-
-/// The cell of a node that a bit stands for.
-#[inline]
-fn place(bit: u32) -> [u32; 3] {
-    [bit & 3, bit >> 2 & 3, bit >> 4]
-}
-
-/// Unites, for each move r ∈ {0 … 3}³, whether a cell of the node moved by r meets one of the neighbourhood: layer r_z, bit
-/// 8·r_y + r_x.
-#[inline]
-fn sweep(node: u64, cells: &Neighbourhood, met: &mut [u64; 4]) {
-    if node.count_ones() < FEW {
-        let mut rest = node;
-        while rest != 0 {
-            let bit = rest.trailing_zeros();
-            rest &= rest - 1;
-            add_moved(cells, (bit >> 4) as usize, 8 * (bit >> 2 & 3) + (bit & 3), met);
-        }
-        return;
-    }
-    // Cells that a run of two, of three and of four along x meets; what wraps into another row is beyond all moves.
-    let two = cells.map(|c| c | c >> 1);
-    let four = two.map(|c| c | c >> 2);
-    if node == !0 {
-        let all = four.map(|c| c | c >> 8).map(|c| c | c >> 16);
-        for (layer, m) in met.iter_mut().enumerate() {
-            *m |= all[layer] | all[layer + 1] | all[layer + 2] | all[layer + 3];
-        }
-        return;
-    }
-    let mut three = two;
-    three.iter_mut().zip(cells).for_each(|(t, c)| *t |= c >> 2);
-    for row in 0..16 {
-        let (z, shift) = (row >> 2, 8 * (row as u32 & 3));
-        match node >> (4 * row) & 0xF {
-            0 => {}
-            0b1111 => add_moved(&four, z, shift, met),
-            0b0111 => add_moved(&three, z, shift, met),
-            0b1110 => add_moved(&three, z, shift + 1, met),
-            0b0011 => add_moved(&two, z, shift, met),
-            0b0110 => add_moved(&two, z, shift + 1, met),
-            0b1100 => add_moved(&two, z, shift + 2, met),
-            bits => (0..4).filter(|x| bits >> x & 1 == 1).for_each(|x| add_moved(cells, z, shift + x, met)),
-        }
-    }
-}
-
-/// Below this number of cells they are swept one by one.
-const FEW: u32 = 8;
-
-#[inline]
-fn add_moved(cells: &Neighbourhood, z: usize, shift: u32, met: &mut [u64; 4]) {
-    for (layer, m) in met.iter_mut().enumerate() {
-        *m |= cells[z + layer] >> shift;
-    }
-}
-
-/// The cells x < 4, y < 4 of four layers as bits 16·z + 4·y + x.
-#[inline]
-fn gathered(layers: [u64; 4]) -> u64 {
-    let mut word = 0;
-    for (z, layer) in layers.into_iter().enumerate() {
-        let v = layer & CORNER;
-        let v = (v | v >> 4) & 0x00FF_00FF;
-        word |= ((v | v >> 8) & 0xFFFF) << (16 * z);
-    }
-    word
 }
 
 #[cfg(test)]
@@ -412,6 +462,21 @@ mod tests {
             }
         }
         assert!(full > 50, "{full}");
+    }
+
+    #[test]
+    fn a_descent_with_too_few_moves_says_nothing() {
+        let a = blocks([3.0, -1.0, 2.0], [90, 70, 66], 5, 6);
+        let b = sparse([-0.5, 4.0, 1.5], [65, 40, 80], 6, 30);
+        let ready = Descent::new(&a);
+        let all = ready.met_by(&b).unwrap();
+        assert!((0..24).any(|n| ready.met_by_at_most(&b, 1 << n).unwrap().is_none()));
+        for most in [1 << 20, 1 << 22, u64::MAX] {
+            assert!(ready.met_by_at_most(&b, most).unwrap().is_none_or(|met| met == all), "{most}");
+        }
+        assert!(ready.met_by_at_most(&b, 0).unwrap().is_none());
+        let nothing = Indicator::empty(*b.grid());
+        assert!(ready.met_by_at_most(&nothing, 0).unwrap().is_some_and(|met| met.is_empty()));
     }
 
     #[test]

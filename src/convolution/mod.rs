@@ -3,6 +3,7 @@
 //! [`Convolver`] keeps a part's spectrum and lays any number of elements over it; [`Workload`] is the rule that says
 //! which arithmetic is exact, and refuses the rest. [`Descent`] tells where they meet at all, from coarse to fine, in bits alone.
 
+mod cells;
 mod convolver;
 mod descent;
 mod direct;
@@ -27,3 +28,4 @@ pub use size::{good_even_size, good_size};
 pub use spectrum::Spectrum;
 pub use tiles::{convolve_tiled, dilate_tiled};
 pub use transform::{Real, RowContent, Transform, Window};
+pub use tree::boundary_nodes;

@@ -5,6 +5,7 @@
 
 use crate::field::Indicator;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Levels of nodes above the samples.
 pub(super) const LEVELS: usize = 3;
@@ -25,25 +26,41 @@ struct Neighbourhoods {
 }
 
 const EMPTY: u32 = 0;
+const FULL: u32 = 1;
+/// Neighbourhoods along x that 64 cells hold.
+const AT_ONCE: usize = 15;
 
 impl Neighbourhoods {
-    /// A table for nodes from −2 up to `dims` less 2 along each axis.
-    fn new(dims: [usize; 3], of: impl Fn([isize; 3]) -> Neighbourhood + Sync) -> Self {
+    /// The table of a set of cells.
+    fn of(cells: &Cells) -> Self {
+        let dims = cells.dims.map(|n| (n - cells.before).div_ceil(SIDE as usize) + BEFORE as usize);
         let planes: Vec<(Vec<u32>, Vec<Neighbourhood>)> = (0..dims[2])
             .into_par_iter()
             .map(|k| {
                 let (mut slots, mut own) = (Vec::with_capacity(dims[0] * dims[1]), Vec::new());
-                for j in 0..dims[1] {
-                    for i in 0..dims[0] {
-                        let cells = of([i, j, k].map(|n| n as isize - BEFORE));
-                        slots.push(if cells == [0; 8] {
-                            EMPTY
-                        } else if cells == [!0; 8] {
-                            1
-                        } else {
+                let mut rows = [0u64; 64];
+                for (j, first) in (0..dims[1]).flat_map(|j| (0..dims[0]).step_by(AT_ONCE).map(move |first| (j, first)))
+                {
+                    let corner = [first, j, k].map(|n| SIDE * (n as isize - BEFORE) + cells.before as isize);
+                    cells.rows_around(corner, &mut rows);
+                    let (any, all) = rows.iter().fold((0, !0), |(any, all), row| (any | row, all & row));
+                    for shift in (first..dims[0].min(first + AT_ONCE)).map(|i| SIDE as usize * (i - first)) {
+                        if any >> shift & 0xFF == 0 || all >> shift & 0xFF == 0xFF {
+                            slots.push(if any >> shift & 0xFF == 0 { EMPTY } else { FULL });
+                            continue;
+                        }
+                        let cells = bytes_of(&rows, shift);
+                        // Flat faces: the same as the one before along x or y.
+                        let before =
+                            |step: usize| slots.len().checked_sub(step).map(|at| slots[at]).filter(|s| *s > FULL);
+                        let same = [before(1), before(dims[0])]
+                            .into_iter()
+                            .flatten()
+                            .find(|s| own[(s - FULL - 1) as usize] == cells);
+                        slots.push(same.unwrap_or_else(|| {
                             own.push(cells);
-                            own.len() as u32 + 1
-                        });
+                            own.len() as u32 + FULL
+                        }));
                     }
                 }
                 (slots, own)
@@ -52,19 +69,26 @@ impl Neighbourhoods {
         let mut table = Neighbourhoods { dims, slots: Vec::new(), stored: vec![[0; 8], [!0; 8]] };
         for (slots, own) in planes {
             let before = table.stored.len() as u32 - 2;
-            table.slots.extend(slots.into_iter().map(|s| if s > 1 { s + before } else { s }));
+            table.slots.extend(slots.into_iter().map(|s| if s > FULL { s + before } else { s }));
             table.stored.extend(own);
         }
         table
     }
 
-    /// The cells that a node at an index may come over; `None` if there are none.
-    #[inline]
-    fn at(&self, index: [isize; 3]) -> Option<&Neighbourhood> {
+    /// The table of the nodes of this one that hold anything.
+    fn above(&self) -> Self {
+        let [nx, ny, _] = self.dims;
+        let some = |[i, j, k]: [usize; 3]| self.slots[(k * ny + j) * nx + i] != EMPTY;
+        Neighbourhoods::of(&Cells { before: BEFORE as usize, ..Cells::those(self.dims, some) })
+    }
+
+    /// The cells that a node at an index may come over, with a number that equal ones often share; `None` if there are none.
+    #[inline(always)]
+    fn at(&self, index: [isize; 3]) -> Option<(u32, &Neighbourhood)> {
         let [i, j, k] = index.map(|n| (n + BEFORE) as usize);
         let inside = i < self.dims[0] && j < self.dims[1] && k < self.dims[2];
         let slot = if inside { self.slots[(k * self.dims[1] + j) * self.dims[0] + i] } else { EMPTY };
-        (slot != EMPTY).then(|| &self.stored[slot as usize])
+        (slot != EMPTY).then(|| (slot, &self.stored[slot as usize]))
     }
 }
 
@@ -79,66 +103,78 @@ pub(super) struct Ground {
 
 impl Ground {
     pub fn new(set: &Indicator) -> Self {
-        let mut dims = set.grid().dims().map(|n| n.div_ceil(SIDE as usize) + BEFORE as usize);
-        let mut any = vec![Neighbourhoods::new(dims, |node| samples_around(set, node))];
+        let samples = Cells { dims: set.grid().dims(), before: 0, words: Cow::Borrowed(set.words()) };
+        let mut any = vec![Neighbourhoods::of(&samples)];
         let mut sure: Vec<Neighbourhoods> = Vec::new();
-        let mut step = SIDE;
+        let mut step = SIDE as usize;
         for level in 1..LEVELS {
-            dims = dims.map(|n| n.div_ceil(SIDE as usize) + BEFORE as usize);
-            let below = &any[level - 1];
-            let possible = Neighbourhoods::new(dims, |node| around(node, |cell| below.at(cell).is_some()));
             // The last sample of a cell: a full cell of the other holds it however it is moved.
-            let last = |cell: [isize; 3]| inside(set, cell.map(|c| step * c + step - 1));
-            sure.push(Neighbourhoods::new(dims, |node| around(node, last)));
-            any.push(possible);
-            step *= SIDE;
+            let last = |cell: [usize; 3]| set.contains(cell.map(|c| step * c + step - 1));
+            sure.push(Neighbourhoods::of(&Cells::those(samples.dims.map(|n| n.div_ceil(step)), last)));
+            any.push(any[level - 1].above());
+            step *= SIDE as usize;
         }
         Ground { any, sure }
     }
 
     /// What a node of this level may meet at an index, in cells of the level below.
-    #[inline]
+    #[inline(always)]
     pub fn any(&self, level: usize, index: [isize; 3]) -> Option<&Neighbourhood> {
-        self.any[level - 1].at(index)
+        Some(self.any[level - 1].at(index)?.1)
+    }
+
+    /// What a node of the lowest level may meet at an index, with a number that equal neighbourhoods often share.
+    #[inline(always)]
+    pub fn samples(&self, index: [isize; 3]) -> Option<(u32, &Neighbourhood)> {
+        self.any[0].at(index)
     }
 
     /// What full cells of the level below meet for certain; levels from 2.
-    #[inline]
+    #[inline(always)]
     pub fn sure(&self, level: usize, index: [isize; 3]) -> Option<&Neighbourhood> {
-        self.sure[level - 2].at(index)
+        Some(self.sure[level - 2].at(index)?.1)
     }
 }
 
-fn inside(set: &Indicator, at: [isize; 3]) -> bool {
-    at.iter().all(|&i| i >= 0) && set.contains(at.map(|i| i as usize))
+/// A set of cells as bit rows along x; the cell at index c is bit c + `before`.
+struct Cells<'a> {
+    dims: [usize; 3],
+    before: usize,
+    words: Cow<'a, [u64]>,
 }
 
-/// The cells from 4·node on that satisfy a predicate.
-fn around(node: [isize; 3], cell: impl Fn([isize; 3]) -> bool) -> Neighbourhood {
-    let mut cells = [0u64; 8];
-    for (z, layer) in cells.iter_mut().enumerate() {
-        for bit in 0..64 {
-            let of = [bit % 8, bit / 8, z as isize];
-            if cell([0, 1, 2].map(|a| SIDE * node[a] + of[a])) {
-                *layer |= 1 << bit;
-            }
+impl Cells<'_> {
+    fn those(dims: [usize; 3], hold: impl Fn([usize; 3]) -> bool + Sync) -> Self {
+        let [nx, ny, nz] = dims;
+        let mut words = vec![0; nx.div_ceil(64) * ny * nz];
+        words.par_chunks_mut(nx.div_ceil(64)).enumerate().for_each(|(row, words)| {
+            let held = (0..nx).filter(|&i| hold([i, row % ny, row / ny]));
+            held.for_each(|i| words[i / 64] |= 1 << (i % 64));
+        });
+        Cells { dims, before: 0, words: words.into() }
+    }
+
+    /// 64 bits along x of 8 × 8 rows from a corner on, row 8·z + y.
+    fn rows_around(&self, corner: [isize; 3], rows: &mut [u64; 64]) {
+        let [nx, ny, nz] = self.dims;
+        let words = nx.div_ceil(64);
+        let index = |first: isize, step: usize, n: usize| {
+            first.checked_add_unsigned(step)?.try_into().ok().filter(|&i: &usize| i < n)
+        };
+        for (at, row) in rows.iter_mut().enumerate() {
+            *row = match (index(corner[1], at % 8, ny), index(corner[2], at / 8, nz)) {
+                (Some(j), Some(k)) => bits_from(&self.words[(k * ny + j) * words..][..words], corner[0]),
+                _ => 0,
+            };
         }
     }
-    cells
 }
 
-/// The same for the samples of a set, eight at a time.
-fn samples_around(set: &Indicator, node: [isize; 3]) -> Neighbourhood {
-    let [_, ny, nz] = set.grid().dims();
-    let first = node.map(|n| SIDE * n);
-    let mut cells = [0u64; 8];
-    for (z, layer) in cells.iter_mut().enumerate() {
-        for y in 0..8 {
-            let (j, k) = (first[1] + y, first[2] + z as isize);
-            if (0..ny as isize).contains(&j) && (0..nz as isize).contains(&k) {
-                *layer |= (bits_from(set.row(j as usize, k as usize), first[0]) & 0xFF) << (8 * y);
-            }
-        }
+/// The neighbourhood of eight cells along x from one of them on.
+fn bytes_of(rows: &[u64; 64], shift: usize) -> Neighbourhood {
+    let mut cells = [0; 8];
+    for (layer, rows) in cells.iter_mut().zip(rows.chunks_exact(8)) {
+        *layer = rows.iter().rev().fold(0, |layer, row| layer << 8 | (row >> shift & 0xFF));
     }
     cells
 }
@@ -203,21 +239,61 @@ impl Nodes {
         Nodes { dims, any, full }
     }
 
-    #[inline]
+    #[inline(always)]
     fn offset(&self, node: [u32; 3]) -> Option<usize> {
         let [i, j, k] = node.map(|n| n as usize);
         (i < self.dims[0] && j < self.dims[1] && k < self.dims[2]).then(|| (k * self.dims[1] + j) * self.dims[0] + i)
     }
 
     /// Cells of a node that hold any of the set.
-    #[inline]
+    #[inline(always)]
     pub fn any(&self, node: [u32; 3]) -> u64 {
         self.offset(node).map_or(0, |at| self.any[at])
     }
 
     /// Cells of a node that lie in the set; levels from 2.
-    #[inline]
+    #[inline(always)]
     pub fn full(&self, node: [u32; 3]) -> u64 {
         self.offset(node).map_or(0, |at| self.full[at])
+    }
+}
+
+/// How many nodes of 4³ samples hold some of a set and not all: the measure of its boundary that the cost of a descent grows with.
+pub fn boundary_nodes(set: &Indicator) -> usize {
+    let ([_, ny, nz], words) = (set.grid().dims(), set.words_per_row());
+    let of_row = |at: usize| -> usize {
+        let (j, k) = (4 * (at % ny.div_ceil(4)), 4 * (at / ny.div_ceil(4)));
+        let whole = j + 4 <= ny && k + 4 <= nz;
+        let rows = || (k..nz.min(k + 4)).flat_map(|k| (j..ny.min(j + 4)).map(move |j| set.row(j, k)));
+        let in_word = |w: usize| {
+            let (any, all) = rows().fold((0, !0), |(any, all), row| (any | row[w], all & row[w]));
+            let fours =
+                |any: u64, all: u64| (any | any >> 1 | any >> 2 | any >> 3, all & all >> 1 & all >> 2 & all >> 3);
+            let (any, all) = fours(any, if whole { all } else { 0 });
+            (any & !all & 0x1111_1111_1111_1111).count_ones() as usize
+        };
+        (0..words).map(in_word).sum()
+    };
+    (0..ny.div_ceil(4) * nz.div_ceil(4)).into_par_iter().map(of_row).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+    use crate::units::Length;
+
+    #[test]
+    fn boundary_nodes_are_those_that_hold_some_and_not_all() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [70, 9, 8]).unwrap();
+        let set = Indicator::from_predicate(grid, |at| {
+            let [i, j, k] = grid.index(at);
+            (3..67).contains(&i) && j < 8 && k < 8
+        });
+        // Four columns of nodes cut at each end, full ones between.
+        assert_eq!(boundary_nodes(&set), 2 * 4);
+        // Without it: those, the ones that the grid ends in beyond them, and all of the last row.
+        assert_eq!(boundary_nodes(&set.complement()), 3 * 4 + 2 * 18);
+        assert_eq!(boundary_nodes(&Indicator::empty(grid)), 0);
     }
 }

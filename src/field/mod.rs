@@ -22,3 +22,4 @@ pub use indicator::Indicator;
 pub use sampled::Field;
 pub use signed_distance::SignedDistance;
 pub use singular::{Nascent, Singular, contact_area, volume_fraction};
+pub(crate) use window::bits_from;

@@ -68,16 +68,26 @@ impl Indicator {
         // The counts and the spacing are those of a grid that exists, and a negated position is finite.
         let Ok(mirrored) = Grid::new(origin, grid.spacing(), dims) else { return self.clone() };
         let mut out = Indicator::empty(mirrored);
-        for at in self.iter() {
-            let index = grid.index(at);
-            out.set([0, 1, 2].map(|a| dims[a] - 1 - index[a]), true);
-        }
+        let (words, [nx, ny, nz]) = (self.words_per_row(), dims);
+        out.words_mut().par_chunks_mut(words).enumerate().for_each_init(
+            Vec::new,
+            |backwards: &mut Vec<u64>, (row, to)| {
+                let from = self.row(ny - 1 - row % ny, nz - 1 - row / ny);
+                backwards.clear();
+                backwards.extend(from.iter().rev().map(|w| w.reverse_bits()));
+                let padding = 64 * words - nx;
+                for (w, word) in to.iter_mut().enumerate() {
+                    *word = bits_from(backwards, 64 * words, (64 * w + padding) as isize);
+                }
+            },
+        );
         out
     }
 }
 
 /// Sixty-four bits of a row from position `start`, which may lie before it or beyond it.
-fn bits_from(row: &[u64], samples: usize, start: isize) -> u64 {
+#[inline]
+pub(crate) fn bits_from(row: &[u64], samples: usize, start: isize) -> u64 {
     if start >= samples as isize || start <= -64 {
         return 0;
     }

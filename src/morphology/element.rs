@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::Indicator;
-use crate::geometry::{InsideRule, Primitive, TriangleMesh, voxelize};
+use crate::geometry::{InsideRule, Primitive, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::Length;
 
@@ -135,17 +135,17 @@ impl Sides {
     /// grid just large enough.
     ///
     /// # Errors
-    /// [`Error::NoGeometry`] for a mesh without facets, otherwise as [`voxelize()`].
+    /// [`Error::NoGeometry`] for a mesh without facets, otherwise as [`enclose`].
     ///
     /// # Cost
-    /// As [`voxelize()`].
+    /// As [`enclose`].
     pub fn of_mesh(mesh: &TriangleMesh, spacing: Length, phase: [f64; 3]) -> Result<Self> {
         let (lo, hi) = mesh.bounds().ok_or_else(|| Error::NoGeometry {
             problem: "the mesh has no facets".into(),
             remedy: "give a closed mesh".into(),
         })?;
-        let solid = voxelize(mesh, &lattice_box(lo, hi, spacing, phase)?, InsideRule::Crossings)?;
-        Ok(Sides { full: solid.inner, points: solid.centres, touched: solid.outer })
+        let cast = enclose(mesh, &lattice_box(lo, hi, spacing, phase)?, InsideRule::Crossings)?;
+        Ok(Sides { full: cast.inner, points: cast.centres, touched: cast.outer })
     }
 
     /// The three sides of a built-in shape, from its exact distance: a cube touches it, or lies in it, as far as the

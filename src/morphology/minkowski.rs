@@ -1,7 +1,8 @@
 //! Dilation and erosion of sets of samples, by the cheapest exact path.
 
+use super::cost::Costs;
 use super::element::{Shape, StructuringElement};
-use crate::convolution::{Precision, dilate_by_runs, dilate_tiled, run_count, sum_grid};
+use crate::convolution::{Descent, Precision, dilate_by_runs, dilate_tiled, sum_grid};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
@@ -18,6 +19,8 @@ pub enum Path {
     RunningMaxima,
     /// An exact distance transform, cut at the radius: balls only.
     DistanceTransform,
+    /// Nodes of 64, 16 and 4 samples laid over each other, refined where they do not decide.
+    Descent,
     /// Fourier transforms in tiles, with exact counts.
     Transform(Precision),
 }
@@ -28,6 +31,7 @@ impl fmt::Display for Path {
             Path::BitRows => write!(f, "bit rows"),
             Path::RunningMaxima => write!(f, "running maxima"),
             Path::DistanceTransform => write!(f, "distance transform"),
+            Path::Descent => write!(f, "coarse to fine"),
             Path::Transform(Precision::Single) => write!(f, "transform (f32)"),
             Path::Transform(Precision::Double) => write!(f, "transform (f64)"),
             Path::Transform(Precision::Modular) => write!(f, "transform (integers)"),
@@ -52,8 +56,10 @@ pub struct Morphed {
 /// [`Error::Operand`] for different spacings.
 ///
 /// # Cost
-/// The least of: log₂(counts) walks over bit rows for a box; runs(B)·words(A) for shifted rows; two transforms for each
-/// tile that the boundary of A passes.
+/// The least of: log₂(counts) walks over bit rows for a box; runs(B)·words(A) for shifted rows; a distance transform for a
+/// ball; two transforms for each tile that the boundary of A passes; from coarse to fine, some hundred operations for each pair of 4³ nodes of
+/// both boundaries that may meet, about 5·(nA + nB)·√min(nA, nB) of them. A descent that takes more than
+/// the next best path is given up for it, so that no set costs much more than twice that.
 ///
 /// # Source
 /// J. Serra, Image Analysis and Mathematical Morphology, 1982.
@@ -68,8 +74,14 @@ pub struct Morphed {
 /// # Ok::<(), amcheck::Error>(())
 /// ```
 pub fn dilate(a: &Indicator, b: &StructuringElement) -> Result<Morphed> {
-    let path = cheapest_path(a, b)?;
-    dilate_along(path, a, b)
+    let costs = Costs::of(a, b)?;
+    match costs.cheapest() {
+        Path::Descent => match dilate_by_descent(a, b.set(), costs.allowance())? {
+            Some(set) => Ok(Morphed { set, path: Path::Descent }),
+            None => dilate_along(costs.next_best(), a, b),
+        },
+        path => dilate_along(path, a, b),
+    }
 }
 
 /// A ⊖ B = { x : x + B ⊆ A }, with everything outside A's grid outside A.
@@ -83,9 +95,7 @@ pub fn dilate(a: &Indicator, b: &StructuringElement) -> Result<Morphed> {
 /// # Cost
 /// As [`dilate`]: A ⊖ B = ¬(¬A ⊕ B̌) where B fits into A's grid.
 pub fn erode(a: &Indicator, b: &StructuringElement) -> Result<Morphed> {
-    let inner = erosion_window(a, b)?;
-    let path = cheapest_path(a, b)?;
-    erode_along(path, a, b, inner)
+    eroded(a, b, dilate)
 }
 
 /// As [`dilate`], along a given path.
@@ -104,6 +114,12 @@ pub fn dilate_along(path: Path, a: &Indicator, b: &StructuringElement) -> Result
             problem: format!("{path} cannot use an element of the shape {:?}", b.shape()),
             remedy: "let the path be chosen".into(),
         }),
+        Path::Descent => {
+            let set = dilate_by_descent(a, b.set(), u64::MAX)?;
+            let set =
+                set.ok_or_else(|| Error::Internal { problem: "a descent without a limit was given up".into() })?;
+            Ok(Morphed { set, path })
+        }
         Path::Transform(_) => {
             let (set, precision) = dilate_tiled(a, b.set())?;
             Ok(Morphed { set, path: Path::Transform(precision) })
@@ -116,8 +132,10 @@ pub fn dilate_along(path: Path, a: &Indicator, b: &StructuringElement) -> Result
 /// # Errors
 /// As [`dilate_along`].
 pub fn erode_by_path(path: Path, a: &Indicator, b: &StructuringElement) -> Result<Morphed> {
-    let inner = erosion_window(a, b)?;
-    erode_along(path, a, b, inner)
+    eroded(a, b, |a, element| {
+        let boxed = path != Path::RunningMaxima || element.shape() == Shape::Box;
+        dilate_along(if boxed { path } else { Path::BitRows }, a, element)
+    })
 }
 
 /// Where an erosion can be: the full grid of translations, and the box in which the element fits into A's grid.
@@ -141,34 +159,28 @@ fn erosion_window(a: &Indicator, b: &StructuringElement) -> Result<ErosionWindow
     Ok(ErosionWindow { full, element: b.cropped()?, fit })
 }
 
-fn erode_along(path: Path, a: &Indicator, b: &StructuringElement, window: ErosionWindow) -> Result<Morphed> {
+/// The complement of what `dilated` makes of A's complement and the reflected element, where the element fits.
+fn eroded(
+    a: &Indicator,
+    b: &StructuringElement,
+    dilated: impl Fn(&Indicator, &StructuringElement) -> Result<Morphed>,
+) -> Result<Morphed> {
+    let window = erosion_window(a, b)?;
     let Some((first, dims)) = window.fit else {
-        return Ok(Morphed { set: Indicator::empty(window.full), path });
+        return Ok(Morphed { set: Indicator::empty(window.full), path: Path::BitRows });
     };
-    let shape_kept = b.shape() == window.element.shape() || path != Path::RunningMaxima;
-    let path = if shape_kept { path } else { Path::BitRows };
-    let hit = dilate_along(path, &a.complement(), &window.element.reflected())?;
+    let hit = dilated(&a.complement(), &window.element.reflected())?;
     let support = window.element.set().grid().dims();
     let fitting = hit.set.window(support.map(|n| n as isize - 1), dims)?.complement();
     let set = fitting.placed(first.map(|i| -(i as isize)), window.full)?;
     Ok(Morphed { set, path: hit.path })
 }
 
-/// The path that costs least, by operations: rates measured on two cores, in nanoseconds.
-fn cheapest_path(a: &Indicator, b: &StructuringElement) -> Result<Path> {
-    if b.shape() == Shape::Box {
-        return Ok(Path::RunningMaxima);
-    }
-    let sum = sum_grid(a.grid(), b.set().grid())?;
-    let by_rows = run_count(b.set()) as f64 * a.words().len() as f64 * 0.3;
-    // A tile of four elements a side costs about 1/(¾)³ of its samples twice; half the tiles hold no boundary.
-    let by_tiles = sum.samples() as f64 * 25.0 + 2e5;
-    let by_distance = if matches!(b.shape(), Shape::Ball { .. }) { sum.samples() as f64 * 8.0 } else { f64::INFINITY };
-    Ok(match () {
-        () if by_rows <= by_tiles.min(by_distance) => Path::BitRows,
-        () if by_distance <= by_tiles => Path::DistanceTransform,
-        () => Path::Transform(Precision::Double),
-    })
+/// A ⊕ B as the translations at which −B meets A, on the grid of the sum; nothing if more moves than allowed are needed.
+fn dilate_by_descent(a: &Indicator, b: &Indicator, most: u64) -> Result<Option<Indicator>> {
+    let met = Descent::new(a).met_by_at_most(&b.reflected(), most)?;
+    // The same samples: reflecting twice may change the last bit of the origin.
+    met.map(|met| met.placed([0; 3], sum_grid(a.grid(), b.grid())?)).transpose()
 }
 
 /// Dilation by a digital ball: the samples whose squared distance to A is at most that of the ball.
@@ -247,11 +259,13 @@ mod tests {
             StructuringElement::cuboid([4, 1, 3], Length::mm(H)).unwrap(),
             StructuringElement::cuboid([1, 7, 2], Length::mm(H)).unwrap(),
             StructuringElement::new(lopsided).unwrap(),
+            // Larger than some sets along every axis.
+            StructuringElement::new(random_set([2.0, -3.0, 0.25], [14, 11, 9], 78, 7)).unwrap(),
         ]
     }
 
     fn paths(b: &StructuringElement) -> Vec<Path> {
-        let mut paths = vec![Path::BitRows, Path::Transform(Precision::Double)];
+        let mut paths = vec![Path::BitRows, Path::Descent, Path::Transform(Precision::Double)];
         if b.shape() == Shape::Box {
             paths.push(Path::RunningMaxima);
         }
@@ -272,6 +286,20 @@ mod tests {
                     assert_eq!(dilate_along(path, &a, &b).unwrap().set, want, "{path}");
                 }
                 assert_eq!(dilate(&a, &b).unwrap().set, want);
+            }
+        }
+    }
+
+    #[test]
+    fn every_path_dilates_nothing_to_nothing_and_the_whole_grid_up_to_its_borders() {
+        for b in elements() {
+            let nothing = Indicator::empty(*random_set([3.0, -2.0, 0.0], [12, 9, 7], 5, 5).grid());
+            let whole = nothing.complement();
+            for path in paths(&b) {
+                assert!(dilate_along(path, &nothing, &b).unwrap().set.is_empty(), "{path}");
+                let sum = dilate_along(path, &whole, &b).unwrap().set;
+                let counts = convolve_directly(&whole, b.set()).unwrap();
+                assert_eq!(sum, Indicator::from_predicate(*counts.grid(), |at| counts.values()[at] > 0), "{path}");
             }
         }
     }
@@ -315,12 +343,33 @@ mod tests {
     #[test]
     fn the_path_follows_the_element() {
         let a = random_set([0.0; 3], [200, 100, 100], 1, 2);
-        let path = |b: &StructuringElement| cheapest_path(&a, b).unwrap();
+        let path = |b: &StructuringElement| Costs::of(&a, b).unwrap().cheapest();
         let h = Length::mm(H);
         assert_eq!(path(&StructuringElement::cuboid([9, 9, 9], h).unwrap()), Path::RunningMaxima);
         assert_eq!(path(&StructuringElement::ball(Length::mm(1.0), h).unwrap()), Path::BitRows);
         assert_eq!(path(&StructuringElement::ball(Length::mm(45.0), h).unwrap()), Path::DistanceTransform);
         let holes = StructuringElement::new(random_set([0.0; 3], [60, 60, 60], 2, 2)).unwrap();
         assert!(matches!(path(&holes), Path::Transform(_)));
+        // Bodies without known shape.
+        let body = Indicator::from_predicate(*a.grid(), |at| (3..97).contains(&a.grid().index(at)[1]));
+        let ball = StructuringElement::ball(Length::mm(10.0), h).unwrap().set().clone();
+        let found = dilate(&body, &StructuringElement::new(ball.clone()).unwrap()).unwrap();
+        assert_eq!(found.path, Path::Descent);
+        assert_eq!(found.set, dilate_by_runs(&body, &ball).unwrap());
+    }
+
+    #[test]
+    fn a_descent_that_gets_too_dear_is_given_up_for_the_next_best_path() {
+        // Single samples: no node tells of more than itself.
+        let dust = random_set([0.0; 3], [150, 150, 150], 1, 400);
+        let shell = StructuringElement::ball(Length::mm(14.0), Length::mm(H)).unwrap().set().clone();
+        let within = StructuringElement::ball(Length::mm(13.5), Length::mm(H)).unwrap();
+        let within = within.set().placed([-1; 3], *shell.grid()).unwrap();
+        let shell = StructuringElement::new(shell.difference(&within).unwrap()).unwrap();
+        let costs = Costs::of(&dust, &shell).unwrap();
+        assert_eq!(costs.cheapest(), Path::Descent);
+        let found = dilate(&dust, &shell).unwrap();
+        assert_ne!(found.path, Path::Descent);
+        assert_eq!(found.set, dilate_along(Path::Descent, &dust, &shell).unwrap().set);
     }
 }

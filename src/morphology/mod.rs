@@ -5,6 +5,7 @@
 
 mod bead;
 mod buried;
+mod cost;
 mod deposit;
 mod element;
 mod minkowski;

@@ -5,6 +5,7 @@
 //! is an error.
 
 mod deposit;
+mod midway;
 mod shape;
 
 pub use deposit::{Departure, Deposit, deposit};

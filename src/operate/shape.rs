@@ -1,16 +1,15 @@
 //! The operations on a part and an element.
 
-use crate::distance::signed_distance;
+use super::midway::{field_between, surface_between};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::contour::{linear_crossing, surface};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
     Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
 };
 use crate::units::{Length, Volume};
-use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,11 +31,28 @@ pub struct Operated {
     pub bracket: [Volume; 2],
     /// How it was done, in words.
     pub path: String,
-    /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
-    /// offset; else the mean of the distances to what is certainly and what possibly inside.
-    pub field: Field<f32>,
+    /// Distances near the surface, where it was made of them.
+    pub(super) distances: Option<Field<f32>>,
     /// For operations on sets of samples: what is certainly in the result, and what possibly is.
     pub sides: Option<[Indicator; 2]>,
+}
+
+impl Operated {
+    /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
+    /// offset; else the mean of the distances to what is certainly and what possibly inside.
+    ///
+    /// # Errors
+    /// As [`crate::distance::signed_distance`].
+    ///
+    /// # Cost
+    /// Nothing for an offset, else two distance transforms.
+    pub fn field(&self) -> Result<Cow<'_, Field<f32>>> {
+        match (&self.distances, &self.sides) {
+            (Some(distances), _) => Ok(Cow::Borrowed(distances)),
+            (None, Some([lower, upper])) => Ok(Cow::Owned(field_between(lower, upper)?)),
+            (None, None) => Err(Error::Internal { problem: "a shape without distances and sides".into() }),
+        }
+    }
 }
 
 /// The offset of a part by a signed length: coat, shrink, machining stock.
@@ -181,30 +197,16 @@ fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element)
 fn from_distances(shape: Shaped) -> Operated {
     let volume = Volume::mm3(shape.mesh.signed_volume());
     let path = "exact distances".into();
-    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path, field: shape.field, sides: None }
+    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path, distances: Some(shape.field), sides: None }
 }
 
 /// The surface midway between the two sets: the mean of their signed distances vanishes there.
 pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let path = found.paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-    let grid = *found.upper.grid();
-    // Room for the distance to fall off on all sides, so that the border does not cut it.
-    let distances = |set: &Indicator| -> Result<Field<f32>> {
-        Ok(signed_distance(&set.window([-2; 3], grid.dims().map(|n| n + 4))?)?.field().clone())
-    };
-    let mut field = distances(&found.upper)?;
-    if !found.lower.is_empty() && found.lower != found.upper {
-        let below = distances(&found.lower)?;
-        field.values_mut().par_iter_mut().zip(below.values()).for_each(|(m, &b)| *m = 0.5 * (*m + b));
-    }
-    let mesh = if found.upper.is_empty() { TriangleMesh::default() } else { midway(&field)? };
+    let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
-    Ok(Operated { mesh, volume, bracket: found.volume, path, field, sides: Some([found.lower, found.upper]) })
-}
-
-fn midway(mean: &Field<f32>) -> Result<TriangleMesh> {
-    let inside = Indicator::from_predicate(*mean.grid(), |at| mean.values()[at] <= 0.0);
-    surface(&inside, |edge| linear_crossing(mean, edge, 0.0))
+    let sides = Some([found.lower, found.upper]);
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, sides })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.

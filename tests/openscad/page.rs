@@ -85,7 +85,7 @@ fn row(case: &Case, folder: &Path) -> Row {
 /// Samples that are inside one result and not the other: their volume, and the surface around them.
 fn difference(truth: &TriangleMesh, made: Option<&Operated>) -> (f64, TriangleMesh) {
     let Some(made) = made else { return (truth.signed_volume(), truth.clone()) };
-    let grid = *made.field.grid();
+    let grid = *made.field().unwrap().grid();
     let inside = |mesh: &TriangleMesh| {
         if mesh.triangles.is_empty() { Indicator::empty(grid) } else { occupancy(mesh, &grid).unwrap() }
     };

@@ -9,4 +9,4 @@ mod feature;
 mod polygon;
 mod surface;
 
-pub use surface::{Edge, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface};
+pub use surface::{Edge, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface};

@@ -143,7 +143,12 @@ pub fn superlevel_surface(field: &Field<f32>, level: f32) -> Result<TriangleMesh
 pub fn linear_crossing(field: &Field<f32>, edge: Edge, level: f32) -> f64 {
     let mut next = edge.from;
     next[edge.axis] += 1;
-    let (a, b) = (f64::from(field.at(edge.from)), f64::from(field.at(next)));
+    crossing_between(field.at(edge.from), field.at(next), level)
+}
+
+/// Where a function with these values at the ends of an edge passes a level, if it were linear between them.
+pub fn crossing_between(a: f32, b: f32, level: f32) -> f64 {
+    let (a, b) = (f64::from(a), f64::from(b));
     (f64::from(level) - a) / (b - a)
 }
 
