@@ -58,6 +58,28 @@ pub(super) fn sweep(node: u64, cells: &Neighbourhood, met: &mut [u64; 4]) -> u64
     12
 }
 
+/// Nodes and neighbourhoods that have been swept: flat faces lie over each other in many equal pairs.
+#[derive(Default)]
+pub(super) struct Swept {
+    round: u32,
+    pairs: [(u64, u32, u32); 32],
+}
+
+impl Swept {
+    #[inline(always)]
+    pub fn forget(&mut self) {
+        self.round += 1;
+    }
+
+    /// Whether a pair has been asked for since, as far as is remembered; remembers it.
+    #[inline(always)]
+    pub fn contains(&mut self, node: u64, number: u32) -> bool {
+        let hash = (node ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let pair = (node, number, self.round);
+        std::mem::replace(&mut self.pairs[(hash >> 59) as usize], pair) == pair
+    }
+}
+
 /// What finding a pair costs, in moves of four layers.
 pub(super) const OF_PAIR: u64 = 4;
 

@@ -1,7 +1,7 @@
 //! Where a moved set meets another, from coarse to fine: only nodes that may meet are looked into, only translations that are
 //! undecided are refined.
 
-use super::cells::{OF_PAIR, all_met, gathered, set_bits, sweep};
+use super::cells::{OF_PAIR, Swept, all_met, gathered, set_bits, sweep};
 use super::direct::sum_grid;
 use super::tree::{Ground, LEVELS, Neighbourhood, Nodes, SIDE, bits_from};
 use crate::error::{Error, Result};
@@ -206,8 +206,17 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(ground: &'a Ground, nodes: &'a [Nodes], allowance: &'a Allowance) -> Self {
         let (candidates, pairs) = Default::default();
-        let swept = Swept { round: 0, pairs: [(0, 0, 0); 32] };
-        Search { ground, nodes, candidates, pairs, wanted: None, out: Vec::new(), allowance, moves: 0, swept }
+        Search {
+            ground,
+            nodes,
+            candidates,
+            pairs,
+            wanted: None,
+            out: Vec::new(),
+            allowance,
+            moves: 0,
+            swept: Swept::default(),
+        }
     }
 
     /// Which of the cells of a cell of translations, of a level from 2, are asked for.
@@ -359,27 +368,6 @@ impl NullaryFnOnce for Decision<'_> {
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.search.block(self.cell)
-    }
-}
-
-/// Nodes and neighbourhoods that have been swept: flat faces lie over each other in many equal pairs.
-struct Swept {
-    round: u32,
-    pairs: [(u64, u32, u32); 32],
-}
-
-impl Swept {
-    #[inline(always)]
-    fn forget(&mut self) {
-        self.round += 1;
-    }
-
-    /// Whether a pair has been asked for since, as far as is remembered; remembers it.
-    #[inline(always)]
-    fn contains(&mut self, node: u64, number: u32) -> bool {
-        let hash = (node ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let pair = (node, number, self.round);
-        std::mem::replace(&mut self.pairs[(hash >> 59) as usize], pair) == pair
     }
 }
 

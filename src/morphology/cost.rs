@@ -6,17 +6,18 @@ use crate::convolution::{Precision, boundary_nodes, run_count, sum_grid};
 use crate::error::Result;
 use crate::field::Indicator;
 
-/// A word of a widened row, for each run of the element, ns; as all rates measured on two cores.
-const OF_WORD: f64 = 0.45;
+/// A row of A for each run of the element, and each word of it when widened, ns; as all rates measured on two cores.
+const OF_ROW: f64 = 1.6;
+const OF_WORD: f64 = 0.25;
 /// A sample of the sum by tiles of four elements a side: each about (4/3)³ of its samples, transformed twice; half of them hold no
 /// boundary.
 const OF_TILED_SAMPLE: f64 = 30.0;
 /// A sample of the sum by distances.
 const OF_DISTANCE: f64 = 8.0;
 /// A sample of A made ready for a descent, and one of its result.
-const OF_READY_SAMPLE: f64 = 0.4;
+const OF_READY_SAMPLE: f64 = 0.2;
 /// A pair of nodes in a descent, and a move of such a node over another; scattered sets take up to twice that.
-const OF_PAIR: f64 = 25.0;
+const OF_PAIR: f64 = 15.0;
 const OF_MOVE: f64 = 1.0;
 
 /// Nanoseconds by path, as far as they can be foreseen: infinite for paths that are closed to an element.
@@ -40,10 +41,10 @@ impl Costs {
         let maxima = only(b.shape() == Shape::Box, 0.0);
         let ball = matches!(b.shape(), Shape::Ball { .. });
         let [_, ny, nz] = a.grid().dims();
-        let words = (sum.dims()[0].div_ceil(64) * ny * nz) as f64;
+        let row = OF_ROW + OF_WORD * sum.dims()[0].div_ceil(64) as f64;
         let mut costs = Costs {
             maxima,
-            rows: run_count(b.set()) as f64 * words * OF_WORD,
+            rows: run_count(b.set()) as f64 * (ny * nz) as f64 * row,
             distance: only(ball, sum.samples() as f64 * OF_DISTANCE),
             tiles: sum.samples() as f64 * OF_TILED_SAMPLE + 2e5,
             descent: (a.grid().samples() + sum.samples()) as f64 * OF_READY_SAMPLE,

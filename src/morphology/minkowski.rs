@@ -348,8 +348,12 @@ mod tests {
         assert_eq!(path(&StructuringElement::cuboid([9, 9, 9], h).unwrap()), Path::RunningMaxima);
         assert_eq!(path(&StructuringElement::ball(Length::mm(1.0), h).unwrap()), Path::BitRows);
         assert_eq!(path(&StructuringElement::ball(Length::mm(45.0), h).unwrap()), Path::DistanceTransform);
-        let holes = StructuringElement::new(random_set([0.0; 3], [60, 60, 60], 2, 2)).unwrap();
-        assert!(matches!(path(&holes), Path::Transform(_)));
+        // Boundary everywhere: pairs of nodes grow faster than samples.
+        let holes = |n: usize| random_set([0.0; 3], [n; 3], 2, 2);
+        let with_itself =
+            |n: usize| Costs::of(&holes(n), &StructuringElement::new(holes(n)).unwrap()).unwrap().cheapest();
+        assert_eq!(with_itself(30), Path::Descent);
+        assert!(matches!(with_itself(110), Path::Transform(_)));
         // Bodies without known shape.
         let body = Indicator::from_predicate(*a.grid(), |at| (3..97).contains(&a.grid().index(at)[1]));
         let ball = StructuringElement::ball(Length::mm(10.0), h).unwrap().set().clone();

@@ -77,9 +77,10 @@ impl Sandwich {
         let element = StructuringElement::new(b.touched.clone())?;
         let on_a = |set: &Indicator| on_grid_of(&a.points, &element, set);
         let lower = on_a(&plus(&allowed, &b.points, &mut paths)?)?;
-        let upper = on_a(&plus(&possible, &b.touched, &mut paths)?)?;
+        let covered = plus(&possible, &b.touched, &mut paths)?;
+        let upper = on_a(&covered)?;
         let inside = on_a(&plus(&allowed, &b.full, &mut paths)?)?;
-        let high = covering_volume(&plus(&possible, &b.touched, &mut paths)?, 2)?.min(a.touched.volume());
+        let high = covering_volume(&covered, 2)?.min(a.touched.volume());
         Ok(Sandwich { volume: [inside.volume(), high], lower, upper, paths })
     }
 
