@@ -36,7 +36,7 @@ pub struct Departure {
 /// As [`crate::morphology::deposit()`]; [`crate::Error::NoGeometry`] where the spacing is too large to see the bead.
 ///
 /// # Cost
-/// As there, and one distance transform for the surface.
+/// As there, and the surface.
 ///
 /// ```
 /// use amcheck::{geometry::Primitive, io::gcode, operate::deposit, units::Length};
