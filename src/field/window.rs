@@ -44,6 +44,28 @@ impl Indicator {
         Ok(out)
     }
 
+    /// Unites the set with another one whose first sample lies at `first`; what of it lies beyond this grid is left out.
+    ///
+    /// # Cost
+    /// One walk over the words of the other set.
+    pub fn unite_window(&mut self, first: [usize; 3], part: &Self) {
+        let [nx, ny, nz] = self.grid().dims();
+        let (words, [mx, my, mz]) = (self.words_per_row(), part.grid().dims());
+        let last = if nx.is_multiple_of(64) { !0 } else { !(!0u64 << (nx % 64)) };
+        let span = first[0] / 64..words.min((first[0] + mx).div_ceil(64));
+        for (k, j) in (0..mz).flat_map(|k| (0..my).map(move |j| (k, j))) {
+            let (row, y, z) = (part.row(j, k), first[1] + j, first[2] + k);
+            if y >= ny || z >= nz {
+                continue;
+            }
+            let to = &mut self.words_mut()[(z * ny + y) * words..][..words];
+            for (w, word) in to.iter_mut().enumerate().take(span.end).skip(span.start) {
+                *word |= bits_from(row, mx, (64 * w) as isize - first[0] as isize);
+            }
+            to[words - 1] &= last;
+        }
+    }
+
     /// The least box that holds the set, as its first sample and its counts; `None` for the empty set.
     pub fn support_box(&self) -> Option<([usize; 3], [usize; 3])> {
         let [_, ny, _] = self.grid().dims();
@@ -119,6 +141,20 @@ mod tests {
                     let want = i >= 0 && j >= 0 && k >= 0 && set.contains([i as usize, j as usize, k as usize]);
                     assert_eq!(view.contains(index), want, "{first:?} {index:?}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_is_united_where_it_lies() {
+        for dims in [[70, 9, 6], [64, 5, 4], [130, 6, 5]] {
+            let (mut all, part) = (pattern(dims), pattern([67, 4, 3]).complement());
+            for first in [[0, 0, 0], [1, 2, 1], [63, 4, 3], [69, 0, 0], [500, 0, 0], [0, 0, 20]] {
+                let want = all.union(&part.placed(first.map(|i: usize| -(i as isize)), *all.grid()).unwrap()).unwrap();
+                all.unite_window(first, &part);
+                all.validate().unwrap();
+                assert_eq!(all, want, "{dims:?} {first:?}");
+                all = pattern(dims);
             }
         }
     }

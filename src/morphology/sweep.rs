@@ -7,7 +7,7 @@ use crate::convolution::sum_grid;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, distance, dot, norm, sub};
-use crate::geometry::{InsideRule, TriangleMesh, voxelize};
+use crate::geometry::{InsideRule, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
@@ -28,7 +28,7 @@ pub struct Placement {
 ///
 /// # Errors
 /// [`Error::Operand`] for a path of fewer than two points or without length, or that is not finite; otherwise as
-/// [`voxelize()`].
+/// [`enclose`].
 ///
 /// # Cost
 /// One cast of B for each half spacing of the path, and one dilation.
@@ -42,7 +42,7 @@ pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3
     let grid = sum_grid(cells.grid(), element.points.grid())?;
     let still = Placement { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3] };
     let copies: Vec<Placement> = stops.iter().map(|&translation| Placement { translation, ..still }).collect();
-    let (lower, full) = union_of_copies(mesh, &copies, &grid)?;
+    let [full, lower, _] = union_of_copies(mesh, &copies, &grid)?;
     let volume = [full.volume(), covering_volume(&covered.set, 2)?];
     Ok(Sandwich { lower, upper: covered.set, volume, paths: vec![covered.path] })
 }
@@ -60,12 +60,7 @@ pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3
 /// One cast of B for each pose.
 pub fn sweep_poses(mesh: &TriangleMesh, poses: &[Placement], grid: &Grid) -> Result<Sandwich> {
     check_poses(mesh, poses, grid.h())?;
-    let mut outer = Indicator::empty(*grid);
-    for pose in poses {
-        let copy = voxelize(&mesh.transformed(pose.rotation, pose.translation), grid, InsideRule::Crossings)?;
-        outer = outer.union(&copy.outer)?;
-    }
-    let (lower, full) = union_of_copies(mesh, poses, grid)?;
+    let [full, lower, outer] = union_of_copies(mesh, poses, grid)?;
     let cube = StructuringElement::cuboid([3; 3], grid.spacing())?;
     let spread = dilate(&outer, &cube)?;
     let upper = spread.set.placed([1; 3], *grid)?;
@@ -150,21 +145,26 @@ fn points_along(path: &[Vec3], step: f64) -> Vec<Vec3> {
     points
 }
 
-/// The samples inside, and the cubes inside, any of the copies of a mesh.
-fn union_of_copies(mesh: &TriangleMesh, copies: &[Placement], grid: &Grid) -> Result<(Indicator, Indicator)> {
-    let nothing = || (Indicator::empty(*grid), Indicator::empty(*grid));
+/// The three sides of the union of copies of a mesh, those of each in a window of its own.
+fn union_of_copies(mesh: &TriangleMesh, copies: &[Placement], grid: &Grid) -> Result<[Indicator; 3]> {
+    let nothing = || [0; 3].map(|_| Indicator::empty(*grid));
     copies
         .par_chunks(copies.len().div_ceil(8).max(1))
         .map(|some| {
-            some.iter().try_fold(nothing(), |(centres, inner), copy| {
+            let mut union = nothing();
+            for copy in some {
                 let moved = mesh.transformed(copy.rotation, copy.translation);
-                let Some((first, own)) = window_of(&moved, grid)? else { return Ok((centres, inner)) };
-                let solid = voxelize(&moved, &own, InsideRule::Crossings)?;
-                let on_grid = |set: &Indicator| set.placed(first.map(|i| -(i as isize)), *grid);
-                Ok((centres.union(&on_grid(&solid.centres)?)?, inner.union(&on_grid(&solid.inner)?)?))
-            })
+                let Some((first, own)) = window_of(&moved, grid)? else { continue };
+                let cast = enclose(&moved, &own, InsideRule::Crossings)?;
+                let sides = union.iter_mut().zip([cast.inner, cast.centres, cast.outer]);
+                sides.for_each(|(all, side)| all.unite_window(first, &side));
+            }
+            Ok(union)
         })
-        .try_reduce(nothing, |(a, b), (c, d)| Ok((a.union(&c)?, b.union(&d)?)))
+        .try_reduce(nothing, |mut a, b| {
+            a.iter_mut().zip(&b).for_each(|(a, b)| a.unite_window([0; 3], b));
+            Ok(a)
+        })
 }
 
 /// The samples of a grid that a mesh can reach, as first index and grid; `None` where there are none.
