@@ -6,7 +6,7 @@ use crate::geometry::vector::{Vec3, angle, unit};
 use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    QUICK, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume, supports,
+    Search, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume, supports,
 };
 use crate::process::Process;
 use crate::topology::{Falls, Passage, retained};
@@ -264,7 +264,7 @@ pub fn wanting_support(posed: &TriangleMesh, bounding: impl Fn(usize) -> bool, q
     let mut hanging = downward_facets(posed, plate, angle, q.step_mm);
     hanging.retain(|&f| bounding(f as usize));
     let mut wanted: Vec<u32> =
-        ceilings(posed, &hanging, plate, q.self_holding.ledge_mm.unwrap_or(0.0), QUICK, |_| false)
+        ceilings(posed, &hanging, plate, q.self_holding.ledge_mm.unwrap_or(0.0), Search::Judge, |_| false)
             .into_iter()
             .filter(|c| !q.self_holding.holds(c))
             .flat_map(|c| c.facets)

@@ -3,10 +3,11 @@
 use super::contract::limits_of;
 use crate::access::self_holding;
 use crate::geometry::vector::{Vec3, along, sub};
-use crate::layer::{Ceiling, THOROUGH, ceilings, downward_facets};
+use crate::layer::{Ceiling, Search, ceilings, downward_facets};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The rule of the longest bridge.
@@ -25,9 +26,10 @@ pub fn support_angle(process: &Process) -> Option<f64> {
 /// The facets of the solid that look down at less than the process' angle, off the plate, with no body right below them.
 fn hanging(part: &Part, process: &Process) -> Vec<u32> {
     let Some(angle) = support_angle(process) else { return Vec::new() };
-    let mut facets = downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step());
-    facets.retain(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm));
-    facets
+    downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step())
+        .into_par_iter()
+        .filter(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm))
+        .collect()
 }
 
 /// Whether there is material no more than a layer below a whole facet: what is laid there rests on it, as on a support.
@@ -51,7 +53,9 @@ pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
     let held = |f| covered(part, f) || rests(part, f, process.layer_height_mm);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, ledge];
-    part.ceilings(key, || ceilings(part.mesh(), &hanging(part, process), plate_z(process), ledge, THOROUGH, held))
+    part.ceilings(key, || {
+        ceilings(part.mesh(), &hanging(part, process), plate_z(process), ledge, Search::Measure, held)
+    })
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.

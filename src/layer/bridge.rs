@@ -1,17 +1,13 @@
 //! Overhangs between anchors: bridges, arches and cantilevers.
 
-use super::plan::{Farthest, Plan, Side, Spans};
-use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, sub};
+use super::plan::{Farthest, Plan, Search, Side, Spans};
+use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Sides that lines are held against for one ceiling where its span is judged.
-pub const THOROUGH: usize = 20_000_000;
-/// The same where orientations are compared.
-pub const QUICK: usize = 100_000;
 /// A wall steeper than this (89°) goes straight down.
 const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
@@ -88,13 +84,13 @@ impl SelfHolding {
 /// plan, as in a screw, are measured as if they did not.
 ///
 /// # Cost
-/// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary bounded by `effort`, such as [`THOROUGH`].
+/// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary as [`Search`] says.
 pub fn ceilings(
     mesh: &TriangleMesh,
     hanging: &[u32],
     plate_z: f64,
     ledge_mm: f64,
-    effort: usize,
+    search: Search,
     resting: impl Fn(u32) -> bool + Sync,
 ) -> Vec<Ceiling> {
     let joined = with_slivers(mesh, hanging);
@@ -118,7 +114,7 @@ pub fn ceilings(
             // Slivers only carry the boundary on: they come behind the hanging facets.
             let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();
             let rims = rims.get(&of).map_or(&[][..], |r| r);
-            describe(mesh, facets, rims, [plate_z, ledge_mm], effort, &resting)
+            describe(mesh, facets, rims, [plate_z, ledge_mm], search, &resting)
         })
         .collect()
 }
@@ -134,8 +130,8 @@ fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
     hanging.iter().for_each(|&f| taken[f as usize] = true);
     let narrow = |f: usize| {
         let [a, b, c] = mesh.corners(f);
-        let longest = norm(sub(b, a)).max(norm(sub(c, b))).max(norm(sub(a, c)));
-        2.0 * mesh.facet_area(f) < SLIVER * longest
+        let longest2 = norm2(sub(b, a)).max(norm2(sub(c, b))).max(norm2(sub(a, c)));
+        norm2(mesh.area_vector(f)) < SLIVER * SLIVER * longest2
     };
     let slivers: Vec<usize> = (0..mesh.triangles.len()).filter(|&f| !taken[f] && narrow(f)).collect();
     if slivers.is_empty() {
@@ -146,8 +142,12 @@ fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
         let t = mesh.triangles[f];
         [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)))
     };
+    // Only edges that a sliver may have are asked for.
+    let mut narrow_at = vec![false; mesh.vertices.len()];
+    slivers.iter().flat_map(|&f| mesh.triangles[f]).for_each(|v| narrow_at[v as usize] = true);
     for &f in hanging {
-        normals.extend(edges(f as usize).map(|e| (e, mesh.normal(f as usize))));
+        let asked = edges(f as usize).into_iter().filter(|e| narrow_at[e.0 as usize] && narrow_at[e.1 as usize]);
+        normals.extend(asked.map(|e| (e, mesh.normal(f as usize))));
     }
     // A chain of slivers is followed for a few links.
     for _ in 0..4 {
@@ -231,7 +231,7 @@ fn describe(
     facets: Vec<u32>,
     rims: &[&Rim],
     [plate_z, ledge_mm]: [f64; 2],
-    effort: usize,
+    search: Search,
     resting: &impl Fn(u32) -> bool,
 ) -> Option<Ceiling> {
     let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
@@ -254,7 +254,7 @@ fn describe(
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
     let small = diagonal <= ledge_mm && sides.iter().any(|s| s.anchored);
     let spans =
-        if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm, effort)).unwrap_or_default() };
+        if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm, search)).unwrap_or_default() };
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
     let lift = |f: Farthest| reach(mesh, &facets, f);
     let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
@@ -315,7 +315,7 @@ mod tests {
 
     fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
         let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
-        ceilings(mesh, &hanging, 1e-4, ledge, THOROUGH, |_| false)
+        ceilings(mesh, &hanging, 1e-4, ledge, Search::Measure, |_| false)
     }
 
     fn turned(mesh: &TriangleMesh, turn: f64) -> TriangleMesh {

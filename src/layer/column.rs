@@ -65,7 +65,12 @@ pub fn support_volume(
     let columns = Columns::over(lo, hi, column_mm);
     let mut is_wanted = vec![false; mesh.triangles.len()];
     wanted.iter().for_each(|&f| is_wanted[f as usize] = true);
-    let (starts, pieces) = columns.pieces(mesh, |f| bounding(f) || is_wanted[f], |f| is_wanted[f]);
+    let mut cut = columns.pieces(mesh, |f| is_wanted[f], Kind::Wanted, None);
+    // What passes no wanted piece changes nothing.
+    let mut asked = vec![false; columns.counts[0] * columns.counts[1]];
+    cut.iter().flatten().for_each(|p| asked[p.cell as usize] |= p.kind == Kind::Wanted);
+    cut.extend(columns.pieces(mesh, |f| bounding(f) && !is_wanted[f], Kind::Free, Some(&asked)));
+    let (starts, pieces) = columns.ordered(&cut);
     let rows: Vec<SupportVolume> = (0..columns.counts[1])
         .into_par_iter()
         .map_init(Vec::new, |order, row| {
@@ -97,7 +102,7 @@ pub fn shadow_area(mesh: &TriangleMesh, bounding: impl Fn(usize) -> bool + Sync,
     let Some((lo, hi)) = mesh.bounds() else { return [0.0; 2] };
     let columns = Columns::over(lo, hi, column_mm);
     let section = columns.side * columns.side;
-    let (starts, mut pieces) = columns.pieces(mesh, bounding, |_| false);
+    let (starts, mut pieces) = columns.ordered(&columns.pieces(mesh, bounding, Kind::Free, None));
     let mut total = [0.0; 2];
     for cell in starts.windows(2) {
         let of_cell = &mut pieces[cell[0] as usize..cell[1] as usize];
@@ -205,25 +210,31 @@ impl Columns {
         Columns { origin, side, counts }
     }
 
-    /// All pieces of the facets of the solid, ordered by column, with the place where each column starts.
+    /// The pieces of some facets, in chunks of the facets in order; those of facets that look down are of the kind `down`. Only
+    /// columns that are `asked` for get any.
     fn pieces(
         &self,
         mesh: &TriangleMesh,
-        bounding: impl Fn(usize) -> bool + Sync,
-        wanted: impl Fn(usize) -> bool + Sync,
-    ) -> (Vec<u32>, Vec<Piece>) {
+        of: impl Fn(usize) -> bool + Sync,
+        down: Kind,
+        asked: Option<&[bool]>,
+    ) -> Vec<Vec<Piece>> {
         const CHUNK: usize = 2048;
         let facets = mesh.triangles.len();
-        let cut: Vec<Vec<Piece>> = (0..facets.div_ceil(CHUNK))
+        (0..facets.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
                 let mut pieces = Vec::new();
-                for f in (chunk * CHUNK..((chunk + 1) * CHUNK).min(facets)).filter(|&f| bounding(f)) {
-                    self.cut(mesh.corners(f), wanted(f), &mut pieces);
+                for f in (chunk * CHUNK..((chunk + 1) * CHUNK).min(facets)).filter(|&f| of(f)) {
+                    self.cut(mesh.corners(f), down, asked, &mut pieces);
                 }
                 pieces
             })
-            .collect();
+            .collect()
+    }
+
+    /// Pieces ordered by column, with the place where each column starts.
+    fn ordered(&self, cut: &[Vec<Piece>]) -> (Vec<u32>, Vec<Piece>) {
         let mut starts = vec![0u32; self.counts[0] * self.counts[1] + 1];
         cut.iter().flatten().for_each(|p| starts[p.cell as usize + 1] += 1);
         for c in 1..starts.len() {
@@ -240,7 +251,7 @@ impl Columns {
     }
 
     /// The pieces of one facet.
-    fn cut(&self, corners: [Vec3; 3], wanted: bool, pieces: &mut Vec<Piece>) {
+    fn cut(&self, corners: [Vec3; 3], down: Kind, asked: Option<&[bool]>, pieces: &mut Vec<Piece>) {
         let mut whole = Polygon::default();
         for p in corners {
             whole.push([(p[0] - self.origin[0]) / self.side, (p[1] - self.origin[1]) / self.side, p[2]]);
@@ -249,15 +260,17 @@ impl Columns {
         if signed == 0.0 || !signed.is_finite() {
             return;
         }
-        let kind = if signed > 0.0 {
-            Kind::Entry
-        } else if wanted {
-            Kind::Wanted
-        } else {
-            Kind::Free
-        };
+        let kind = if signed > 0.0 { Kind::Entry } else { down };
+        let is_asked = |i: usize, j: usize| asked.is_none_or(|a| a[j * self.counts[0] + i]);
+        let [across, deep] = [0, 1].map(|axis| whole.slices(axis, self.counts[axis]));
+        if !deep.into_iter().any(|j| across.clone().any(|i| is_asked(i, j))) {
+            return;
+        }
         whole.each_slice(1, self.counts[1], |j, row| {
             row.each_slice(0, self.counts[0], |i, piece| {
+                if !is_asked(i, j) {
+                    return;
+                }
                 let area = piece.area().abs() * self.side * self.side;
                 if area > 0.0 {
                     let (low, high) = piece.span(2);
@@ -336,11 +349,16 @@ impl Polygon {
         out
     }
 
-    /// Calls back with each slice [n, n+1] across an axis that the polygon meets.
-    fn each_slice(&self, axis: usize, count: usize, mut found: impl FnMut(usize, &Polygon)) {
+    /// The slices [n, n+1] across an axis that the polygon meets.
+    fn slices(&self, axis: usize, count: usize) -> std::ops::RangeInclusive<usize> {
         let (low, high) = self.span(axis);
         let last = ((high.ceil() - 1.0).max(0.0) as usize).min(count - 1);
-        let first = (low.floor().max(0.0) as usize).min(last);
+        (low.floor().max(0.0) as usize).min(last)..=last
+    }
+
+    /// Calls back with each of its slices across an axis, and what of it lies there.
+    fn each_slice(&self, axis: usize, count: usize, mut found: impl FnMut(usize, &Polygon)) {
+        let (first, last) = self.slices(axis, count).into_inner();
         if first == last {
             return found(first, self);
         }

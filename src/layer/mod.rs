@@ -10,10 +10,11 @@ mod sight;
 mod support;
 mod tall;
 
-pub use bridge::{Ceiling, Crown, QUICK, Reach, SelfHolding, THOROUGH, ceilings};
+pub use bridge::{Ceiling, Crown, Reach, SelfHolding, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
+pub use plan::Search;
 pub use section::{Hull, Point, section_area, section_points};
 pub use sight::hidden_from_outside;
 pub use support::{Supports, supports};

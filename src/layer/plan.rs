@@ -32,6 +32,30 @@ pub struct Spans {
     pub cantilever: Option<Farthest>,
 }
 
+/// What is asked of a region's spans, and what may be spent on it in pairs of a line and a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Search {
+    /// The spans, as narrowly as 20 million pairs bound them.
+    Measure,
+    /// Whether the region holds itself: the first place that lies on no line from anchor to anchor ends the search, and so do
+    /// 100,000 pairs. What is found is true, but a longer bridge or a farther cantilever may be left out.
+    Judge,
+}
+
+impl Search {
+    fn effort(self) -> usize {
+        match self {
+            Search::Measure => 20_000_000,
+            Search::Judge => 100_000,
+        }
+    }
+
+    /// Whether nothing that is still open can change the answer.
+    fn is_answered(self, best: &Spans) -> bool {
+        self == Search::Judge && best.cantilever.is_some()
+    }
+}
+
 /// A line's stretch inside the region.
 #[derive(Debug, Clone, Copy)]
 struct Chord {
@@ -101,14 +125,20 @@ impl Plan {
     ///
     /// # Cost
     /// O(directions · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
-    /// `effort`, and what is open when it is spent stays in the bracket.
-    pub fn spans(&self, ledge: f64, effort: usize) -> Spans {
+    /// what the search may spend, and what is open then stays in the bracket.
+    pub fn spans(&self, ledge: f64, search: Search) -> Spans {
         let mut best = Spans::default();
         let mut cells = self.first_cells();
         let mut closed = [0.0f64; 2];
-        let mut left = effort;
+        let mut left = search.effort();
         loop {
-            let work: usize = cells.iter_mut().map(|cell| self.measure(cell, ledge, &mut best)).sum();
+            let mut work = 0;
+            for cell in &mut cells {
+                work += self.measure(cell, ledge, &mut best);
+                if search.is_answered(&best) {
+                    return best;
+                }
+            }
             left = left.saturating_sub(work);
             let known = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
             let is_open =
@@ -353,8 +383,6 @@ mod tests {
     use super::*;
     use crate::random::Lcg;
 
-    const EFFORT: usize = 20_000_000;
-
     /// A polygon whose sides are anchored where said, turned and shifted.
     fn region(corners: &[Point], anchored: &[bool], turn: f64, shift: Point) -> Plan {
         let (s, c) = turn.sin_cos();
@@ -388,7 +416,7 @@ mod tests {
             let turn = std::f64::consts::TAU * rng.unit();
             let shift = [50.0 * rng.unit(), 50.0 * rng.unit()];
             let (a, b) = (5.0 + 40.0 * rng.unit(), 2.0 + 20.0 * rng.unit());
-            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0, EFFORT);
+            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0, Search::Measure);
             // From one end to the other: the span is the length, and nothing is a cantilever.
             let spans = held(&[false, true, false, true]);
             holds(spans.bridge, a, 1e-6);
@@ -411,18 +439,22 @@ mod tests {
             .map(|(s, c)| [6.0 * c, 6.0 * s])
             .collect();
         // The shortest line through the middle runs across two sides.
-        holds(region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0, EFFORT).bridge, 12.0 * 3.75f64.to_radians().cos(), 0.06);
+        holds(
+            region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0, Search::Measure).bridge,
+            12.0 * 3.75f64.to_radians().cos(),
+            0.06,
+        );
         // A ledge of 0.4 mm along a wall of 30 mm is held by the wall.
         let narrow = region(&rectangle(30.0, 0.4), &[true, false, false, false], 0.3, [1.0; 2]);
-        assert_eq!(narrow.spans(0.5, EFFORT), Spans::default());
+        assert_eq!(narrow.spans(0.5, Search::Measure), Spans::default());
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
-        holds(narrow.spans(0.0, EFFORT).cantilever, 0.4, 0.1);
+        holds(narrow.spans(0.0, Search::Measure).cantilever, 0.4, 0.1);
     }
 
     #[test]
     fn a_pocket_with_two_arms_is_bridged_across_its_arms() {
         let pocket = [[0.0, 0.0], [30.0, 0.0], [30.0, 4.0], [4.0, 4.0], [4.0, 30.0], [0.0, 30.0]];
-        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0, EFFORT);
+        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0, Search::Measure);
         // In the corner the shortest line is one across the inner corner: longer than an arm is wide, shorter than the diagonal.
         let f = spans.bridge.unwrap();
         assert!(f.low >= 4.0 - 1e-6 && f.high < 7.5, "{f:?}");

@@ -3,6 +3,7 @@
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{Bounds, Bvh, bounds_of};
 use crate::geometry::vector::{Vec3, add, angle, bounds, cross, dot, norm2, scale, sub, unit};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
@@ -160,7 +161,7 @@ struct BentEdge {
 fn bent_edges(mesh: &TriangleMesh, side: Side, edges: &FxHashMap<(u32, u32), (u32, u32)>) -> Vec<BentEdge> {
     let sign = side.sign();
     let mut bent: Vec<BentEdge> = edges
-        .iter()
+        .par_iter()
         .filter(|(_, (_, g))| *g != u32::MAX)
         .filter_map(|(&ends, &(f, g))| {
             let (m, n) = (mesh.normal(f as usize), mesh.normal(g as usize));

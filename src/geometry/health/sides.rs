@@ -3,9 +3,10 @@
 use super::crossing::for_overlapping;
 use super::edges::EdgeTable;
 use crate::geometry::triangle::{closest_pair_within, closest_point};
-use crate::geometry::vector::{Vec3, along, bounds, distance};
+use crate::geometry::vector::{Vec3, add, along, bounds, distance, dot, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is evaluated beside the facets of a mesh.
 pub struct Sides<'a> {
@@ -31,11 +32,7 @@ impl Sides<'_> {
     /// O(T log T) and a winding number for each facet that something else touches.
     pub fn of_closed(&self, tree: &MeshDistance, tolerance: f64) -> Vec<(f64, f64)> {
         let count = self.mesh.triangles.len();
-        let clear: Vec<bool> = (0..count as u32)
-            .into_par_iter()
-            .with_min_len(256)
-            .map_init(Vec::new, |stack, f| self.is_clear(tree, f, tolerance, stack))
-            .collect();
+        let clear = self.clear(tree, tolerance);
         let patch = self.patches(&clear);
         let mut speaker = vec![usize::MAX; count];
         for f in 0..count {
@@ -54,29 +51,40 @@ impl Sides<'_> {
         (self.winding.at(along(p, n, -self.off)), self.winding.at(along(p, n, self.off)))
     }
 
-    /// Whether other facets come near a facet only at the corners they share with it.
-    fn is_clear(&self, tree: &MeshDistance, f: u32, tolerance: f64, stack: &mut Vec<usize>) -> bool {
-        let corners = self.mesh.corners(f as usize);
-        let Some((lo, hi)) = bounds(corners) else { return false };
-        let wide = (lo.map(|x| x - tolerance), hi.map(|x| x + tolerance));
-        let mut clear = self.mesh.facet_area(f as usize) > 0.0;
-        for_overlapping(tree, wide, stack, |g| {
-            clear = clear && (g == f || self.apart(f as usize, g as usize, tolerance));
+    /// For each facet whether others come near it only at the corners they share with it.
+    fn clear(&self, tree: &MeshDistance, tolerance: f64) -> Vec<bool> {
+        let has_area = |f| self.mesh.facet_area(f) > 0.0;
+        let near: Vec<AtomicBool> = (0..self.mesh.triangles.len()).map(|f| AtomicBool::new(!has_area(f))).collect();
+        // Each pair is looked at once; a mark is only ever set, so that no order matters.
+        tree.tree().order().par_iter().with_min_len(256).for_each_init(Vec::new, |stack, &f| {
+            let Some((lo, hi)) = bounds(self.mesh.corners(f as usize)) else { return };
+            let wide = (lo.map(|x| x - tolerance), hi.map(|x| x + tolerance));
+            for_overlapping(tree, wide, stack, |g| {
+                if g > f && !self.apart(f as usize, g as usize, tolerance) {
+                    [f, g].iter().for_each(|&n| near[n as usize].store(true, Ordering::Relaxed));
+                }
+            });
         });
-        clear
+        near.into_iter().map(|n| !n.into_inner()).collect()
     }
 
     fn apart(&self, f: usize, g: usize, tolerance: f64) -> bool {
         let (s, t) = (self.mesh.corners(f), self.mesh.corners(g));
-        let own = |of: usize, other: usize| -> Vec<Vec3> {
-            let shared = self.mesh.triangles[other];
-            let corners = self.mesh.triangles[of].into_iter().zip(self.mesh.corners(of));
-            corners.filter(|(v, _)| !shared.contains(v)).map(|(_, p)| p).collect()
+        let own = |of: usize, other: usize| {
+            let theirs = self.mesh.triangles[other];
+            self.mesh.triangles[of].map(|v| !theirs.contains(&v))
+        };
+        let (own_s, own_t) = (own(f, g), own(g, f));
+        if parted_by_a_plane([s, t], [own_s, own_t], tolerance) {
+            return true;
+        }
+        let own_corners = |of: [Vec3; 3], own: [bool; 3]| -> Vec<Vec3> {
+            of.into_iter().zip(own).filter(|(_, own)| *own).map(|(p, _)| p).collect()
         };
         let far = |a: [Vec3; 3], b: [Vec3; 3]| {
             closest_pair_within(a, b, tolerance).is_none_or(|(p, q)| distance(p, q) > tolerance)
         };
-        match (own(f, g).as_slice(), own(g, f).as_slice()) {
+        match (own_corners(s, own_s).as_slice(), own_corners(t, own_t).as_slice()) {
             ([_, _, _], [_, _, _]) => far(s, t),
             (&[a, b], &[c, d]) => far([a, b, b], t) && far([c, d, d], s),
             (&[a], &[b]) => {
@@ -107,6 +115,28 @@ impl Sides<'_> {
     }
 }
 
+/// Whether a plane through what two triangles share, or between them if they share nothing, has the corners that each has for
+/// itself on its own side, farther away than the tolerance: enough, and quick, but not necessary for them to be apart. The
+/// normal is that from one triangle to the other, seen from a shared corner and along a shared edge.
+fn parted_by_a_plane([s, t]: [[Vec3; 3]; 2], [own_s, own_t]: [[bool; 3]; 2], tolerance: f64) -> bool {
+    let shared = || s.into_iter().zip(own_s).filter(|(_, own)| !own).map(|(p, _)| p);
+    let (base, sharing) = shared().next().map_or((s[0], false), |p| (p, true));
+    let corners = |of: [Vec3; 3], own: [bool; 3]| of.into_iter().zip(own).filter(|(_, own)| *own).map(|(p, _)| p);
+    let ahead = |p: Vec3| if sharing { unit(sub(p, base)) } else { sub(p, base) };
+    let lean = corners(s, own_s).fold([0.0; 3], |d, p| add(d, ahead(p)));
+    let mut normal = corners(t, own_t).fold(lean, |d, p| sub(d, ahead(p)));
+    if let Some(edge) = shared().nth(1).map(|p| unit(sub(p, base))) {
+        normal = along(normal, edge, -dot(normal, edge));
+    }
+    let normal = unit(normal);
+    let height = |p: Vec3| dot(normal, sub(p, base));
+    let least = corners(s, own_s).map(height).fold(f64::INFINITY, f64::min);
+    let most = corners(t, own_t).map(height).fold(f64::NEG_INFINITY, f64::max);
+    // Only finite heights that are compared part anything: without own corners there are none.
+    let finite = least.is_finite() && most.is_finite();
+    finite && if sharing { least > tolerance && most < -tolerance } else { least - most > tolerance }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,8 +164,7 @@ mod tests {
         for (f, (a, b)) in each.iter().zip(&spoken).enumerate() {
             assert_eq!((inside(a.0), inside(a.1)), (inside(b.0), inside(b.1)), "facet {f}: {a:?} {b:?}");
         }
-        let clear =
-            (0..mesh.triangles.len() as u32).filter(|&f| sides.is_clear(&tree, f, 1e-6, &mut Vec::new())).count();
+        let clear = sides.clear(&tree, 1e-6).into_iter().filter(|c| *c).count();
         assert!(clear > mesh.triangles.len() / 2, "{clear} of {}", mesh.triangles.len());
     }
 }

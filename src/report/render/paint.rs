@@ -20,7 +20,7 @@ pub struct Paint<'a> {
 }
 
 /// A facet made ready: how light it is, its normal, and its values as a plane over the samples.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Ready {
     normal: [f32; 3],
     shade: f32,
@@ -45,7 +45,7 @@ struct Dot {
 /// # Cost
 /// O(facets + samples).
 pub fn paint(canvas: &mut Canvas, raster: &Raster, corners: &[Vec3], camera: &Camera, paint: &Paint) {
-    let ready = make_ready(corners, camera, paint);
+    let ready = make_ready(corners, camera, paint, raster);
     let (w, h) = (raster.width, raster.height);
     let mut rows = [vec![None; w], vec![None; w], vec![None; w]];
     let mut ink = [vec![false; w], vec![false; w]];
@@ -100,40 +100,41 @@ fn mean(ground: Rgb, dots: [&[Option<Dot>]; 2], ink: [&[bool]; 2]) -> Option<Rgb
     covered.then(|| sum.map(|s| ((s + 2) / 4) as u8))
 }
 
-/// Facets with their light and their values as planes.
-fn make_ready(corners: &[Vec3], camera: &Camera, paint: &Paint) -> Vec<Ready> {
+/// The facets that are seen, with their light and their values as planes; the others are left blank.
+fn make_ready(corners: &[Vec3], camera: &Camera, paint: &Paint, raster: &Raster) -> Vec<Ready> {
     // The lamp stands up and to the left of the eye.
     let lamp = unit([0, 1, 2].map(|a| camera.toward[a] - 0.55 * camera.right[a] + 0.75 * camera.up[a]));
-    let count = corners.len() / 3;
-    (0..count)
-        .filter_map(|f| facet(corners, f).map(|c| (f, c)))
-        .map(|(f, [a, b, c])| {
-            let mut normal = unit(cross(sub(b, a), sub(c, a)));
-            if dot(normal, camera.toward) < 0.0 {
-                normal = normal.map(|x| -x);
-            }
-            let shade = 0.74 + 0.27 * dot(normal, lamp).max(0.0) + 0.03 * normal[2];
-            let p = [a, b, c].map(|p| camera.project(p));
-            let values = paint.values.get(3 * f..3 * f + 3).map_or([f32::NAN; 3], |v| [v[0], v[1], v[2]]);
-            let value = plane(p, filled(values));
-            let depth = plane(p, [p[0][2], p[1][2], p[2][2]]);
-            Ready {
-                normal: normal.map(|x| x as f32),
-                shade: shade.clamp(0.0, 1.06) as f32,
-                value: value.map(|x| x as f32),
-                slope: [depth[1] as f32, depth[2] as f32],
-            }
-        })
-        .collect()
+    let mut seen = vec![false; corners.len() / 3];
+    raster.facet.iter().for_each(|&f| {
+        if let Some(seen) = seen.get_mut(f as usize) {
+            *seen = true;
+        }
+    });
+    let ready = |f: usize, [a, b, c]: [Vec3; 3]| {
+        let mut normal = unit(cross(sub(b, a), sub(c, a)));
+        if dot(normal, camera.toward) < 0.0 {
+            normal = normal.map(|x| -x);
+        }
+        let shade = 0.74 + 0.27 * dot(normal, lamp).max(0.0) + 0.03 * normal[2];
+        let p = [a, b, c].map(|p| camera.project(p));
+        let values = paint.values.get(3 * f..3 * f + 3).map_or([f32::NAN; 3], |v| [v[0], v[1], v[2]]);
+        let value = plane(p, filled(values));
+        let depth = plane(p, [p[0][2], p[1][2], p[2][2]]);
+        Ready {
+            normal: normal.map(|x| x as f32),
+            shade: shade.clamp(0.0, 1.06) as f32,
+            value: value.map(|x| x as f32),
+            slope: [depth[1] as f32, depth[2] as f32],
+        }
+    };
+    let of = |(f, seen): (usize, bool)| facet(corners, f).filter(|_| seen).map(|c| ready(f, c)).unwrap_or_default();
+    seen.into_iter().enumerate().map(of).collect()
 }
 
 /// Three values for a plane: a corner where nothing is measured takes the mean of those where something is.
 fn filled(values: [f32; 3]) -> [f64; 3] {
-    let known: Vec<f64> = values.iter().filter(|v| v.is_finite()).map(|&v| f64::from(v)).collect();
-    if known.len() == 3 {
-        return values.map(f64::from);
-    }
-    let mean = if known.is_empty() { f64::NAN } else { known.iter().sum::<f64>() / known.len() as f64 };
+    let known = || values.into_iter().filter(|v| v.is_finite()).map(f64::from);
+    let mean = known().sum::<f64>() / known().count() as f64;
     values.map(|v| if v.is_finite() { f64::from(v) } else { mean })
 }
 
