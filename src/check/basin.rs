@@ -48,7 +48,7 @@ impl Basin {
             let at = first.map(|i| i as isize);
             let window = |of: &Indicator| of.placed(at, *set.grid());
             let certain = window(certain)?.intersection(&set)?;
-            let ring = super::void::ringed(&set, &window(&voids.solid.inner)?);
+            let ring = super::filling::ringed(&set, &window(&voids.solid.inner)?);
             let walled = set.union(&ring.intersection(&window(&voids.solid.outer)?)?)?;
             let density = voids.solid.density.field().values();
             let inside = |at: usize| {

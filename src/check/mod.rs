@@ -13,6 +13,7 @@ mod build_volume;
 mod contract;
 mod detail;
 mod drain;
+mod filling;
 mod finding;
 mod hanging;
 mod island;

@@ -1,7 +1,7 @@
 //! AM301: voids that keep what is in them.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
-use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
+use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::place::{locate, reported};
 use super::vent::vents;
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
@@ -32,8 +32,9 @@ static META: Meta = Meta {
           1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again. \
           What stays undecided in a closed mesh is looked at again with half the spacing, as far as the budget for finer \
           samples goes.",
-    limits: "A chamber counts if it is at least a quarter wider than its way out and as wide as the limit; narrower voids are slots \
-             and judged by narrow-gap. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
+    limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
+             Rooms narrower than the limit, down to a quarter of it or to what the grid tells, only warn, because limits for ways out are \
+             written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
              bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates.",
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
              Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",
@@ -75,7 +76,8 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Res
     let (sealed, way_out) = (limits_of(process, "trapped-volume.sealed"), limits_of(process, "trapped-volume"));
     let voids = Voids::within(part, solid)?;
     let found = voids.sealed()?;
-    let mut judge = Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new() };
+    let mut judge =
+        Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new(), doubtful_rooms: 0 };
     let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
     if let Some(limits) = sealed {
         judge.sealed("sealed", &found.certain, limits, widest)?;
@@ -86,6 +88,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Res
         let mut met = voids.nothing();
         let chambers = voids.narrow(&clearance, widest, &mut met)?;
         judge.narrow(&chambers, limits, widest)?;
+        judge.small_rooms(&voids.small_rooms(&clearance, widest, &mut met.clone())?, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
         let tied = process.prints_supports;
         let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
@@ -109,6 +112,8 @@ struct Judge<'a> {
     voids: &'a Voids<'a>,
     measured: Measured,
     shapes: Vec<(f64, TriangleMesh)>,
+    /// Rooms narrower than the limit that may have a way out as wide as it.
+    doubtful_rooms: usize,
 }
 
 impl Judge<'_> {
@@ -118,18 +123,7 @@ impl Judge<'_> {
         order.sort_by(|a, b| b.volume_mm3.value.total_cmp(&a.volume_mm3.value));
         let Some(&largest) = order.first() else { return Ok(()) };
         let mut f = Finding::judged(META.code, kind, largest.volume_mm3, largest.basis, limits, "mm3", 0.0);
-        locate(&mut f, self.part, self.context, largest.at, largest.extent);
-        f.count = order.len() as u64;
-        let sum = order.iter().map(|t| t.volume_mm3.value).sum::<f64>();
-        f.volume_mm3 = Some(report_digits(sum));
-        f.places = order.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
-        for t in &order[1..] {
-            let corners = [t.extent.0, t.extent.1].map(|p| reported(self.part, p));
-            for (a, c) in (0..3).flat_map(|a| corners.map(|c| (a, c[a]))) {
-                f.box_mm[0][a] = f.box_mm[0][a].min(c);
-                f.box_mm[1][a] = f.box_mm[1][a].max(c);
-            }
-        }
+        let sum = self.locate_all(&mut f, &order, |t| t.volume_mm3);
         let certain = kind == "sealed";
         f.message = match (order.len(), certain) {
             (1, true) => format!("a sealed void of {} mm³", short(largest.volume_mm3.value)),
@@ -169,7 +163,7 @@ impl Judge<'_> {
                         kind: "throat".into(),
                         points_mm: vec![reported(self.part, t.at), reported(self.part, throat)],
                     });
-                    let [low, high] = [t.way_out_mm.low, t.way_out_mm.high].map(|x| short((x * 100.0).round() / 100.0));
+                    let [low, high] = [t.way_out_mm.low, t.way_out_mm.high].map(hundredths);
                     format!("a chamber of about {volume} mm³ whose widest way out is {low} to {high} mm")
                 }
                 None => format!("a chamber of about {volume} mm³ without a way out at this spacing"),
@@ -185,6 +179,32 @@ impl Judge<'_> {
             self.note(f, t, "mm", "trapped-volume");
             self.shapes.push((t.volume_mm3.value, t.shape.clone()));
         }
+        Ok(())
+    }
+
+    /// One finding for the rooms that are narrower than the limit and whose way out is narrower still: limits for ways out are
+    /// written for hollows that a ball of theirs fits into, so these only warn.
+    fn small_rooms(&mut self, places: &[Trapped], limit: f64) -> Result<()> {
+        let limits = Limits { fail: None, warn: Some(limit), sense: Sense::Min };
+        let (mut order, doubtful): (Vec<&Trapped>, Vec<&Trapped>) =
+            places.iter().partition(|t| t.way_out_mm.high < limit);
+        self.doubtful_rooms = doubtful.len();
+        order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
+        let Some(&narrowest) = order.first() else { return Ok(()) };
+        let bracket = narrowest.way_out_mm;
+        let mut f = Finding::judged(META.code, "small-room", bracket, narrowest.basis, limits, "mm", self.part.step());
+        let sum = self.locate_all(&mut f, &order, |t| t.way_out_mm);
+        let [low, high] = [bracket.low, bracket.high].map(hundredths);
+        f.message = match order.len() {
+            1 => format!(
+                "a room of about {} whose widest way out is {low} to {high} mm",
+                bulk(narrowest.volume_mm3.value)
+            ),
+            n => format!("{n} rooms, about {} in all, the narrowest way out {low} to {high} mm", bulk(sum)),
+        };
+        f.fix = self.vent_words(&order, limit)?;
+        self.note(f, narrowest, "mm", "trapped-volume");
+        self.shapes.extend(order.iter().map(|t| (t.volume_mm3.value, t.shape.clone())));
         Ok(())
     }
 
@@ -230,6 +250,24 @@ impl Judge<'_> {
         }
     }
 
+    /// Gives a finding the places of several, the first the foremost; returns their volume, mm³.
+    fn locate_all(&self, f: &mut Finding, order: &[&Trapped], value: impl Fn(&Trapped) -> Bracket) -> f64 {
+        let Some((first, others)) = order.split_first() else { return 0.0 };
+        locate(f, self.part, self.context, first.at, first.extent);
+        for t in others {
+            let corners = [t.extent.0, t.extent.1].map(|p| reported(self.part, p));
+            for (a, c) in (0..3).flat_map(|a| corners.map(|c| (a, c[a]))) {
+                f.box_mm[0][a] = f.box_mm[0][a].min(c);
+                f.box_mm[1][a] = f.box_mm[1][a].max(c);
+            }
+        }
+        let sum = order.iter().map(|t| t.volume_mm3.value).sum::<f64>();
+        f.count = order.len() as u64;
+        f.volume_mm3 = Some(report_digits(sum));
+        f.places = order.iter().map(|t| self.spot(t, value(t))).collect();
+        sum
+    }
+
     fn spot(&self, t: &Trapped, b: Bracket) -> Spot {
         let b = b.rounded();
         Spot { at_mm: reported(self.part, t.at), value: b.value, low: b.low, high: b.high }
@@ -269,15 +307,20 @@ impl Judge<'_> {
         m.cover = match limit {
             Some(limit) => format!(
                 "Every void of the mesh and of a grid of {h} mm was looked at; each as wide as {} mm lets a ball of that size out \
-                 unless it is listed, within {} mm.",
+                 unless it is listed, within {} mm. Narrower rooms were looked for down to {} mm.",
                 short(limit),
-                short((4.0 * HALF_DIAGONAL * self.context.spacing_mm * 100.0).ceil() / 100.0)
+                short((4.0 * HALF_DIAGONAL * self.context.spacing_mm * 100.0).ceil() / 100.0),
+                hundredths(self.voids.least_room_mm(limit).min(limit))
             ),
             None => format!("Every closed shell of the mesh and every void of a grid of {h} mm was looked at."),
         };
         if *nooks > 0 {
             m.cover
                 .push_str(&format!(" {nooks} samples lie in nooks that the grid closes and that were not followed."));
+        }
+        if self.doubtful_rooms > 0 {
+            let n = self.doubtful_rooms;
+            m.cover.push_str(&format!(" {n} such rooms may have a way out as wide as the limit and are not listed."));
         }
         let volume: f64 = self.shapes.iter().map(|s| s.0).sum();
         let mesh = self.shapes.drain(..).fold(TriangleMesh::default(), |all, (_, one)| all.joined(&one));
@@ -292,6 +335,10 @@ impl Judge<'_> {
 fn overlap(a: &Trapped, b: &Trapped) -> bool {
     let within = |p: [f64; 3], (lo, hi): ([f64; 3], [f64; 3])| (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c]);
     within(a.at, b.extent) || within(b.at, a.extent)
+}
+
+fn hundredths(mm: f64) -> String {
+    short((mm * 100.0).round() / 100.0)
 }
 
 fn plural(count: u64) -> &'static str {

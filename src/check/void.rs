@@ -1,10 +1,10 @@
 //! The voids of a part: sealed ones, and chambers whose way out is narrow.
 
+use super::filling::{Filling, ringed};
 use super::finding::{Basis, Bracket};
-use crate::distance::{squared_distance, union_of_balls};
+use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
-use crate::geometry::contour::{linear_crossing, surface};
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{Solid, TriangleMesh, cavities};
 use crate::grid::Grid;
@@ -159,7 +159,7 @@ impl<'a> Voids<'a> {
                 basis: self.basis(),
                 way_out_mm: Bracket::exact(0.0),
                 throat: None,
-                shape: self.void_surface(&set)?,
+                shape: Filling::around(&set, self.solid)?.surface()?,
             });
         }
         Ok(())
@@ -205,14 +205,6 @@ impl<'a> Voids<'a> {
         TriangleMesh::weld(own.map(|f| mesh.corners(f))).flipped()
     }
 
-    /// The surface of the void within a set of samples, where the density passes one half.
-    fn void_surface(&self, set: &Indicator) -> Result<TriangleMesh> {
-        let density = self.solid.density.field();
-        let void =
-            Indicator::from_predicate(self.grid, |at| density.values()[at] < 0.5 && set.contains(self.grid.index(at)));
-        surface(&void, |edge| linear_crossing(density, edge, 0.5))
-    }
-
     /// No sample.
     pub fn nothing(&self) -> Indicator {
         Indicator::empty(self.grid)
@@ -239,11 +231,31 @@ impl<'a> Voids<'a> {
     /// Chambers wide enough for a ball of the limit's diameter whose way out is, or may be, narrower; sealed ones are
     /// left out. `met` holds what has been looked at already, and is added to.
     pub fn narrow(&self, clearance: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
-        let exits = border(&self.grid, &Side::ALL);
         let radius = 0.5 * limit_mm / self.grid.h();
-        let mut found: Vec<Trapped> = Vec::new();
         // What is open at the limit may still be in doubt; it shows as a chamber at the limit and two half diagonals more.
-        for radius in [radius, radius + 2.0 * HALF_DIAGONAL] {
+        self.shut(clearance, &[radius, radius + 2.0 * HALF_DIAGONAL], met)
+    }
+
+    /// Chambers too narrow for a ball of the limit's diameter, down to [`Voids::least_room_mm`], at least a quarter wider than
+    /// their way out. `met` is as there.
+    pub fn small_rooms(&self, clearance: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
+        let samples = |diameter: f64| 0.5 * diameter / self.grid.h();
+        let least = samples(self.least_room_mm(limit_mm));
+        // Between the way out of a chamber and its widest place there is always one of these.
+        let levels = std::iter::successors(Some(samples(limit_mm) / LEAST_RISE), |r| Some(r / LEAST_RISE));
+        self.shut(clearance, &levels.take_while(|&r| r >= least).collect::<Vec<f64>>(), met)
+    }
+
+    /// Chambers are looked for down to this diameter: a quarter of the limit's, or what the grid tells from a passage.
+    pub fn least_room_mm(&self, limit_mm: f64) -> f64 {
+        (0.25 * limit_mm).max(4.0 * HALF_DIAGONAL * self.grid.h())
+    }
+
+    /// The chambers that are shut at one of the radii, in units of the spacing.
+    fn shut(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Trapped>> {
+        let exits = border(&self.grid, &Side::ALL);
+        let mut found: Vec<Trapped> = Vec::new();
+        for radius in radii {
             let level = (radius * radius).ceil().max(1.0) as u32;
             let known = |at: usize| met.contains(self.grid.index(at)) || self.is_sealed(at);
             for chamber in chambers(clearance, &exits, level, known)? {
@@ -275,7 +287,7 @@ impl<'a> Voids<'a> {
             if self.is_sealed(chamber.deepest) || !self.rises(&chamber) {
                 continue;
             }
-            let own = filled(&chamber, clearance, self.solid)?;
+            let own = Filling::of(&chamber, clearance, self.solid)?.whole()?;
             let least = level(ball_mm);
             let beyond = Indicator::from_predicate(self.grid, |at| {
                 clearance.values()[at] >= least && !own.contains(self.grid.index(at))
@@ -305,10 +317,7 @@ impl<'a> Voids<'a> {
 
     fn trapped(&self, chamber: &Chamber, clearance: &Field<u32>) -> Result<Trapped> {
         let h = self.grid.h();
-        let set = filled(chamber, clearance, self.solid)?;
-        let density = self.solid.density.field().values();
-        let volume = |set: &Indicator| set.iter().map(|at| 1.0 - f64::from(density[at])).sum::<f64>() * h.powi(3);
-        let value = volume(&set);
+        let filling = Filling::of(chamber, clearance, self.solid)?;
         let way_out = 2.0 * h * chamber.throat.map_or(0.0, |t| f64::from(t.clearance).sqrt());
         let doubt = 4.0 * h * HALF_DIAGONAL;
         let place = |at: usize| self.grid.position(self.grid.index(at));
@@ -317,66 +326,13 @@ impl<'a> Voids<'a> {
         Ok(Trapped {
             at: place(chamber.deepest),
             extent,
-            volume_mm3: Bracket::new(value, chamber.samples() as f64 * h.powi(3), f64::INFINITY),
+            volume_mm3: Bracket::new(filling.volume_mm3(), chamber.samples() as f64 * h.powi(3), f64::INFINITY),
             basis: self.basis(),
             way_out_mm: Bracket::new(way_out, (way_out - doubt).max(0.0), way_out + doubt),
             throat: chamber.throat.map(|t| place(t.at)),
-            shape: self.void_surface(&set)?,
+            shape: filling.surface()?,
         })
     }
-}
-
-/// The balls of clearance about the samples of a chamber, one sample wider so that they reach the walls.
-fn filled(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid) -> Result<Indicator> {
-    let grid = *clearance.grid();
-    let reach = f64::from(chamber.widest).sqrt().ceil() as usize + 2;
-    let (mut lo, mut hi) = ([usize::MAX; 3], [0; 3]);
-    for &(first, count) in &chamber.region {
-        let p = grid.index(first as usize);
-        (0..3).for_each(|a| (lo[a], hi[a]) = (lo[a].min(p[a]), hi[a].max(p[a])));
-        hi[0] = hi[0].max(p[0] + count as usize - 1);
-    }
-    let lo = lo.map(|c| c.saturating_sub(reach));
-    let hi = [0, 1, 2].map(|a| (hi[a] + reach + 1).min(grid.dims()[a]));
-    let window = Grid::new(grid.position(lo), grid.spacing(), [0, 1, 2].map(|a| hi[a] - lo[a]))?;
-    let mut own = Indicator::empty(grid);
-    chamber.offsets().for_each(|at| own.set(grid.index(at), true));
-    let balls = union_of_balls(&window, |at| {
-        let p = window.index(at);
-        let p = [0, 1, 2].map(|a| p[a] + lo[a]);
-        let wider = f64::from(clearance.values()[grid.offset(p)]).sqrt() + 1.0;
-        own.contains(p).then_some((wider * wider) as u32)
-    })?;
-    balls.placed(lo.map(|c| -(c as isize)), grid)?.difference(&solid.inner)
-}
-
-/// A set with the samples around it that are not wholly material.
-pub(super) fn ringed(set: &Indicator, material: &Indicator) -> Indicator {
-    let [nx, ny, nz] = set.grid().dims();
-    let words = set.words_per_row();
-    let last = if nx % 64 == 0 { !0 } else { (1u64 << (nx % 64)) - 1 };
-    let wide = |row: &[u64], w: usize| {
-        let (before, behind) = (if w > 0 { row[w - 1] >> 63 } else { 0 }, row.get(w + 1).map_or(0, |n| n << 63));
-        row[w] | row[w] << 1 | row[w] >> 1 | before | behind
-    };
-    let mut out = set.clone();
-    out.words_mut().par_chunks_mut(words).enumerate().for_each(|(at, to)| {
-        let (j, k) = (at % ny, at / ny);
-        for z in k.saturating_sub(1)..(k + 2).min(nz) {
-            for y in j.saturating_sub(1)..(j + 2).min(ny) {
-                let row = set.row(y, z);
-                to.iter_mut().enumerate().for_each(|(w, to)| *to |= wide(row, w));
-            }
-        }
-        let material = material.row(j, k);
-        for ((to, material), own) in to.iter_mut().zip(material).zip(set.row(j, k)) {
-            *to &= !material | own;
-        }
-        if let Some(word) = to.last_mut() {
-            *word &= last;
-        }
-    });
-    out
 }
 
 #[cfg(test)]
@@ -384,6 +340,7 @@ mod tests {
     use super::*;
     use crate::geometry::vector::cross;
     use crate::part::Up;
+    use crate::random::Lcg;
     use crate::units::Length;
 
     /// A cube with a cubic room and a square neck upwards; the neck is closed if its width is 0.
@@ -474,6 +431,33 @@ mod tests {
         }
         assert!(wrong.is_empty(), "{} of 10000: {:?}", wrong.len(), &wrong[..wrong.len().min(8)]);
         assert!(seen > 5000 && sealed == 1250, "{seen} {sealed}");
+    }
+
+    #[test]
+    fn a_room_narrower_than_the_limit_is_found_behind_its_neck_and_a_passage_is_none() {
+        let mut rng = Lcg(29);
+        let mut seen = 0;
+        for case in 0..1000 {
+            // A room of 3 mm under a limit of 3.5 mm; its neck from a fifth of a millimetre to the width of the room.
+            let (neck, h) = (0.2 + 2.8 * rng.unit(), 0.12 + 0.13 * rng.unit());
+            let mesh = turned(&flask(6.0, 3.0, neck), || rng.unit());
+            let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
+            let voids = Voids::of(&part).unwrap();
+            let clearance = voids.clearance().unwrap();
+            let mut met = voids.nothing();
+            assert!(voids.narrow(&clearance, 4.5, &mut met).unwrap().is_empty(), "{case}: no ball of the limit fits");
+            let rooms = voids.small_rooms(&clearance, 4.5, &mut met).unwrap();
+            // Distances between samples are known to a half diagonal on either side.
+            let surely =
+                1.5 - HALF_DIAGONAL * h > LEAST_RISE * (0.5 * neck + HALF_DIAGONAL * h) + 2.0 * HALF_DIAGONAL * h;
+            let surely_none = 1.5 + HALF_DIAGONAL * h < LEAST_RISE * (0.5 * neck - HALF_DIAGONAL * h);
+            assert!(rooms.len() <= 1 && !(surely && rooms.is_empty()) && !(surely_none && !rooms.is_empty()), "{case}");
+            for t in &rooms {
+                seen += 1;
+                assert!(t.way_out_mm.low <= neck && neck <= t.way_out_mm.high, "{case}: {neck} {:?}", t.way_out_mm);
+            }
+        }
+        assert!(seen > 300, "{seen}");
     }
 
     #[test]

@@ -66,6 +66,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("finned_bracket", finned_bracket()),
         ("hollow_sealed", cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0; 3]).flipped())),
         ("flask_020", flask(20.0, 16.0, 2.0)),
+        ("vial_008", flask(8.0, 3.0, 0.8)),
         ("basin", flask(20.0, 16.0, 15.0)),
         ("rib_010", ribbed(0.1, 2.0)),
         ("relief_050", relief()),
