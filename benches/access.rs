@@ -1,7 +1,7 @@
 //! Obstacles, reach and overlap volumes: `cargo bench --bench access`.
 
 use amcheck::access::{
-    Inflation, Sense, Setup, Stack, Tool, Trio, about, fibonacci, lattice_directions, overlap_counts,
+    Inflation, Sense, Setup, Stack, Tool, Trio, about, fibonacci, lattice_directions, line_of_sight, overlap_counts,
     overlap_counts_by_transform, patches, reach,
 };
 use amcheck::convolution::Descent;
@@ -53,6 +53,16 @@ fn one_direction(bencher: Bencher, samples: usize) {
     let (setup, tool) = (setup(samples), tool("end-mill-6"));
     let m = tool.meridian().unwrap();
     bencher.bench(|| Stack::overlapping(m, spacing(samples)).dilate(black_box(&setup.outer), Sense::Obstacle));
+}
+
+/// What is seen along the six axes, both sides: the part being cast, one scan a direction.
+#[divan::bench(args = [128, 256], sample_count = 20)]
+fn six_axes_in_sight(bencher: Bencher, samples: usize) {
+    let mesh = part();
+    let cast = |d| Setup::cast(&mesh, InsideRule::Crossings, d, spacing(samples), Length::mm(4.0)).unwrap();
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(cast);
+    let opposites = [0, 1, 2].map(|n| axes[n].opposite().unwrap());
+    bencher.bench(|| axes.iter().chain(&opposites).map(|s| line_of_sight(black_box(s))).collect::<Vec<_>>());
 }
 
 /// Both sides of the obstacle.

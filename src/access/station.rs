@@ -289,7 +289,7 @@ mod tests {
     use super::super::pose::super_fibonacci;
     use super::super::tool::SharpPoint;
     use super::*;
-    use crate::geometry::{InsideRule, Primitive};
+    use crate::geometry::{InsideRule, Primitive, TriangleMesh};
     use crate::units::Length;
 
     #[test]
@@ -310,5 +310,48 @@ mod tests {
             let back = product(transposed(first.frame), stations[0].turn);
             assert!((0..3).all(|r| distance(back[r], rotation[r]) < 1e-9), "{back:?} {rotation:?}");
         }
+    }
+
+    #[test]
+    fn reach_is_the_same_from_coarse_to_fine_and_with_every_sample_asked() {
+        let solid =
+            |text: &str, at: Vec3| Primitive::parse(text).unwrap().mesh(Length::mm(0.5)).transformed(IDENTITY, at);
+        // Two walls on a plate; a tool with a hook on one side only.
+        let part =
+            [("box:14x6x2mm", [0.0, 0.0, -4.0]), ("box:3x6x8mm", [5.5, 0.0, 0.0]), ("box:3x2x8mm", [-5.5, 0.0, 0.0])];
+        let mesh = part.into_iter().fold(TriangleMesh::default(), |all, (text, at)| all.joined(&solid(text, at)));
+        let hook = solid("box:1.5x2x9mm", [0.0, 0.0, 4.5]).joined(&solid("box:3x1x1.5mm", [2.0, 0.2, 1.0]));
+        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [3.2, 0.0, 1.0] }];
+        let tool = Tool::from_mesh("hook", hook, tip).unwrap();
+        let view = MeshDistance::new(&mesh);
+        let h = Length::mm(0.6);
+        let setup = Setup::cast(&mesh, InsideRule::Winding, [0.0, 0.0, 1.0], h, Length::mm(2.0)).unwrap();
+        let list = super::super::surface::patches(&mesh, 1.5, |_| true);
+        let (mut stands, mut blocked) = (0, 0);
+        for rotation in super_fibonacci(5) {
+            let station = Station::new(&tool, &setup, Some(rotation)).unwrap();
+            let touched = station.posed.as_ref().unwrap().touched.clone();
+            let grid = *station.hit.grid();
+            let all = Indicator::from_predicate(grid, |at| {
+                let tip = grid.position(grid.index(at));
+                let meets = |b: usize| {
+                    let p = touched.grid().position(touched.grid().index(b));
+                    setup
+                        .outer
+                        .grid()
+                        .sample_at([0, 1, 2].map(|a| p[a] + tip[a]))
+                        .is_some_and(|i| setup.outer.contains(i))
+                };
+                touched.iter().any(meets)
+            });
+            assert_eq!(station.hit, all);
+            let plain = Station { hit: all, posed: station.posed.clone(), corners: vec![], ..station };
+            for patch in &list {
+                let stand = station.stand(patch, 1.0, &view);
+                assert_eq!(stand, plain.stand(patch, 1.0, &view));
+                if stand.is_some() { stands += 1 } else { blocked += 1 }
+            }
+        }
+        assert!(stands > 20 && blocked > 20, "{stands} {blocked}");
     }
 }

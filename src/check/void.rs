@@ -451,7 +451,8 @@ mod tests {
             let surely =
                 1.5 - HALF_DIAGONAL * h > LEAST_RISE * (0.5 * neck + HALF_DIAGONAL * h) + 2.0 * HALF_DIAGONAL * h;
             let surely_none = 1.5 + HALF_DIAGONAL * h < LEAST_RISE * (0.5 * neck - HALF_DIAGONAL * h);
-            assert!(rooms.len() <= 1 && !(surely && rooms.is_empty()) && !(surely_none && !rooms.is_empty()), "{case}");
+            let allowed = usize::from(surely)..=usize::from(!surely_none);
+            assert!(allowed.contains(&rooms.len()), "{case}: {} rooms, {neck}", rooms.len());
             for t in &rooms {
                 seen += 1;
                 assert!(t.way_out_mm.low <= neck && neck <= t.way_out_mm.high, "{case}: {neck} {:?}", t.way_out_mm);
