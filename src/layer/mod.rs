@@ -9,6 +9,7 @@ mod section;
 mod sight;
 mod support;
 mod tall;
+mod walk;
 
 pub use bridge::{Ceiling, Crown, Reach, SelfHolding, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume};

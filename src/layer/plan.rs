@@ -1,6 +1,8 @@
 //! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest anchor.
 
 use super::section::Point;
+use super::walk::Ways;
+use std::cell::OnceCell;
 
 /// One stretch of a region's boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,7 +30,7 @@ pub struct Farthest {
 pub struct Spans {
     /// Over the places that lie on a line from anchor to anchor: the greatest of their shortest such lines.
     pub bridge: Option<Farthest>,
-    /// Over the places that lie on no such line: the greatest distance from the nearest anchor.
+    /// Over the places that lie on no such line: the longest of their shortest ways to an anchor, inside the region.
     pub cantilever: Option<Farthest>,
 }
 
@@ -69,6 +71,11 @@ pub struct Plan {
     lines: Vec<Point>,
     lo: Point,
     extent: f64,
+    /// Length of the whole boundary.
+    around: f64,
+    /// Area, positive where the region lies left of its sides.
+    area: f64,
+    ways: OnceCell<Ways>,
 }
 
 /// A square of the search.
@@ -84,8 +91,6 @@ struct Cell {
 const TURNS: usize = 12;
 /// Sides whose directions are tried as well, the longest first.
 const LONG_SIDES: usize = 8;
-/// The nearest anchors that are tried for being seen.
-const TRIED: usize = 8;
 /// A bracket narrower than this share of its value is left as it is.
 const CLOSE: f64 = 0.01;
 
@@ -113,7 +118,10 @@ impl Plan {
                 lines.push(d);
             }
         }
-        Some(Plan { sides, lines, lo, extent })
+        let turned = |s: &Side| (s.from[0] - lo[0]) * (s.to[1] - lo[1]) - (s.from[1] - lo[1]) * (s.to[0] - lo[0]);
+        let area = 0.5 * sides.iter().map(turned).sum::<f64>();
+        let around = sides.iter().map(|s| length(s.from, s.to)).sum();
+        Some(Plan { sides, lines, lo, extent, around, area, ways: OnceCell::new() })
     }
 
     /// The spans of the region; places within `ledge` of an anchor need none and are left out.
@@ -123,8 +131,12 @@ impl Plan {
     /// longest anchored sides. Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
+    /// The cantilever at x is the shortest way from x to an anchored side inside the region: straight, or by corners whose shortest
+    /// ways are found by Dijkstra's search over those that see each other. No place of a square has a longer way than its centre
+    /// and the distance to it, unless a side with the centre behind it lies between: then than a way from that side.
+    ///
     /// # Cost
-    /// O(directions · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
+    /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
     /// what the search may spend, and what is open then stays in the bracket.
     pub fn spans(&self, ledge: f64, search: Search) -> Spans {
         let mut best = Spans::default();
@@ -172,14 +184,20 @@ impl Plan {
         let reach = cell.half * std::f64::consts::SQRT_2;
         let x = cell.centre;
         cell.high = [0.0; 2];
-        if !self.meets(x, reach) {
+        let inside = self.holds(x);
+        let met = |n: &usize| length(x, foot(x, &self.sides[*n])) <= reach;
+        let met: Vec<usize> = (0..self.sides.len()).filter(met).collect();
+        if !inside && met.is_empty() {
             return work;
         }
-        let inside = self.chord_at(x, self.lines[0]).is_some();
-        // A square whose centre lies outside is bounded from its nearest place on the boundary.
-        let (from, reach_from) = if inside { (x, reach) } else { (self.nearest_side(x), 2.0 * reach) };
-        let (near, seen, foot) = self.nearest_anchor(from);
-        let farthest = seen + reach_from;
+        let ways = self.ways.get_or_init(|| Ways::of(self));
+        let walk = if inside { ways.from(self, x) } else { None };
+        // From a place of the square straight towards its centre: there it ends, or before at a side that has the centre behind it.
+        let behind = met.into_iter().filter(|&n| !self.faces(&self.sides[n], x));
+        let from_sides = behind.map(|n| ways.along(self, n, x, reach)).fold(0.0, f64::max);
+        let from_centre = if inside { walk.map_or(f64::INFINITY, |w| w.most) } else { 0.0 };
+        // Nobody walks farther inside the region than along its whole boundary.
+        let farthest = (from_centre.max(from_sides) + reach).min(self.around);
         if farthest <= ledge {
             return work;
         }
@@ -201,12 +219,15 @@ impl Plan {
             }
         }
         cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest] };
-        if !inside || seen <= ledge {
+        if !inside || walk.is_some_and(|w| w.most <= ledge) {
             return work;
         }
         match shortest {
             Some((low, ends)) => keep(&mut best.bridge, Farthest { low, high: low, at: x, ends }),
-            None => keep(&mut best.cantilever, Farthest { low: near, high: near, at: x, ends: [x, foot] }),
+            None => {
+                let (low, end) = walk.map_or((0.5 * self.extent, x), |w| (w.least, w.anchor));
+                keep(&mut best.cantilever, Farthest { low, high: low, at: x, ends: [x, end] });
+            }
         }
         work
     }
@@ -258,45 +279,23 @@ impl Plan {
         found
     }
 
-    /// Whether a disc meets the region: its centre is inside or a side comes near.
-    fn meets(&self, x: Point, reach: f64) -> bool {
-        self.sides.iter().any(|s| length(x, foot(x, s)) <= reach) || self.chord_at(x, self.lines[0]).is_some()
+    /// Whether a point lies on the region's side of a side's line, or on the line.
+    fn faces(&self, s: &Side, x: Point) -> bool {
+        let turn = (s.to[0] - s.from[0]) * (x[1] - s.from[1]) - (s.to[1] - s.from[1]) * (x[0] - s.from[0]);
+        turn * self.area >= 0.0
     }
 
-    fn nearest_side(&self, x: Point) -> Point {
-        let feet = self.sides.iter().map(|s| foot(x, s));
-        feet.min_by(|a, b| length(x, *a).total_cmp(&length(x, *b))).unwrap_or(x)
+    /// Whether a point lies in the region.
+    pub(super) fn holds(&self, x: Point) -> bool {
+        self.chord_at(x, self.lines[0]).is_some()
     }
 
-    /// Distance to the nearest anchor: as the crow flies, and to one that is seen without leaving the region; the latter's point.
-    fn nearest_anchor(&self, x: Point) -> (f64, f64, Point) {
-        let mut feet: Vec<(f64, Point)> =
-            self.sides.iter().filter(|s| s.anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
-        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (near, nearest) = feet.first().copied().unwrap_or((f64::INFINITY, x));
-        let shown = feet.into_iter().take(TRIED).find(|f| self.sees(x, f.1));
-        let (mut seen, at) = shown.unwrap_or((f64::INFINITY, nearest));
-        if !seen.is_finite() {
-            // Nobody walks farther inside the region than along its whole boundary.
-            seen = self.sides.iter().map(|s| length(s.from, s.to)).sum();
-        }
-        (if near.is_finite() { near } else { 0.5 * self.extent }, seen, at)
+    pub(super) fn sides(&self) -> &[Side] {
+        &self.sides
     }
 
-    /// Whether the way from a point to one of the boundary crosses no side before.
-    fn sees(&self, x: Point, p: Point) -> bool {
-        let l = length(x, p);
-        if l == 0.0 {
-            return true;
-        }
-        let d = [(p[0] - x[0]) / l, (p[1] - x[1]) / l];
-        let across = |q: Point| (q[1] - x[1]) * d[0] - (q[0] - x[0]) * d[1];
-        let along = |q: Point| (q[0] - x[0]) * d[0] + (q[1] - x[1]) * d[1];
-        self.sides.iter().all(|s| {
-            let (a, b) = (across(s.from), across(s.to));
-            let t = along(s.from) + (along(s.to) - along(s.from)) * a / (a - b);
-            (a < 0.0) == (b < 0.0) || t <= 1e-9 * self.extent || t >= l - 1e-6 * self.extent
-        })
+    pub(super) fn extent(&self) -> f64 {
+        self.extent
     }
 }
 
@@ -365,12 +364,12 @@ fn quarters(c: &Cell) -> impl Iterator<Item = Cell> + use<> {
     })
 }
 
-fn length(a: Point, b: Point) -> f64 {
+pub(super) fn length(a: Point, b: Point) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
 /// The point of a side that is nearest to x.
-fn foot(x: Point, s: &Side) -> Point {
+pub(super) fn foot(x: Point, s: &Side) -> Point {
     let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
     let l2 = d[0] * d[0] + d[1] * d[1];
     let t = if l2 > 0.0 { ((x[0] - s.from[0]) * d[0] + (x[1] - s.from[1]) * d[1]) / l2 } else { 0.0 };
@@ -458,5 +457,36 @@ mod tests {
         // In the corner the shortest line is one across the inner corner: longer than an arm is wide, shorter than the diagonal.
         let f = spans.bridge.unwrap();
         assert!(f.low >= 4.0 - 1e-6 && f.high < 7.5, "{f:?}");
+    }
+
+    #[test]
+    fn a_cantilever_round_corners_is_as_long_as_the_way_to_its_anchor() {
+        let mut rng = Lcg(5);
+        for _ in 0..12 {
+            let (turn, shift) = (std::f64::consts::TAU * rng.unit(), [9.0 * rng.unit(), 9.0 * rng.unit()]);
+            let (a, b, w) = (12.0 + 8.0 * rng.unit(), 9.0 + 8.0 * rng.unit(), 1.0 + 2.0 * rng.unit());
+            // An angle of two arms held at the end of one.
+            let angle = [[0.0, 0.0], [a, 0.0], [a, w], [w, w], [w, b], [0.0, b]];
+            let held = |of: usize, n: usize| (0..n).map(|i| i == of).collect::<Vec<bool>>();
+            let spans = region(&angle, &held(1, 6), turn, shift).spans(0.0, Search::Measure);
+            assert_eq!(spans.bridge, None);
+            holds(spans.cantilever, (a - w) + w.hypot(b - w), 0.02);
+            // Two arms beside each other with a slit between them, which the crow flies over.
+            let (half, slit) = (0.5 * w, 0.05 + 0.1 * rng.unit());
+            let (low, high) = (w - slit, w + slit);
+            let folded = [
+                [0.0, 0.0],
+                [a, 0.0],
+                [a, 2.0 * w],
+                [0.0, 2.0 * w],
+                [0.0, high],
+                [a - half, high],
+                [a - half, low],
+                [0.0, low],
+            ];
+            let spans = region(&folded, &held(7, 8), turn, shift).spans(0.0, Search::Measure);
+            assert_eq!(spans.bridge, None);
+            holds(spans.cantilever, (a - half) + 2.0 * slit + (a - half).hypot(w - slit), 0.02);
+        }
     }
 }

@@ -1,0 +1,184 @@
+//! Shortest ways inside a region to its anchors, round corners where walls stand between.
+
+use super::plan::{Plan, Side, foot, length};
+use super::section::Point;
+use rustc_hash::FxHashMap;
+
+/// How far a place of a region is from its anchors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Walk {
+    /// The shortest way inside the region is at least this long.
+    pub least: f64,
+    /// And at most this long; equal to `least` unless there were too many corners to look round.
+    pub most: f64,
+    /// The anchor at its end.
+    pub anchor: Point,
+}
+
+/// The shortest ways from the corners of a region.
+#[derive(Debug)]
+pub(super) struct Ways {
+    corners: Vec<Corner>,
+    /// For each side its two corners.
+    ends: Vec<[usize; 2]>,
+    /// Whether all corners were looked round.
+    exact: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    at: Point,
+    /// Length of the shortest way to an anchor, and its end.
+    length: f64,
+    anchor: Point,
+}
+
+/// The nearest candidates that are tried for being seen.
+const TRIED: usize = 64;
+/// Sides that lines of sight between corners are held against at most.
+const EFFORT: usize = 4_000_000;
+
+impl Ways {
+    /// Shortest ways from all corners: straight to an anchor that is seen, or by way of another corner.
+    ///
+    /// # Cost
+    /// O(corners² + sides·corners) for corners that see an anchor; sides for each line of sight that may shorten a way, up to 4 million.
+    pub fn of(plan: &Plan) -> Self {
+        let sides = plan.sides();
+        let mut known: FxHashMap<[u64; 2], usize> = FxHashMap::default();
+        let mut corners: Vec<Corner> = Vec::new();
+        let mut index = |p: Point| {
+            *known.entry(p.map(f64::to_bits)).or_insert_with(|| {
+                corners.push(Corner { at: p, length: f64::INFINITY, anchor: p });
+                corners.len() - 1
+            })
+        };
+        let ends: Vec<[usize; 2]> = sides.iter().map(|s| [index(s.from), index(s.to)]).collect();
+        for (_, ends) in sides.iter().zip(&ends).filter(|(s, _)| s.anchored) {
+            ends.iter().for_each(|&n| corners[n].length = 0.0);
+        }
+        let mut ways = Ways { corners, ends, exact: true };
+        if sides.iter().any(|s| s.anchored) {
+            ways.find(plan);
+        }
+        ways
+    }
+
+    /// Dijkstra's search from the anchors over the corners.
+    fn find(&mut self, plan: &Plan) {
+        let count = self.corners.len();
+        let mut left = EFFORT;
+        let mut looks = |from: Point, to: Point| {
+            let may = left > 0;
+            left = left.saturating_sub(2 * plan.sides().len());
+            may.then(|| plan.sees(from, to) && plan.holds([0, 1].map(|a| 0.5 * (from[a] + to[a]))))
+        };
+        for n in 0..count {
+            let at = self.corners[n].at;
+            if self.corners[n].length == 0.0 {
+                continue;
+            }
+            let feet = plan.feet(at);
+            match feet.iter().take(TRIED).find(|f| looks(at, f.1) == Some(true)) {
+                Some(&(length, anchor)) => self.corners[n] = Corner { at, length, anchor },
+                None => self.exact &= feet.len() <= TRIED,
+            }
+        }
+        let mut beside: Vec<Vec<usize>> = vec![Vec::new(); count];
+        for &[a, b] in &self.ends {
+            beside[a].push(b);
+            beside[b].push(a);
+        }
+        let mut open: Vec<usize> = (0..count).collect();
+        while let Some(place) = (0..open.len())
+            .min_by(|&a, &b| self.corners[open[a]].length.total_cmp(&self.corners[open[b]].length))
+            .filter(|&p| self.corners[open[p]].length.is_finite())
+        {
+            let from = open.swap_remove(place);
+            let c = self.corners[from];
+            for &to in &open {
+                let length = c.length + length(c.at, self.corners[to].at);
+                if length >= self.corners[to].length {
+                    continue;
+                }
+                let joined = beside[from].contains(&to) || looks(c.at, self.corners[to].at) == Some(true);
+                if joined {
+                    self.corners[to] = Corner { length, anchor: c.anchor, ..self.corners[to] };
+                }
+            }
+        }
+        self.exact &= left > 0;
+    }
+
+    /// The longest of the shortest ways from the places of a side within `reach` of x: an upper bound. They go along the side, to
+    /// the place nearest to x and on from there, or to one of its ends.
+    pub fn along(&self, plan: &Plan, side: usize, x: Point, reach: f64) -> f64 {
+        let (Some(s), Some(&[a, b])) = (plan.sides().get(side), self.ends.get(side)) else { return f64::INFINITY };
+        if s.anchored {
+            return 0.0;
+        }
+        let nearest = foot(x, s);
+        let (whole, middle) = (length(s.from, s.to), length(s.from, nearest));
+        let (first, last) = ((middle - reach).max(0.0), (middle + reach).min(whole));
+        let [from_a, from_b] = [a, b].map(|n| self.corners[n].length);
+        // The farthest place is where the ways to both ends are equally long.
+        let even = if from_a.is_finite() && from_b.is_finite() { 0.5 * (whole + from_b - from_a) } else { last };
+        let t = even.clamp(first, last);
+        let by_ends = (t + from_a).min(whole - t + from_b);
+        let inside = |p: Point| plan.holds([0, 1].map(|a| 0.5 * (nearest[a] + p[a])));
+        let by_nearest = self.shortest(plan, nearest, inside).map_or(f64::INFINITY, |w| w.most + reach);
+        by_ends.min(by_nearest)
+    }
+
+    /// How far a place inside the region is from its anchors; `None` if it has none.
+    pub fn from(&self, plan: &Plan, x: Point) -> Option<Walk> {
+        self.shortest(plan, x, |_| true)
+    }
+
+    /// As [`Ways::from`], of ways whose first stretch, to a point, may be gone.
+    fn shortest(&self, plan: &Plan, x: Point, may: impl Fn(Point) -> bool) -> Option<Walk> {
+        let feet = plan.feet(x);
+        let near = *feet.first()?;
+        let straight = feet.into_iter().map(|(length, anchor)| (length, anchor, anchor));
+        let round = self.corners.iter().filter(|c| c.length.is_finite());
+        let round = round.map(|c| (c.length + length(x, c.at), c.at, c.anchor));
+        let mut ways: Vec<(f64, Point, Point)> = straight.chain(round).collect();
+        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let seen = ways.iter().take(TRIED).find(|w| plan.sees(x, w.1) && may(w.1));
+        Some(match seen {
+            Some(&(most, _, anchor)) => Walk { least: if self.exact { most } else { near.0 }, most, anchor },
+            None => Walk { least: near.0, most: f64::INFINITY, anchor: near.1 },
+        })
+    }
+}
+
+impl Plan {
+    /// The nearest points of all anchored sides, the nearest first, with their distances.
+    fn feet(&self, x: Point) -> Vec<(f64, Point)> {
+        let anchored = |s: &&Side| s.anchored;
+        let mut feet: Vec<(f64, Point)> =
+            self.sides().iter().filter(anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
+        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+        feet
+    }
+
+    /// Whether the way from a point to one of the boundary crosses no side before, and touches no corner: a way that does is
+    /// found by way of the corner.
+    fn sees(&self, x: Point, p: Point) -> bool {
+        let l = length(x, p);
+        if l == 0.0 {
+            return true;
+        }
+        let d = [(p[0] - x[0]) / l, (p[1] - x[1]) / l];
+        let across = |q: Point| (q[1] - x[1]) * d[0] - (q[0] - x[0]) * d[1];
+        let along = |q: Point| (q[0] - x[0]) * d[0] + (q[1] - x[1]) * d[1];
+        let (tiny, end) = (1e-9 * self.extent(), l - 1e-6 * self.extent());
+        self.sides().iter().all(|s| {
+            let (a, b) = (across(s.from), across(s.to));
+            let start = along(s.from);
+            let t = start + (along(s.to) - start) * a / (a - b);
+            let touches = a.abs() <= tiny && start > tiny && start < end;
+            !touches && ((a < 0.0) == (b < 0.0) || t <= tiny || t >= end)
+        })
+    }
+}
