@@ -27,7 +27,8 @@ static META: Meta = Meta {
     how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void, \
           where it lies on the plate, or on another body. The bridge at a place is the shortest straight line through it, inside the \
           ceiling, with an anchor at both ends, among lines every 15 degrees and across the longest anchors; the ceiling's span is the greatest \
-          over its places. Places with no such line reach out: their distance to the nearest anchor counts. Squares of places are \
+          over its places. Places with no such line reach out: the shortest way to an anchor inside the ceiling counts, round corners \
+          where a slit lies between. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
           out. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
