@@ -438,7 +438,7 @@ mod tests {
         let mut rng = Lcg(29);
         let mut seen = 0;
         for case in 0..1000 {
-            // A room of 3 mm under a limit of 3.5 mm; its neck from a fifth of a millimetre to the width of the room.
+            // A room of 3 mm under a limit of 4.5 mm, which the doubt of the coarsest grid does not reach; its neck from a fifth of a millimetre to the width of the room.
             let (neck, h) = (0.2 + 2.8 * rng.unit(), 0.12 + 0.13 * rng.unit());
             let mesh = turned(&flask(6.0, 3.0, neck), || rng.unit());
             let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));

@@ -115,10 +115,8 @@ pub fn dilate_along(path: Path, a: &Indicator, b: &StructuringElement) -> Result
             remedy: "let the path be chosen".into(),
         }),
         Path::Descent => {
-            let set = dilate_by_descent(a, b.set(), u64::MAX)?;
-            let set =
-                set.ok_or_else(|| Error::Internal { problem: "a descent without a limit was given up".into() })?;
-            Ok(Morphed { set, path })
+            let met = Descent::new(a).met_by(&b.set().reflected())?;
+            Ok(Morphed { set: on_grid_of_sum(&met, a, b.set())?, path })
         }
         Path::Transform(_) => {
             let (set, precision) = dilate_tiled(a, b.set())?;
@@ -179,8 +177,12 @@ fn eroded(
 /// A ⊕ B as the translations at which −B meets A, on the grid of the sum; nothing if more moves than allowed are needed.
 fn dilate_by_descent(a: &Indicator, b: &Indicator, most: u64) -> Result<Option<Indicator>> {
     let met = Descent::new(a).met_by_at_most(&b.reflected(), most)?;
-    // The same samples: reflecting twice may change the last bit of the origin.
-    met.map(|met| met.placed([0; 3], sum_grid(a.grid(), b.grid())?)).transpose()
+    met.map(|met| on_grid_of_sum(&met, a, b)).transpose()
+}
+
+/// The same samples on the grid of A ⊕ B: reflecting twice may change the last bit of the origin.
+fn on_grid_of_sum(met: &Indicator, a: &Indicator, b: &Indicator) -> Result<Indicator> {
+    met.placed([0; 3], sum_grid(a.grid(), b.grid())?)
 }
 
 /// Dilation by a digital ball: the samples whose squared distance to A is at most that of the ball.
