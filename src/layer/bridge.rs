@@ -1,6 +1,7 @@
 //! Overhangs between anchors: bridges, arches and cantilevers.
 
-use super::plan::{Farthest, Plan, Search, Side, Spans};
+use super::line::Side;
+use super::plan::{Farthest, Plan, Search, Spans};
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;

@@ -4,6 +4,7 @@ mod bridge;
 mod column;
 mod downward;
 mod island;
+mod line;
 mod plan;
 mod section;
 mod sight;

@@ -1,17 +1,9 @@
 //! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest anchor.
 
+use super::line::{Chord, Side, Turned, chords, foot, length};
 use super::section::Point;
 use super::walk::Ways;
 use std::cell::OnceCell;
-
-/// One stretch of a region's boundary.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Side {
-    pub from: Point,
-    pub to: Point,
-    /// Whether the region is held up along it.
-    pub anchored: bool,
-}
 
 /// A length that a place of the region has, with bounds over the whole region.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,13 +50,6 @@ impl Search {
     }
 }
 
-/// A line's stretch inside the region.
-#[derive(Debug, Clone, Copy)]
-struct Chord {
-    t: [f64; 2],
-    anchored: bool,
-}
-
 /// A region in plan, by its sides in any order.
 pub struct Plan {
     sides: Vec<Side>,
@@ -85,6 +70,13 @@ struct Cell {
     half: f64,
     /// Upper bounds of bridge and cantilever over the region's places in it.
     high: [f64; 2],
+}
+
+/// The centre of a square: outside the region, or inside with its shortest way to an anchor.
+#[derive(Debug, Clone, Copy)]
+enum Centre {
+    Outside,
+    Inside(f64),
 }
 
 /// Lines are tried every 15°, and across the longest anchored sides.
@@ -144,13 +136,14 @@ impl Plan {
         let mut closed = [0.0f64; 2];
         let mut left = search.effort();
         loop {
-            let mut work = 0;
-            for cell in &mut cells {
-                work += self.measure(cell, ledge, &mut best);
+            let mut centres = Vec::with_capacity(cells.len());
+            for cell in &cells {
+                centres.push(self.measure(cell.centre, ledge, &mut best));
                 if search.is_answered(&best) {
                     return best;
                 }
             }
+            let work: usize = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, ledge)).sum();
             left = left.saturating_sub(work);
             let known = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
             let is_open =
@@ -178,49 +171,25 @@ impl Plan {
             .collect()
     }
 
-    /// Bounds a square, and measures its centre if it lies in the region; how many sides lines were held against.
-    fn measure(&self, cell: &mut Cell, ledge: f64, best: &mut Spans) -> usize {
-        let mut work = 2 * self.sides.len();
-        let reach = cell.half * std::f64::consts::SQRT_2;
-        let x = cell.centre;
-        cell.high = [0.0; 2];
-        let inside = self.holds(x);
-        let met = |n: &usize| length(x, foot(x, &self.sides[*n])) <= reach;
-        let met: Vec<usize> = (0..self.sides.len()).filter(met).collect();
-        if !inside && met.is_empty() {
-            return work;
+    /// Measures the centre of a square, if it lies in the region and not within `ledge` of an anchor.
+    fn measure(&self, x: Point, ledge: f64, best: &mut Spans) -> Centre {
+        if !self.holds(x) {
+            return Centre::Outside;
         }
-        let ways = self.ways.get_or_init(|| Ways::of(self));
-        let walk = if inside { ways.from(self, x) } else { None };
-        // From a place of the square straight towards its centre: there it ends, or before at a side that has the centre behind it.
-        let behind = met.into_iter().filter(|&n| !self.faces(&self.sides[n], x));
-        let from_sides = behind.map(|n| ways.along(self, n, x, reach)).fold(0.0, f64::max);
-        let from_centre = if inside { walk.map_or(f64::INFINITY, |w| w.most) } else { 0.0 };
+        let walk = self.walk(x);
         // Nobody walks farther inside the region than along its whole boundary.
-        let farthest = (from_centre.max(from_sides) + reach).min(self.around);
-        if farthest <= ledge {
-            return work;
+        let most = walk.map_or(f64::INFINITY, |w| w.most).min(self.around);
+        if most <= ledge {
+            return Centre::Inside(most);
         }
         let mut shortest: Option<(f64, [Point; 2])> = None;
-        let (mut all, mut some) = (f64::INFINITY, 0.0f64);
         for &d in &self.lines {
-            if inside
-                && let Some(chord) = self.chord_at(x, d).filter(|c| c.anchored)
+            if let Some(chord) = self.chord_at(x, d).filter(|c| c.anchored)
                 && shortest.is_none_or(|(l, _)| chord.t[1] - chord.t[0] < l)
             {
                 let point = |t: f64| [x[0] + t * d[0], x[1] + t * d[1]];
                 shortest = Some((chord.t[1] - chord.t[0], chord.t.map(point)));
             }
-            let (longest, whole, held) = self.strip(x, d, reach);
-            work += held;
-            some = some.max(longest);
-            if whole {
-                all = all.min(longest);
-            }
-        }
-        cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest] };
-        if !inside || walk.is_some_and(|w| w.most <= ledge) {
-            return work;
         }
         match shortest {
             Some((low, ends)) => keep(&mut best.bridge, Farthest { low, high: low, at: x, ends }),
@@ -229,6 +198,41 @@ impl Plan {
                 keep(&mut best.cantilever, Farthest { low, high: low, at: x, ends: [x, end] });
             }
         }
+        Centre::Inside(most)
+    }
+
+    /// Bounds a square; how many sides lines were held against.
+    fn bound(&self, cell: &mut Cell, centre: Centre, ledge: f64) -> usize {
+        let mut work = 2 * self.sides.len();
+        let reach = cell.half * std::f64::consts::SQRT_2;
+        let x = cell.centre;
+        cell.high = [0.0; 2];
+        let near = |n: &usize| length(x, foot(x, &self.sides[*n])) <= reach;
+        let met: Vec<usize> = (0..self.sides.len()).filter(near).collect();
+        let from_centre = match centre {
+            Centre::Outside if met.is_empty() => return work,
+            Centre::Outside => 0.0,
+            Centre::Inside(most) => most,
+        };
+        let farthest = || {
+            // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it.
+            let behind = met.iter().filter(|&&n| self.before(&self.sides[n], x) < 0.0);
+            let from_sides = behind.map(|&n| self.walk_along(n, x, reach)).fold(0.0, f64::max);
+            (from_centre.max(from_sides) + reach).min(self.around)
+        };
+        if (from_centre + reach).min(self.around) <= ledge && farthest() <= ledge {
+            return work;
+        }
+        let (mut all, mut some) = (f64::INFINITY, 0.0f64);
+        for &d in &self.lines {
+            let (longest, whole, held) = self.strip(x, d, reach);
+            work += held;
+            some = some.max(longest);
+            if whole {
+                all = all.min(longest);
+            }
+        }
+        cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest()] };
         work
     }
 
@@ -279,10 +283,9 @@ impl Plan {
         found
     }
 
-    /// Whether a point lies on the region's side of a side's line, or on the line.
-    fn faces(&self, s: &Side, x: Point) -> bool {
-        let turn = (s.to[0] - s.from[0]) * (x[1] - s.from[1]) - (s.to[1] - s.from[1]) * (x[0] - s.from[0]);
-        turn * self.area >= 0.0
+    /// Positive where a point lies on the region's side of a side's line, and 0 on it.
+    pub(super) fn before(&self, s: &Side, x: Point) -> f64 {
+        self.area * ((s.to[0] - s.from[0]) * (x[1] - s.from[1]) - (s.to[1] - s.from[1]) * (x[0] - s.from[0]))
     }
 
     /// Whether a point lies in the region.
@@ -294,50 +297,13 @@ impl Plan {
         &self.sides
     }
 
+    /// The shortest ways from its corners.
+    pub(super) fn ways(&self) -> &Ways {
+        self.ways.get_or_init(|| Ways::of(self))
+    }
+
     pub(super) fn extent(&self) -> f64 {
         self.extent
-    }
-}
-
-/// A side seen along a direction from a place: how far its ends lie across it and along it.
-#[derive(Debug, Clone, Copy)]
-struct Turned {
-    across: [f64; 2],
-    along: [f64; 2],
-    anchored: bool,
-}
-
-impl Turned {
-    fn new(s: &Side, x: Point, d: Point) -> Self {
-        let ends = [s.from, s.to];
-        Turned {
-            across: ends.map(|p| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1]),
-            along: ends.map(|p| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1]),
-            anchored: s.anchored,
-        }
-    }
-
-    fn lo(&self) -> f64 {
-        self.across[0].min(self.across[1])
-    }
-
-    fn hi(&self) -> f64 {
-        self.across[0].max(self.across[1])
-    }
-
-    /// Where the line at an offset crosses the side, and whether the side is an anchor; an end on the line counts as above it.
-    fn met_by(&self, offset: f64) -> Option<(f64, bool)> {
-        let [a, b] = self.across.map(|c| c - offset);
-        let [p, q] = self.along;
-        ((a < 0.0) != (b < 0.0)).then(|| (p + (q - p) * a / (a - b), self.anchored))
-    }
-}
-
-/// Calls back with the stretches of a line inside the region, from all its crossings with the boundary.
-fn chords(crossings: &mut [(f64, bool)], mut found: impl FnMut(Chord)) {
-    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for pair in crossings.chunks_exact(2) {
-        found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
     }
 }
 
@@ -362,19 +328,6 @@ fn quarters(c: &Cell) -> impl Iterator<Item = Cell> + use<> {
         half,
         high: [f64::INFINITY; 2],
     })
-}
-
-pub(super) fn length(a: Point, b: Point) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
-/// The point of a side that is nearest to x.
-pub(super) fn foot(x: Point, s: &Side) -> Point {
-    let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
-    let l2 = d[0] * d[0] + d[1] * d[1];
-    let t = if l2 > 0.0 { ((x[0] - s.from[0]) * d[0] + (x[1] - s.from[1]) * d[1]) / l2 } else { 0.0 };
-    let t = t.clamp(0.0, 1.0);
-    [s.from[0] + t * d[0], s.from[1] + t * d[1]]
 }
 
 #[cfg(test)]

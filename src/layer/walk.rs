@@ -1,6 +1,7 @@
 //! Shortest ways inside a region to its anchors, round corners where walls stand between.
 
-use super::plan::{Plan, Side, foot, length};
+use super::line::{Side, foot, length};
+use super::plan::Plan;
 use super::section::Point;
 use rustc_hash::FxHashMap;
 
@@ -78,8 +79,12 @@ impl Ways {
             if self.corners[n].length == 0.0 {
                 continue;
             }
+            if let Some(w) = plan.straight(at).filter(|w| looks(at, w.anchor) == Some(true)) {
+                self.corners[n] = Corner { at, length: w.most, anchor: w.anchor };
+                continue;
+            }
             let feet = plan.feet(at);
-            match feet.iter().take(TRIED).find(|f| looks(at, f.1) == Some(true)) {
+            match feet.iter().take(TRIED).skip(1).find(|f| looks(at, f.1) == Some(true)) {
                 Some(&(length, anchor)) => self.corners[n] = Corner { at, length, anchor },
                 None => self.exact &= feet.len() <= TRIED,
             }
@@ -96,13 +101,13 @@ impl Ways {
         {
             let from = open.swap_remove(place);
             let c = self.corners[from];
+            let round = self.is_reflex(plan, from);
             for &to in &open {
                 let length = c.length + length(c.at, self.corners[to].at);
                 if length >= self.corners[to].length {
                     continue;
                 }
-                let joined = beside[from].contains(&to) || looks(c.at, self.corners[to].at) == Some(true);
-                if joined {
+                if beside[from].contains(&to) || (round && looks(c.at, self.corners[to].at) == Some(true)) {
                     self.corners[to] = Corner { length, anchor: c.anchor, ..self.corners[to] };
                 }
             }
@@ -110,32 +115,23 @@ impl Ways {
         self.exact &= left > 0;
     }
 
-    /// The longest of the shortest ways from the places of a side within `reach` of x: an upper bound. They go along the side, to
-    /// the place nearest to x and on from there, or to one of its ends.
-    pub fn along(&self, plan: &Plan, side: usize, x: Point, reach: f64) -> f64 {
-        let (Some(s), Some(&[a, b])) = (plan.sides().get(side), self.ends.get(side)) else { return f64::INFINITY };
-        if s.anchored {
-            return 0.0;
+    /// Whether a shortest way may bend at a corner: not where the region has less than half a turn about it.
+    fn is_reflex(&self, plan: &Plan, corner: usize) -> bool {
+        let sides = || self.ends.iter().zip(plan.sides());
+        let mut into = sides().filter(|(ends, _)| ends[1] == corner).map(|(_, s)| s);
+        let mut out = sides().filter(|(ends, _)| ends[0] == corner).map(|(_, s)| s);
+        match (into.next(), out.next(), into.next(), out.next()) {
+            (Some(a), Some(b), None, None) => plan.before(a, b.to) <= 0.0,
+            _ => true,
         }
-        let nearest = foot(x, s);
-        let (whole, middle) = (length(s.from, s.to), length(s.from, nearest));
-        let (first, last) = ((middle - reach).max(0.0), (middle + reach).min(whole));
-        let [from_a, from_b] = [a, b].map(|n| self.corners[n].length);
-        // The farthest place is where the ways to both ends are equally long.
-        let even = if from_a.is_finite() && from_b.is_finite() { 0.5 * (whole + from_b - from_a) } else { last };
-        let t = even.clamp(first, last);
-        let by_ends = (t + from_a).min(whole - t + from_b);
-        let inside = |p: Point| plan.holds([0, 1].map(|a| 0.5 * (nearest[a] + p[a])));
-        let by_nearest = self.shortest(plan, nearest, inside).map_or(f64::INFINITY, |w| w.most + reach);
-        by_ends.min(by_nearest)
     }
 
-    /// How far a place inside the region is from its anchors; `None` if it has none.
-    pub fn from(&self, plan: &Plan, x: Point) -> Option<Walk> {
-        self.shortest(plan, x, |_| true)
+    /// The lengths of the shortest ways from a side's ends.
+    fn ends_lengths(&self, side: usize) -> [f64; 2] {
+        self.ends.get(side).map_or([f64::INFINITY; 2], |ends| ends.map(|n| self.corners[n].length))
     }
 
-    /// As [`Ways::from`], of ways whose first stretch, to a point, may be gone.
+    /// The shortest way from a place, straight or by way of a corner, if its first stretch, to a point, may be gone.
     fn shortest(&self, plan: &Plan, x: Point, may: impl Fn(Point) -> bool) -> Option<Walk> {
         let feet = plan.feet(x);
         let near = *feet.first()?;
@@ -153,6 +149,51 @@ impl Ways {
 }
 
 impl Plan {
+    /// How far a place inside the region is from its anchors; `None` if it has none.
+    pub(super) fn walk(&self, x: Point) -> Option<Walk> {
+        self.straight(x).filter(|w| self.sees(x, w.anchor)).or_else(|| self.ways().shortest(self, x, |_| true))
+    }
+
+    /// The longest of the shortest ways from the places of a side within `reach` of x: an upper bound. They go along the side, to
+    /// the place nearest to x and on from there, or to one of its ends.
+    pub(super) fn walk_along(&self, side: usize, x: Point, reach: f64) -> f64 {
+        let Some(s) = self.sides().get(side) else { return f64::INFINITY };
+        if s.anchored {
+            return 0.0;
+        }
+        let nearest = foot(x, s);
+        let (whole, middle) = (length(s.from, s.to), length(s.from, nearest));
+        let (first, last) = ((middle - reach).max(0.0), (middle + reach).min(whole));
+        let [from_a, from_b] = match [s.from, s.to].map(|end| self.straight_inside(end)) {
+            [Some(a), Some(b)] => [a.most, b.most],
+            _ => self.ways().ends_lengths(side),
+        };
+        // The farthest place is where the ways to both ends are equally long.
+        let even = if from_a.is_finite() && from_b.is_finite() { 0.5 * (whole + from_b - from_a) } else { last };
+        let t = even.clamp(first, last);
+        let by_ends = (t + from_a).min(whole - t + from_b);
+        let way =
+            self.straight_inside(nearest).or_else(|| self.ways().shortest(self, nearest, |p| self.joins(nearest, p)));
+        by_ends.min(way.map_or(f64::INFINITY, |w| w.most + reach))
+    }
+
+    /// The way from a place of the boundary straight to its nearest anchor, if it lies inside the region and nothing stands in it.
+    fn straight_inside(&self, from: Point) -> Option<Walk> {
+        self.straight(from).filter(|w| w.most == 0.0 || (self.sees(from, w.anchor) && self.joins(from, w.anchor)))
+    }
+
+    /// Whether the region lies about the middle between two points of its boundary that see each other.
+    fn joins(&self, a: Point, b: Point) -> bool {
+        self.holds([0, 1].map(|n| 0.5 * (a[n] + b[n])))
+    }
+
+    /// The nearest anchor, as the crow flies.
+    fn straight(&self, x: Point) -> Option<Walk> {
+        let feet = self.sides().iter().filter(|s| s.anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p));
+        let nearest = feet.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(length, anchor)| Walk { least: length, most: length, anchor })
+    }
+
     /// The nearest points of all anchored sides, the nearest first, with their distances.
     fn feet(&self, x: Point) -> Vec<(f64, Point)> {
         let anchored = |s: &&Side| s.anchored;

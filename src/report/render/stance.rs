@@ -26,7 +26,7 @@ pub fn stance(name: &str, posed: &TriangleMesh, needs_support: &[bool]) -> Pictu
     let n = SAMPLES as f64;
     let frame = [12.0 * n, 12.0 * n, (w as f64 - 12.0) * n, (h as f64 - 12.0) * n];
     let [azimuth, _] = SIDES[0];
-    let camera = Camera::from_side([azimuth, -18.0]).fitted(corners.iter().copied(), frame);
+    let camera = Camera::from_side([azimuth, -18.0]).fitted(posed.vertices.iter().copied(), frame);
     let mut canvas = Canvas::new(w, h, STAGE);
     let raster = Raster::new(&corners, &camera, SAMPLES * w, SAMPLES * h, Faces::Both);
     let scale = Scale { low: 0.0, high: 1.0, fail: None, warn: Some(0.5), sense: Sense::Min };

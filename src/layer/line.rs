@@ -1,0 +1,74 @@
+//! Straight lines across a region in plan: where they cross its boundary, and the nearest points of its sides.
+
+use super::section::Point;
+
+/// One stretch of a region's boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    pub from: Point,
+    pub to: Point,
+    /// Whether the region is held up along it.
+    pub anchored: bool,
+}
+
+/// A line's stretch inside the region.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chord {
+    pub t: [f64; 2],
+    pub anchored: bool,
+}
+
+/// A side seen along a direction from a place: how far its ends lie across it and along it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turned {
+    pub across: [f64; 2],
+    along: [f64; 2],
+    anchored: bool,
+}
+
+impl Turned {
+    pub fn new(s: &Side, x: Point, d: Point) -> Self {
+        let ends = [s.from, s.to];
+        Turned {
+            across: ends.map(|p| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1]),
+            along: ends.map(|p| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1]),
+            anchored: s.anchored,
+        }
+    }
+
+    pub fn lo(&self) -> f64 {
+        self.across[0].min(self.across[1])
+    }
+
+    pub fn hi(&self) -> f64 {
+        self.across[0].max(self.across[1])
+    }
+
+    /// Where the line at an offset crosses the side, and whether the side is an anchor; an end on the line counts as above it.
+    pub fn met_by(&self, offset: f64) -> Option<(f64, bool)> {
+        let [a, b] = self.across.map(|c| c - offset);
+        let [p, q] = self.along;
+        ((a < 0.0) != (b < 0.0)).then(|| (p + (q - p) * a / (a - b), self.anchored))
+    }
+}
+
+/// Calls back with the stretches of a line inside the region, from all its crossings with the boundary.
+pub(super) fn chords(crossings: &mut [(f64, bool)], mut found: impl FnMut(Chord)) {
+    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for pair in crossings.chunks_exact(2) {
+        found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
+    }
+}
+
+pub(super) fn length(a: Point, b: Point) -> f64 {
+    ((b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2)).sqrt()
+}
+
+/// The point of a side that is nearest to x.
+pub(super) fn foot(x: Point, s: &Side) -> Point {
+    let d = [s.to[0] - s.from[0], s.to[1] - s.from[1]];
+    let l2 = d[0] * d[0] + d[1] * d[1];
+    let t = if l2 > 0.0 { ((x[0] - s.from[0]) * d[0] + (x[1] - s.from[1]) * d[1]) / l2 } else { 0.0 };
+    let t = t.clamp(0.0, 1.0);
+    [s.from[0] + t * d[0], s.from[1] + t * d[1]]
+}
