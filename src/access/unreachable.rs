@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, sub};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// The patches, of those that are open, that no listed tool touches anywhere in any setup or at any rotation.
 ///
@@ -33,16 +34,23 @@ pub(super) fn unreachable(
             break;
         }
         left = match station.tool().meridian() {
-            Some(m) => untouched_by_coaxial(m, station.tool(), setups[*s], patches, left),
+            Some(m) => untouched_by_coaxial(m, station.tool(), setups[*s], patches, left)?,
             None => untouched_by_points(station, setups[0], patches, left)?,
         };
     }
     Ok(left)
 }
 
-fn untouched_by_coaxial(m: &Meridian, tool: &Tool, setup: &Setup, patches: &[Patch], left: Vec<usize>) -> Vec<usize> {
+fn untouched_by_coaxial(
+    m: &Meridian,
+    tool: &Tool,
+    setup: &Setup,
+    patches: &[Patch],
+    left: Vec<usize>,
+) -> Result<Vec<usize>> {
     let sharp = &tool.sharp;
-    let surely = Stack::surely(m, setup.grid().spacing()).dilate(&setup.inner, Sense::Obstacle);
+    let surely = Stack::surely(m, setup.grid().spacing());
+    let surely = surely.dilate(with_room_for_tips(m, &setup.inner)?.as_ref(), Sense::Obstacle);
     let convex = m.cutter_is_convex();
     let untouched = |p: &usize| {
         let patch = &patches[*p];
@@ -60,7 +68,17 @@ fn untouched_by_coaxial(m: &Meridian, tool: &Tool, setup: &Setup, patches: &[Pat
         };
         !tips.is_empty() && tips.iter().all(|t| t.are_blocked(&surely))
     };
-    left.into_par_iter().filter(untouched).collect()
+    Ok(left.into_par_iter().filter(untouched).collect())
+}
+
+/// The set on a grid that also holds the tips, far below it, of a tool that touches with the upper end of its cutter.
+fn with_room_for_tips<'a>(m: &Meridian, set: &'a Indicator) -> Result<Cow<'a, Indicator>> {
+    if m.widens_upwards() {
+        return Ok(Cow::Borrowed(set));
+    }
+    let below = (m.cutter_length() / set.grid().h()).ceil() as usize + 2;
+    let [x, y, z] = set.grid().dims();
+    Ok(Cow::Owned(set.window([0, 0, -(below as isize)], [x, y, z + below])?))
 }
 
 /// A tool of any shape is meant to touch with its sharp points only.

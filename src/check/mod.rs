@@ -24,6 +24,7 @@ mod narrow_gap;
 mod offset;
 mod overhang;
 mod place;
+mod powder;
 pub mod registry;
 mod rods;
 mod search;

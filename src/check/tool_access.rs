@@ -3,6 +3,7 @@
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
+use super::powder::{Powder, area, between};
 use super::tooling::{Tooling, direction_in_file, round};
 use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
 use crate::error::{Error, Result, ToolFault};
@@ -25,12 +26,14 @@ static META: Meta = Meta {
     name: "tool-access",
     title: "Surface that no tool can touch",
     what: "Finds surface that none of the listed tools can touch without running into the part, from any of the listed directions: \
-           its area, how far the best tool stops short of it, and what strikes where. The map shows that distance.",
+           its area, how far the best tool stops short of it, and what strikes where. The map shows that distance. Where powder holds the part up, also where it stays: on surface that no tool touches, \
+           no straight line of air leaves, and no way out wide enough comes near.",
     why: "What no tool reaches cannot be blasted, deburred, machined, tapped or measured, and powder on it stays.",
     how: "The part is turned so that a tool comes from above and cast; a coaxial tool, exact, is laid over the cubes slice by slice. \
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
           it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
-          cutter comes within 2·√3 spacings of its middle with nothing in between.",
+          cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
+          line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
              of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
@@ -73,7 +76,22 @@ impl Check for ToolAccess {
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
         let found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
         let regions = regions(&surface, &found, part, tooling.spacing)?;
-        let judged = Judged { part, context, tooling: &tooling, surface: &surface, found: &found, limits };
+        let powder = if process.powder_supports {
+            let never: Vec<usize> = (0..surface.len()).filter(|&p| found.states[p] == State::Unreachable).collect();
+            let hole = process.limit("trapped-volume").and_then(|l| l.fail.or(l.warn));
+            Some(Powder::on(part, &tooling.setups, &surface, &never, hole)?)
+        } else {
+            None
+        };
+        let judged = Judged {
+            part,
+            context,
+            tooling: &tooling,
+            surface: &surface,
+            found: &found,
+            powder: powder.as_ref(),
+            limits,
+        };
         let mut measured = Measured {
             cover: judged.cover(),
             rule: Some("tool-access"),
@@ -103,6 +121,8 @@ struct Region {
     open: f64,
     /// The patch that the tools stop furthest short of.
     worst: usize,
+    /// What cannot be touched for certain.
+    patches: Vec<usize>,
     extent: (Vec3, Vec3),
 }
 
@@ -140,7 +160,7 @@ fn regions(surface: &[Patch], found: &Reach, part: &Part, spacing: f64) -> Resul
         .filter_map(|(patches, open)| {
             let worst = patches.iter().copied().max_by(|a, b| short(*a).total_cmp(&short(*b)).then(b.cmp(a)))?;
             let extent = bounds(patches.iter().map(|&p| surface[p].at))?;
-            Some(Region { area: patches.iter().map(|&p| surface[p].area).sum(), open, worst, extent })
+            Some(Region { area: patches.iter().map(|&p| surface[p].area).sum(), open, worst, patches, extent })
         })
         .collect();
     list.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.worst.cmp(&b.worst)));
@@ -152,7 +172,8 @@ fn gathered(rest: &[Region]) -> Option<Region> {
     let first = rest.first()?;
     let (lo, hi) = bounds(rest.iter().flat_map(|r| [r.extent.0, r.extent.1]))?;
     let sum = |of: fn(&Region) -> f64| rest.iter().map(of).sum();
-    Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, extent: (lo, hi) })
+    let patches = rest.iter().flat_map(|r| r.patches.iter().copied()).collect();
+    Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, patches, extent: (lo, hi) })
 }
 
 struct Judged<'a> {
@@ -161,6 +182,7 @@ struct Judged<'a> {
     tooling: &'a Tooling<'a>,
     surface: &'a [Patch],
     found: &'a Reach,
+    powder: Option<&'a Powder>,
     limits: Limits,
 }
 
@@ -201,9 +223,10 @@ impl Judged<'_> {
             })
             .collect();
         let best = if best.is_empty() { String::new() } else { format!(": {} first", best.join(", ")) };
+        let powder = self.powder.and_then(Powder::sentence).map_or(String::new(), |s| format!(" {s}"));
         format!(
             "{} of the surface is reached within {} mm{best}; {} cannot be touched and {} is too narrow to tell, by {}, and for \
-             these only.",
+             these only.{powder}",
             share(self.area_of(|s| matches!(s, State::Reached { .. }))),
             short(round(self.tooling.stand_off)),
             share(self.area_of(|s| *s == State::Unreachable)),
@@ -253,6 +276,14 @@ impl Judged<'_> {
         locate(&mut f, self.part, self.context, at, region.extent);
         let places = if count > 1 { format!("{count} places, {}", area(region.area)) } else { area(region.area) };
         f.message = format!("{places} cannot be touched by {}", self.names());
+        if let Some([least, most]) = self.powder.map(|p| p.stays_on(&region.patches)) {
+            let stays = if most > 0.0 {
+                format!("powder stays on {}", between(least, most))
+            } else {
+                "powder leaves it".into()
+            };
+            f.message += &format!("; {stays}");
+        }
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
         if let Some((stops, by)) = self.found.short[region.worst] {
             let (tool, setup) = (&self.tooling.tools[by.tool], &self.tooling.setups[by.setup]);
@@ -279,8 +310,4 @@ impl Judged<'_> {
     fn names(&self) -> String {
         self.tooling.tools.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(" or ")
     }
-}
-
-fn area(mm2: f64) -> String {
-    format!("{} mm²", short((mm2 * 100.0).round() / 100.0))
 }

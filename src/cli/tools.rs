@@ -60,13 +60,15 @@ pub fn list(name: Option<&str>) -> Result<String> {
         return Ok(format!("{}\n{}", drawn(&Tool::chosen(&choice)?), choice.text));
     }
     let mut text = String::new();
-    for (name, _) in TOOLS {
-        let tool = Tool::chosen(&ToolChoice::named(name)?)?;
+    let tools: Vec<Tool> =
+        TOOLS.iter().map(|(name, _)| Tool::chosen(&ToolChoice::named(name)?)).collect::<Result<_>>()?;
+    let wide = tools.iter().map(|t| t.title.chars().count()).max().unwrap_or(0) + 2;
+    for ((name, _), tool) in TOOLS.iter().zip(&tools) {
         let sizes = tool.meridian().map_or(String::new(), |m| {
             let (cutter, length) = (2.0 * m.cutter_radius(), m.cutter_length());
             format!("cutter {} mm wide, {} mm long", short(cutter), short((length * 100.0).round() / 100.0))
         });
-        let _ = writeln!(text, "{name:<18}{:<46}{sizes}", tool.title);
+        let _ = writeln!(text, "{name:<18}{:<wide$}{sizes}", tool.title);
     }
     text.push_str(
         "\n`amcheck tools NAME` draws one and prints its description, from which one of your own can be made.\n",

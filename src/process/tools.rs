@@ -13,6 +13,7 @@ pub const TOOLS: &[(&str, &str)] = &[
     ("flush-cutter", include_str!("builtin/tools/flush-cutter.toml")),
     ("long-nose-pliers", include_str!("builtin/tools/long-nose-pliers.toml")),
     ("blast-nozzle", include_str!("builtin/tools/blast-nozzle.toml")),
+    ("brush", include_str!("builtin/tools/brush.toml")),
     ("tap-m3", include_str!("builtin/tools/tap-m3.toml")),
     ("tap-m5", include_str!("builtin/tools/tap-m5.toml")),
     ("touch-probe", include_str!("builtin/tools/touch-probe.toml")),

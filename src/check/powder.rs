@@ -1,0 +1,230 @@
+//! Powder on surface that no tool touches: what a jet of air sees along a straight line, and what runs out by itself.
+
+use crate::access::{Patch, Setup, grain_reach};
+use crate::distance::squared_distance;
+use crate::error::Result;
+use crate::field::{Field, Indicator};
+use crate::geometry::vector::dot;
+use crate::part::Part;
+use crate::units::short;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Add;
+
+/// A line that starts on a facet and all but follows it, as the cosine to its normal, sees nothing.
+const GRAZING: f64 = 1e-3;
+
+/// Whether powder leaves the surface at the middle of a patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Leaves {
+    /// A straight line along a direction of the list leaves the part from here.
+    pub in_sight: bool,
+    /// A ball as wide as the escape hole comes from outside to within its radius: for certain, and perhaps.
+    pub runs_out: [bool; 2],
+}
+
+impl Leaves {
+    /// Whether powder stays: for certain, and perhaps.
+    pub fn stays(self) -> [bool; 2] {
+        [!self.in_sight && !self.runs_out[1], !self.in_sight && !self.runs_out[0]]
+    }
+}
+
+/// Whether powder leaves the patches of a surface that no tool touches.
+pub struct Powder {
+    /// The least way out that powder takes by itself, millimetres, if the process has one.
+    hole: Option<f64>,
+    leaves: BTreeMap<usize, (f64, Leaves)>,
+}
+
+impl Powder {
+    /// Of the patches of a surface that are asked for, by their indices.
+    ///
+    /// # Errors
+    /// As [`leaves`].
+    pub fn on(part: &Part, setups: &[Setup], surface: &[Patch], asked: &[usize], hole: Option<f64>) -> Result<Self> {
+        let asked: Vec<(usize, &Patch)> = asked.iter().filter_map(|&p| Some((p, surface.get(p)?))).collect();
+        let patches: Vec<&Patch> = asked.iter().map(|a| a.1).collect();
+        let found = leaves(part, setups, &patches, hole)?;
+        Ok(Powder { hole, leaves: asked.into_iter().zip(found).map(|((p, at), l)| (p, (at.area, l))).collect() })
+    }
+
+    /// Area of some of the patches that powder stays on: for certain, and perhaps, mm².
+    pub fn stays_on(&self, patches: &[usize]) -> [f64; 2] {
+        let known = || patches.iter().filter_map(|p| self.leaves.get(p));
+        [0, 1].map(|n| known().filter(|(_, l)| l.stays()[n]).map(|(area, _)| area).fold(0.0, f64::add))
+    }
+
+    /// What becomes of the powder, in a sentence; none where no patch was asked for.
+    pub fn sentence(&self) -> Option<String> {
+        let sum = |wanted: fn(&Leaves) -> bool| {
+            self.leaves.values().filter(|(_, l)| wanted(l)).map(|(area, _)| area).fold(0.0, f64::add)
+        };
+        let all: Vec<usize> = self.leaves.keys().copied().collect();
+        if all.is_empty() {
+            return None;
+        }
+        let [least, most] = self.stays_on(&all);
+        if least >= sum(|_| true) {
+            return Some(
+                "Powder stays on all that cannot be touched: no straight line of air leads there, and no way out."
+                    .into(),
+            );
+        }
+        let runs = match self.hole {
+            Some(hole) => {
+                let [least, most] = [sum(|l| l.runs_out[0]), sum(|l| l.runs_out[1])];
+                format!(
+                    ", on {} it runs out by itself through ways at least {} mm wide",
+                    between(least, most),
+                    short(hole)
+                )
+            }
+            None => String::new(),
+        };
+        Some(format!(
+            "Of what cannot be touched, {} is in the straight line of a jet of air{runs}; powder stays on {}.",
+            area(sum(|l| l.in_sight)),
+            between(least, most)
+        ))
+    }
+}
+
+/// Two areas, or one if they are the same.
+pub fn between(least: f64, most: f64) -> String {
+    match (area(least), area(most)) {
+        (least, most) if least == most => least,
+        (least, most) => format!("{} to {most}", least.trim_end_matches(" mm²")),
+    }
+}
+
+/// An area in words.
+pub fn area(mm2: f64) -> String {
+    format!("{} mm²", short((mm2 * 100.0).round() / 100.0))
+}
+
+/// Whether powder leaves each of some patches, by air along the directions of the setups or through ways at least `hole` millimetres wide.
+///
+/// Sight is exact at the middle of each patch. Ways are those of a ball on the part's grid: certain ones clear all cubes that the
+/// part touches, possible ones only those wholly in it.
+///
+/// # Errors
+/// As [`Part::solid`] and [`grain_reach`].
+///
+/// # Cost
+/// One ray for each patch and setup; six distance transforms of the part's grid.
+fn leaves(part: &Part, setups: &[Setup], patches: &[&Patch], hole: Option<f64>) -> Result<Vec<Leaves>> {
+    let ways = match hole {
+        Some(hole) if !patches.is_empty() => Some(Ways::of(part, 0.5 * hole)?),
+        _ => None,
+    };
+    let view = part.distance();
+    let in_sight = |p: &Patch| {
+        setups.iter().map(|s| s.direction).filter(|&d| dot(d, p.normal) > GRAZING).any(|d| {
+            let apart = 1e-6 * p.radius;
+            view.first_hit(p.at, d, apart, f64::INFINITY).is_none()
+        })
+    };
+    let at =
+        |p: &&Patch| Leaves { in_sight: in_sight(p), runs_out: ways.as_ref().map_or([false, true], |w| w.lead_to(p)) };
+    Ok(patches.par_iter().map(at).collect())
+}
+
+/// How far each sample is from where a ball comes to from outside, squared in spacings: for certain, and perhaps.
+struct Ways {
+    radius: f64,
+    away: [Option<Field<u32>>; 2],
+}
+
+impl Ways {
+    fn of(part: &Part, radius: f64) -> Result<Self> {
+        let solid = part.solid()?;
+        let away = |set: &Indicator| (!set.is_empty()).then(|| squared_distance(set)).transpose();
+        let [surely, perhaps] = grain_reach(&solid.inner, &solid.outer, radius)?;
+        Ok(Ways { radius, away: [away(&surely)?, away(&perhaps)?] })
+    }
+
+    /// Whether the ball comes to within its radius of the middle of a patch.
+    fn lead_to(&self, patch: &Patch) -> [bool; 2] {
+        let within = |field: &Option<Field<u32>>, more: f64| {
+            field.as_ref().is_some_and(|f| {
+                let (grid, half_diagonal) = (f.grid(), 0.5 * 3f64.sqrt());
+                let Some(sample) = grid.sample_at(patch.at) else { return true };
+                let samples = f64::from(f.values()[grid.offset(sample)]).sqrt();
+                (samples + more * half_diagonal) * grid.h() <= self.radius
+            })
+        };
+        [within(&self.away[0], 1.0), within(&self.away[1], -1.0)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::patches;
+    use crate::geometry::TriangleMesh;
+    use crate::geometry::vector::Vec3;
+    use crate::grid::Grid;
+    use crate::part::Up;
+    use crate::units::Length;
+
+    /// A block of 20 mm with a room of 10 mm in its middle and a square way `wide` straight up from it.
+    fn flask(wide: f64) -> TriangleMesh {
+        let ring = |half: f64, z: f64| -> [Vec3; 4] {
+            [
+                [10.0 - half, 10.0 - half, z],
+                [10.0 + half, 10.0 - half, z],
+                [10.0 + half, 10.0 + half, z],
+                [10.0 - half, 10.0 + half, z],
+            ]
+        };
+        let half = 0.5 * wide;
+        // From the middle of the floor outside, up, over the rim, and down through the way to the middle of the floor inside.
+        let rings =
+            [ring(10.0, 0.0), ring(10.0, 20.0), ring(half, 20.0), ring(half, 15.0), ring(5.0, 15.0), ring(5.0, 5.0)];
+        let mut found = Vec::new();
+        for pair in rings.windows(2) {
+            for k in 0..4 {
+                let [a, b, c, d] = [pair[0][k], pair[0][(k + 1) % 4], pair[1][(k + 1) % 4], pair[1][k]];
+                found.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let ([a, b, c, d], [e, f, g, h]) = (rings[0], rings[5]);
+        found.extend([[a, c, b], [a, d, c], [e, f, g], [e, g, h]]);
+        TriangleMesh::weld(found)
+    }
+
+    #[test]
+    fn powder_runs_out_through_a_way_wider_than_the_hole_and_is_blown_out_where_a_line_leads() {
+        for (wide, hole, runs_out) in [(4.0, 3.0, [true, true]), (2.0, 3.0, [false, false]), (3.0, 2.9, [false, true])]
+        {
+            let mut part = Part::new(flask(wide), Up::PlusZ, 1e-6, 1.0).unwrap();
+            part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.25), 1, [0.0; 3]).unwrap());
+            let surface = patches(part.mesh(), 0.5, |_| true);
+            let inside = |at: Vec3| at.iter().all(|c| (4.9..15.1).contains(c));
+            let room: Vec<usize> = (0..surface.len()).filter(|&p| inside(surface[p].at)).collect();
+            let setups = part.setups(Length::mm(0.5), Length::mm(2.0)).unwrap();
+            let powder = Powder::on(&part, setups, &surface, &room, Some(hole)).unwrap();
+            let on_the_floor =
+                |at: Vec3, x: f64| (at[2] - 5.0).abs() < 1e-9 && (at[0] - x).abs() < 0.7 && (at[1] - 10.0).abs() < 0.7;
+            for (middle, in_sight) in [(10.0, true), (6.5, false)] {
+                let there = powder.leaves.iter().filter(|(p, _)| on_the_floor(surface[**p].at, middle));
+                let states: Vec<Leaves> = there.map(|(_, l)| l.1).collect();
+                assert!(
+                    !states.is_empty() && states.iter().all(|l| *l == Leaves { in_sight, runs_out }),
+                    "{wide}: {states:?}"
+                );
+            }
+            let [least, most] = powder.stays_on(&room);
+            // The ball's radius less its distance from a corner, 0.4 mm, is less than the lattice is sure of: they stay open.
+            let corners = 0.01 * 600.0;
+            assert!((most < corners) == runs_out[0] && (least == 0.0) == runs_out[1], "{wide}: {least} to {most}");
+            assert!(powder.sentence().unwrap().contains("in the straight line"));
+        }
+    }
+
+    #[test]
+    fn an_area_is_one_number_where_it_is_known() {
+        assert_eq!((between(1.0, 1.001), between(0.5, 12.0)), ("1 mm²".into(), "0.5 to 12 mm²".into()));
+    }
+}
