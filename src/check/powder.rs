@@ -71,22 +71,16 @@ impl Powder {
                     .into(),
             );
         }
-        let runs = match self.hole {
-            Some(hole) => {
-                let [least, most] = [sum(|l| l.runs_out[0]), sum(|l| l.runs_out[1])];
-                format!(
-                    ", on {} it runs out by itself through ways at least {} mm wide",
-                    between(least, most),
-                    short(hole)
-                )
-            }
-            None => String::new(),
-        };
-        Some(format!(
-            "Of what cannot be touched, {} is in the straight line of a jet of air{runs}; powder stays on {}.",
-            area(sum(|l| l.in_sight)),
-            between(least, most)
-        ))
+        let mut ways = vec![format!("powder stays on {}", between(least, most))];
+        let (seen, runs) = (sum(|l| l.in_sight), [sum(|l| l.runs_out[0]), sum(|l| l.runs_out[1])]);
+        if let (Some(hole), true) = (self.hole, runs[1] > 0.0) {
+            let by = format!("runs out of {} through ways at least {} mm wide", between(runs[0], runs[1]), short(hole));
+            ways.push(by);
+        }
+        if seen > 0.0 {
+            ways.push(format!("a straight line of air leads to {}", area(seen)));
+        }
+        Some(format!("Of what cannot be touched, {}.", ways.join(", ")))
     }
 }
 
@@ -219,7 +213,7 @@ mod tests {
             // The ball's radius less its distance from a corner, 0.4 mm, is less than the lattice is sure of: they stay open.
             let corners = 0.01 * 600.0;
             assert!((most < corners) == runs_out[0] && (least == 0.0) == runs_out[1], "{wide}: {least} to {most}");
-            assert!(powder.sentence().unwrap().contains("in the straight line"));
+            assert!(powder.sentence().unwrap().contains("a straight line of air leads to"));
         }
     }
 
