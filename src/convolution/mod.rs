@@ -4,16 +4,19 @@
 //! which arithmetic is exact, and refuses the rest. [`Descent`] tells where they meet at all, from coarse to fine, in bits alone.
 
 mod cells;
+mod column;
 mod convolver;
 mod descent;
 mod direct;
+mod lanes;
 mod lowpass;
 mod ntt;
-mod panel;
 mod precision;
 mod pyramid;
+mod row;
 mod size;
 mod spectrum;
+mod square;
 mod tiles;
 mod transform;
 mod tree;

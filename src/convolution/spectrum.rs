@@ -1,16 +1,21 @@
 //! The spectrum of a real field.
 
+use super::lanes::{Strip, WIDTH};
+use super::row::strips;
 use super::transform::Real;
 use crate::error::{Error, Result};
+use pulp::Arch;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 
 /// The half spectrum of a real field: frequencies `0 ..= nx/2` along x, all along y and z.
+///
+/// Kept eight frequencies along x to a strip; the last strip of a row is filled up with zeros.
 #[derive(Debug, Clone)]
 pub struct Spectrum<T> {
     pub(super) dims: [usize; 3],
     pub(super) plane_pitch: usize,
-    pub(super) values: Vec<Complex<T>>,
+    pub(super) values: Vec<Strip<T>>,
 }
 
 impl<T: Real> Spectrum<T> {
@@ -26,7 +31,8 @@ impl<T: Real> Spectrum<T> {
 
     /// The coefficient at a frequency; the first index is at most `nx/2`.
     pub fn at(&self, [p, q, r]: [usize; 3]) -> Complex<T> {
-        self.values[r * self.plane_pitch + q * self.columns() + p]
+        let strip = &self.values[r * self.plane_pitch + q * strips(self.dims[0]) + p / WIDTH];
+        Complex::new(strip.re[p % WIDTH], strip.im[p % WIDTH])
     }
 
     /// Multiplies by another spectrum, frequency by frequency: the spectrum of the cyclic convolution.
@@ -45,27 +51,34 @@ impl<T: Real> Spectrum<T> {
 
     /// Applies a function to every coefficient with its frequency `[p, q, r]`, planes in parallel.
     pub fn map(&mut self, change: impl Fn([usize; 3], Complex<T>) -> Complex<T> + Sync) {
-        let (columns, ny) = (self.columns(), self.dims[1]);
+        let (columns, width) = (self.columns(), strips(self.dims[0]));
+        let len = width * self.dims[1];
         self.values.par_chunks_mut(self.plane_pitch).enumerate().for_each(|(r, plane)| {
-            for (at, value) in plane.iter_mut().take(columns * ny).enumerate() {
-                *value = change([at % columns, at / columns, r], *value);
+            for (at, strip) in plane[..len].iter_mut().enumerate() {
+                let (first, q) = (at % width * WIDTH, at / width);
+                for (lane, p) in (0..WIDTH).zip(first..columns) {
+                    let value = change([p, q, r], Complex::new(strip.re[lane], strip.im[lane]));
+                    (strip.re[lane], strip.im[lane]) = (value.re, value.im);
+                }
             }
         });
     }
 
     /// `Σ_ω |f̂(ω)|² / N` over the whole spectrum: by Parseval the sum of the squared samples.
     pub fn energy(&self) -> f64 {
-        let (columns, ny) = (self.columns(), self.dims[1]);
+        let (columns, width) = (self.columns(), strips(self.dims[0]));
+        let len = width * self.dims[1];
         let even = self.dims[0].is_multiple_of(2);
         let planes: Vec<f64> = self
             .values
             .par_chunks(self.plane_pitch)
             .map(|plane| {
-                let weighted = plane.iter().take(columns * ny).enumerate().map(|(at, value)| {
-                    let p = at % columns;
-                    let own_mirror = p == 0 || (even && p == columns - 1);
-                    let (re, im): (f64, f64) = (value.re.into(), value.im.into());
-                    (re * re + im * im) * if own_mirror { 1.0 } else { 2.0 }
+                let weighted = plane[..len].iter().enumerate().flat_map(|(at, strip)| {
+                    strip.re.iter().zip(&strip.im).zip(at % width * WIDTH..columns).map(move |((&re, &im), p)| {
+                        let own_mirror = p == 0 || (even && p == columns - 1);
+                        let (re, im): (f64, f64) = (re.into(), im.into());
+                        (re * re + im * im) * if own_mirror { 1.0 } else { 2.0 }
+                    })
                 });
                 weighted.sum()
             })
@@ -77,9 +90,17 @@ impl<T: Real> Spectrum<T> {
         if self.dims != other.dims {
             return Err(Error::Internal { problem: format!("spectra of {:?} and {:?}", self.dims, other.dims) });
         }
-        let chunk = self.plane_pitch;
+        let (arch, chunk) = (Arch::new(), self.plane_pitch);
         self.values.par_chunks_mut(chunk).zip(other.values.par_chunks(chunk)).for_each(|(mine, theirs)| {
-            mine.iter_mut().zip(theirs).for_each(|(a, &b)| *a = op(*a, b));
+            arch.dispatch(|| {
+                for (a, b) in mine.iter_mut().zip(theirs) {
+                    for lane in 0..WIDTH {
+                        let [x, y] = [&*a, b].map(|strip| Complex::new(strip.re[lane], strip.im[lane]));
+                        let value = op(x, y);
+                        (a.re[lane], a.im[lane]) = (value.re, value.im);
+                    }
+                }
+            });
         });
         Ok(())
     }

@@ -1,23 +1,33 @@
 //! The real three-dimensional Fourier transform.
 //!
 //! Three one-dimensional passes, arranged so that memory is walked twice and not six times: rows along x and
-//! columns along y are done plane by plane while the plane is in cache, columns along z in panels a cache line
-//! or two wide. Planes are a little longer than they need to be, so that no stride is a multiple of a page.
-//! Rows that hold nothing are never transformed.
+//! columns along y are done plane by plane while the plane is in cache, columns along z where they stand. Eight
+//! rows or columns go together, one to a lane of the processor's registers, so that a butterfly moves nothing
+//! between lanes. Planes are a little longer than they need to be, so that no stride is a multiple of a page.
+//! Eight rows that hold nothing are never transformed.
 
-use super::panel::Panel;
+use super::column::{ColumnPlan, ColumnScratch, Way};
+use super::lanes::{Lanes, Strip};
+use super::row::{ROWS, RowPlan, RowScratch, strips};
 use super::spectrum::Spectrum;
 use crate::error::{Error, Result};
-use ndarray::{ArrayViewMut3, Axis, ShapeBuilder};
+use ndarray::{ArrayViewMut2, ArrayViewMut3, Axis, ShapeBuilder};
 use rayon::prelude::*;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::num_complex::Complex;
-use rustfft::num_traits::Zero;
-use rustfft::{Fft, FftNum, FftPlanner};
-use std::sync::Arc;
+use rustfft::FftNum;
+
+/// What transforms columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Engine {
+    /// Eight columns at once in the lanes of registers: the quickest where they are in cache, or in single precision.
+    Lanes,
+    /// The library `rustfft`, column by column: about as quick in double precision where memory is waited for.
+    Library,
+}
 
 /// A floating-point number that transforms are made of: `f32` or `f64`.
-pub trait Real: FftNum + Default + Into<f64> {
+pub trait Real: FftNum + Default + Into<f64> + Lanes {
+    /// What transforms the columns along z.
+    const ALONG_Z: Engine;
     /// The unit roundoff: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
     /// The nearest number of this kind.
@@ -25,6 +35,7 @@ pub trait Real: FftNum + Default + Into<f64> {
 }
 
 impl Real for f32 {
+    const ALONG_Z: Engine = Engine::Lanes;
     const ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
     fn of(value: f64) -> Self {
         value as f32
@@ -32,6 +43,7 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    const ALONG_Z: Engine = Engine::Library;
     const ROUNDOFF: f64 = f64::EPSILON / 2.0;
     fn of(value: f64) -> Self {
         value
@@ -59,27 +71,27 @@ pub struct Window {
 /// Plans for real transforms of one size, to be shared by any number of threads and transforms.
 pub struct Transform<T: Real> {
     dims: [usize; 3],
-    rows: Arc<dyn RealToComplex<T>>,
-    rows_back: Arc<dyn ComplexToReal<T>>,
-    columns: [Arc<dyn Fft<T>>; 2],
-    columns_back: [Arc<dyn Fft<T>>; 2],
+    rows: RowPlan<T>,
+    columns: [ColumnPlan<T>; 2],
+}
+
+/// What a thread needs to transform a plane.
+struct PlaneScratch<T> {
+    rows: RowScratch<T>,
+    columns: ColumnScratch<T>,
 }
 
 impl<T: Real> Transform<T> {
     /// Plans for fields of the given counts.
     ///
     /// # Cost
-    /// Microseconds per distinct length; nothing is measured.
+    /// Microseconds per length; nothing is measured.
     pub fn new(dims: [usize; 3]) -> Self {
-        let mut real = RealFftPlanner::new();
-        let mut complex = FftPlanner::new();
         let [nx, ny, nz] = dims.map(|n| n.max(1));
         Transform {
             dims: [nx, ny, nz],
-            rows: real.plan_fft_forward(nx),
-            rows_back: real.plan_fft_inverse(nx),
-            columns: [ny, nz].map(|n| complex.plan_fft_forward(n)),
-            columns_back: [ny, nz].map(|n| complex.plan_fft_inverse(n)),
+            rows: RowPlan::new(nx),
+            columns: [ColumnPlan::new(ny, Engine::Lanes), ColumnPlan::new(nz, T::ALONG_Z)],
         }
     }
 
@@ -90,20 +102,20 @@ impl<T: Real> Transform<T> {
 
     /// Bytes that one spectrum takes.
     pub fn spectrum_bytes(&self) -> u128 {
-        self.plane_pitch() as u128 * self.dims[2] as u128 * size_of::<Complex<T>>() as u128
+        self.plane_pitch() as u128 * self.dims[2] as u128 * size_of::<Strip<T>>() as u128
     }
 
     /// An all-zero spectrum, to be filled by [`Transform::forward_into`] as often as wanted.
     pub fn spectrum(&self) -> Spectrum<T> {
         let plane_pitch = self.plane_pitch();
-        let values = (0..plane_pitch * self.dims[2]).into_par_iter().map(|_| Complex::zero()).collect();
+        let values = (0..plane_pitch * self.dims[2]).into_par_iter().map(|_| Strip::default()).collect();
         Spectrum { dims: self.dims, plane_pitch, values }
     }
 
     /// The spectrum `f̂(ω) = Σ_x f(x)·exp(−2πi ω·x/n)` of a field whose rows along x come from `row(j, k, buffer)`.
     ///
     /// # Errors
-    /// [`Error::Internal`] if a transform refuses its buffer.
+    /// None that can be met: the spectrum is made to fit.
     ///
     /// # Cost
     /// 2.5·N·log2 N operations, two walks over memory, one spectrum.
@@ -123,28 +135,12 @@ impl<T: Real> Transform<T> {
         row: impl Fn(usize, usize, &mut [T]) -> RowContent + Sync,
     ) -> Result<()> {
         self.expect_size(spectrum)?;
-        let columns = spectrum.columns();
-        let plane_len = columns * self.dims[1];
-        spectrum.values.par_chunks_mut(spectrum.plane_pitch).enumerate().try_for_each_init(
-            || (Panel::new(&*self.columns[0]), vec![T::zero(); self.dims[0]], self.rows.make_scratch_vec()),
-            |(panel, real, scratch), (k, plane)| {
-                let mut any = false;
-                for (j, out) in plane[..plane_len].chunks_exact_mut(columns).enumerate() {
-                    match row(j, k, real) {
-                        RowContent::Zero => out.fill(Complex::zero()),
-                        RowContent::Filled => {
-                            any = true;
-                            self.rows.process_with_scratch(real, out, scratch).map_err(refused)?;
-                        }
-                    }
-                }
-                if any {
-                    panel.run_plane(&*self.columns[0], &mut plane[..plane_len], columns);
-                }
-                Ok(())
-            },
-        )?;
-        self.columns_along_z(spectrum, &*self.columns[1]);
+        let plane_len = strips(self.dims[0]) * self.dims[1];
+        spectrum.values.par_chunks_mut(spectrum.plane_pitch).enumerate().for_each_init(
+            || self.plane_scratch(),
+            |scratch, (k, plane)| self.plane_forward(scratch, &mut plane[..plane_len], |j, buffer| row(j, k, buffer)),
+        );
+        self.columns_along_z(spectrum, Way::There);
         Ok(())
     }
 
@@ -154,7 +150,7 @@ impl<T: Real> Transform<T> {
     /// The spectrum is used up. Planes and rows outside the window are never transformed back.
     ///
     /// # Errors
-    /// [`Error::Internal`] if sizes do not fit or a transform refuses its buffer.
+    /// [`Error::Internal`] if sizes do not fit.
     ///
     /// # Cost
     /// As [`Transform::forward`]; no field of the padded size is ever held.
@@ -186,62 +182,105 @@ impl<T: Real> Transform<T> {
         if !fits || row_len == 0 || out.len() != row_len * window.dims[1] * window.dims[2] {
             return Err(Error::Internal { problem: format!("window {window:?} of {:?}", self.dims) });
         }
-        self.columns_along_z(spectrum, &*self.columns_back[1]);
-        let columns = spectrum.columns();
-        let plane_len = columns * self.dims[1];
+        self.columns_along_z(spectrum, Way::Back);
+        let plane_len = strips(self.dims[0]) * self.dims[1];
         let scale = T::of(1.0 / self.dims.iter().product::<usize>() as f64);
         let mut planes: Vec<_> = spectrum.values.chunks_mut(spectrum.plane_pitch).collect();
         planes.rotate_left(window.start[2]);
         let targets = out.par_chunks_mut(row_len * window.dims[1]);
-        planes.into_par_iter().take(window.dims[2]).zip(targets).try_for_each_init(
-            || (Panel::new(&*self.columns_back[0]), vec![T::zero(); self.dims[0]], self.rows_back.make_scratch_vec()),
-            |(panel, real, scratch), (plane, target)| {
-                panel.run_plane(&*self.columns_back[0], &mut plane[..plane_len], columns);
-                for (j, out_row) in target.chunks_exact_mut(row_len).enumerate() {
-                    let start = (window.start[1] + j) % self.dims[1] * columns;
-                    let half = &mut plane[start..start + columns];
-                    self.row_back(half, real, scratch)?;
-                    real.rotate_left(window.start[0]);
-                    let kept = &mut real[..window.dims[0]];
+        planes.into_par_iter().take(window.dims[2]).zip(targets).for_each_init(
+            || self.plane_scratch(),
+            |scratch, (plane, target)| {
+                let mut rows = target.chunks_exact_mut(row_len);
+                self.plane_back(scratch, &mut plane[..plane_len], window, |row| {
+                    row.rotate_left(window.start[0]);
+                    let kept = &mut row[..window.dims[0]];
                     kept.iter_mut().for_each(|v| *v = *v * scale);
-                    consume(kept, out_row);
-                }
-                Ok(())
+                    rows.next().into_iter().for_each(|out_row| consume(kept, out_row));
+                });
             },
-        )
+        );
+        Ok(())
     }
 
-    /// One row back from its half spectrum, whose imaginary parts at the two self-mirrored frequencies are rounding.
-    fn row_back(&self, half: &mut [Complex<T>], real: &mut [T], scratch: &mut [Complex<T>]) -> Result<()> {
-        half[0].im = T::zero();
-        if self.dims[0].is_multiple_of(2)
-            && let Some(last) = half.last_mut()
-        {
-            last.im = T::zero();
-        }
-        self.rows_back.process_with_scratch(half, real, scratch).map_err(refused)
+    fn plane_scratch(&self) -> PlaneScratch<T> {
+        PlaneScratch { rows: self.rows.scratch(), columns: self.columns[0].scratch() }
     }
 
-    fn columns_along_z(&self, spectrum: &mut Spectrum<T>, plan: &dyn Fft<T>) {
-        if self.dims[2] == 1 {
-            return;
+    fn plane_forward(
+        &self,
+        scratch: &mut PlaneScratch<T>,
+        plane: &mut [Strip<T>],
+        row: impl Fn(usize, &mut [T]) -> RowContent,
+    ) {
+        let mut any = false;
+        for (group, spectra) in plane.chunks_mut(strips(self.dims[0]) * ROWS).enumerate() {
+            let mut filled = false;
+            for (lane, j) in (0..ROWS).zip(group * ROWS..self.dims[1]) {
+                let buffer = scratch.rows.row(lane);
+                match row(j, buffer) {
+                    RowContent::Zero => buffer.fill(T::zero()),
+                    RowContent::Filled => filled = true,
+                }
+            }
+            if filled {
+                self.rows.forward(&mut scratch.rows, spectra);
+            } else {
+                spectra.fill(Strip::default());
+            }
+            any |= filled;
         }
-        let columns = spectrum.columns();
-        let shape = (self.dims[2], self.dims[1], columns).strides((spectrum.plane_pitch, columns, 1));
+        if any {
+            self.columns_along_y(plane, Way::There, &mut scratch.columns);
+        }
+    }
+
+    /// The rows of a window, unscaled, in order.
+    fn plane_back(
+        &self,
+        scratch: &mut PlaneScratch<T>,
+        plane: &mut [Strip<T>],
+        window: Window,
+        mut consume: impl FnMut(&mut [T]),
+    ) {
+        self.columns_along_y(plane, Way::Back, &mut scratch.columns);
+        let width = strips(self.dims[0]);
+        for first in (0..window.dims[1]).step_by(ROWS) {
+            let count = ROWS.min(window.dims[1] - first);
+            // The last row stands in for those that the window does not have.
+            let spectra = std::array::from_fn(|lane| {
+                let j = (window.start[1] + first + lane.min(count - 1)) % self.dims[1];
+                &plane[j * width..][..width]
+            });
+            self.rows.back(&mut scratch.rows, spectra);
+            (0..count).for_each(|lane| consume(scratch.rows.row(lane)));
+        }
+    }
+
+    fn columns_along_y(&self, plane: &mut [Strip<T>], way: Way, scratch: &mut ColumnScratch<T>) {
+        if let Ok(mut sheet) = ArrayViewMut2::from_shape((self.dims[1], strips(self.dims[0])), plane) {
+            sheet.axis_iter_mut(Axis(1)).for_each(|column| self.columns[0].run(way, column, scratch));
+        }
+    }
+
+    fn columns_along_z(&self, spectrum: &mut Spectrum<T>, way: Way) {
+        let width = strips(self.dims[0]);
+        let shape = (self.dims[2], self.dims[1], width).strides((spectrum.plane_pitch, width, 1));
         if let Ok(mut all) = ArrayViewMut3::from_shape(shape, &mut spectrum.values) {
-            all.axis_iter_mut(Axis(1))
-                .into_par_iter()
-                .for_each_init(|| Panel::new(plan), |panel, sheet| panel.run(plan, sheet));
+            all.axis_iter_mut(Axis(1)).into_par_iter().for_each_init(
+                || self.columns[1].scratch(),
+                |scratch, mut sheet| {
+                    sheet.axis_iter_mut(Axis(1)).for_each(|column| self.columns[1].run(way, column, scratch));
+                },
+            );
         }
     }
 
+    /// Strips from one plane to the next: an odd number of cache lines, and some distance from a multiple of a page.
     fn plane_pitch(&self) -> usize {
-        let need = (self.dims[0] / 2 + 1) * self.dims[1];
-        let (line, page) = (64 / size_of::<Complex<T>>().min(64), 4096 / size_of::<Complex<T>>());
-        // An odd number of cache lines, and some distance from a multiple of a page.
-        let lines = need.div_ceil(line.max(1)) | 1;
-        let pitch = lines * line.max(1);
-        if pitch % page < 2 * line || page - pitch % page < 2 * line { pitch + 4 * line } else { pitch }
+        let page = 4096 / size_of::<Strip<T>>();
+        let pitch = (strips(self.dims[0]) * self.dims[1]) | 1;
+        if pitch % page < 2 || page - pitch % page < 2 { pitch + 4 } else { pitch }
     }
 
     fn expect_size(&self, spectrum: &Spectrum<T>) -> Result<()> {
@@ -252,13 +291,11 @@ impl<T: Real> Transform<T> {
     }
 }
 
-fn refused(problem: realfft::FftError) -> Error {
-    Error::Internal { problem: format!("a transform refused its buffer: {problem}") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rustfft::num_complex::Complex;
+    use rustfft::num_traits::Zero;
 
     fn noise(n: usize, seed: u64) -> Vec<f64> {
         let mut state = seed;
