@@ -18,16 +18,16 @@ use rustfft::FftNum;
 /// What transforms columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Engine {
-    /// Eight columns at once in the lanes of registers: the quickest where they are in cache, or in single precision.
+    /// Eight columns at once in the lanes of registers: the quickest, most of all where memory is waited for.
     Lanes,
-    /// The library `rustfft`, column by column: about as quick in double precision where memory is waited for.
+    /// The library `rustfft`, column by column: about as quick in double precision within a plane in cache.
     Library,
 }
 
 /// A floating-point number that transforms are made of: `f32` or `f64`.
 pub trait Real: FftNum + Default + Into<f64> + Lanes {
-    /// What transforms the columns along z.
-    const ALONG_Z: Engine;
+    /// What transforms the columns along y.
+    const ALONG_Y: Engine;
     /// The unit roundoff: half the distance from 1 to the next number.
     const ROUNDOFF: f64;
     /// The nearest number of this kind.
@@ -35,7 +35,7 @@ pub trait Real: FftNum + Default + Into<f64> + Lanes {
 }
 
 impl Real for f32 {
-    const ALONG_Z: Engine = Engine::Lanes;
+    const ALONG_Y: Engine = Engine::Lanes;
     const ROUNDOFF: f64 = f32::EPSILON as f64 / 2.0;
     fn of(value: f64) -> Self {
         value as f32
@@ -43,7 +43,7 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
-    const ALONG_Z: Engine = Engine::Library;
+    const ALONG_Y: Engine = Engine::Library;
     const ROUNDOFF: f64 = f64::EPSILON / 2.0;
     fn of(value: f64) -> Self {
         value
@@ -91,7 +91,7 @@ impl<T: Real> Transform<T> {
         Transform {
             dims: [nx, ny, nz],
             rows: RowPlan::new(nx),
-            columns: [ColumnPlan::new(ny, Engine::Lanes), ColumnPlan::new(nz, T::ALONG_Z)],
+            columns: [ColumnPlan::new(ny, T::ALONG_Y), ColumnPlan::new(nz, Engine::Lanes)],
         }
     }
 
