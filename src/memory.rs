@@ -36,13 +36,14 @@ impl Demand {
     /// The demand of the checks that run.
     ///
     /// Corners, edges and trees are made of every triangle, features and a share of the page for checks that search; sets and density of every
-    /// sample, and the clearance with its components for checks that look for voids.
+    /// sample, and the clearance with its components for checks that look for voids or for the ways that powder takes.
     pub fn of(process: &Process, only: &[String], skip: &[String]) -> Self {
         let running = || metas().filter(|m| left_out(m, only, skip).is_none()).map(|m| m.name);
         let runs = |name: &str| running().any(|n| n == name);
         let limited = |keys: &[&str]| keys.iter().any(|k| process.limit(k).is_some());
         let voids = runs("trapped-volume") && limited(&["trapped-volume"])
-            || runs("drain") && limited(&["drain", "drain.suction"]);
+            || runs("drain") && limited(&["drain", "drain.suction"])
+            || runs("tool-access") && limited(&["tool-access"]) && process.powder_supports;
         let searches = running().any(|name| !LIGHT.contains(&name));
         Demand {
             per_triangle: if searches { 1_400 } else { 480 },

@@ -3,7 +3,7 @@
 use crate::access::{Patch, Setup, grain_reach};
 use crate::distance::squared_distance;
 use crate::error::Result;
-use crate::field::{Field, Indicator};
+use crate::field::Indicator;
 use crate::geometry::vector::dot;
 use crate::part::Part;
 use crate::units::short;
@@ -124,31 +124,31 @@ fn leaves(part: &Part, setups: &[Setup], patches: &[&Patch], hole: Option<f64>) 
     Ok(patches.par_iter().map(at).collect())
 }
 
-/// How far each sample is from where a ball comes to from outside, squared in spacings: for certain, and perhaps.
-struct Ways {
-    radius: f64,
-    away: [Option<Field<u32>>; 2],
-}
+/// The samples whose whole cube, and those of whose cube any point, a ball that comes from outside gets to within its radius of.
+struct Ways([Indicator; 2]);
 
 impl Ways {
     fn of(part: &Part, radius: f64) -> Result<Self> {
         let solid = part.solid()?;
-        let away = |set: &Indicator| (!set.is_empty()).then(|| squared_distance(set)).transpose();
+        let near = |set: &Indicator, more: f64| -> Result<Indicator> {
+            let grid = *set.grid();
+            if set.is_empty() {
+                return Ok(Indicator::empty(grid));
+            }
+            let (away, most) = (squared_distance(set)?, radius / grid.h() - more * 0.5 * 3f64.sqrt());
+            Ok(Indicator::from_predicate(grid, |at| f64::from(away.values()[at]).sqrt() <= most))
+        };
         let [surely, perhaps] = grain_reach(&solid.inner, &solid.outer, radius)?;
-        Ok(Ways { radius, away: [away(&surely)?, away(&perhaps)?] })
+        Ok(Ways([near(&surely, 1.0)?, near(&perhaps, -1.0)?]))
     }
 
     /// Whether the ball comes to within its radius of the middle of a patch.
     fn lead_to(&self, patch: &Patch) -> [bool; 2] {
-        let within = |field: &Option<Field<u32>>, more: f64| {
-            field.as_ref().is_some_and(|f| {
-                let (grid, half_diagonal) = (f.grid(), 0.5 * 3f64.sqrt());
-                let Some(sample) = grid.sample_at(patch.at) else { return true };
-                let samples = f64::from(f.values()[grid.offset(sample)]).sqrt();
-                (samples + more * half_diagonal) * grid.h() <= self.radius
-            })
-        };
-        [within(&self.away[0], 1.0), within(&self.away[1], -1.0)]
+        let [surely, perhaps] = &self.0;
+        match surely.grid().sample_at(patch.at) {
+            Some(sample) => [surely.contains(sample), perhaps.contains(sample)],
+            None => [true; 2],
+        }
     }
 }
 
