@@ -1,11 +1,13 @@
 //! Powder on surface that no tool touches: what a jet of air sees along a straight line, and what runs out by itself.
 
 use crate::access::{Patch, Setup, grain_reach};
-use crate::distance::squared_distance;
+use crate::distance::{nearest_sample, squared_distance};
 use crate::error::Result;
-use crate::field::Indicator;
-use crate::geometry::vector::dot;
+use crate::field::{Field, Indicator};
+use crate::geometry::MeshDistance;
+use crate::geometry::vector::{add, dot, norm, scale, sub};
 use crate::part::Part;
+use crate::topology::{Adjacency, components};
 use crate::units::short;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -19,7 +21,7 @@ const GRAZING: f64 = 1e-3;
 pub struct Leaves {
     /// A straight line along a direction of the list leaves the part from here.
     pub in_sight: bool,
-    /// A ball as wide as the escape hole comes from outside to within its radius: for certain, and perhaps.
+    /// A ball as wide as the escape hole comes from outside to within its radius, in sight of it: for certain, and perhaps.
     pub runs_out: [bool; 2],
 }
 
@@ -119,36 +121,62 @@ fn leaves(part: &Part, setups: &[Setup], patches: &[&Patch], hole: Option<f64>) 
             view.first_hit(p.at, d, apart, f64::INFINITY).is_none()
         })
     };
-    let at =
-        |p: &&Patch| Leaves { in_sight: in_sight(p), runs_out: ways.as_ref().map_or([false, true], |w| w.lead_to(p)) };
+    let at = |p: &&Patch| Leaves {
+        in_sight: in_sight(p),
+        runs_out: ways.as_ref().map_or([false, true], |w| w.lead_to(p, view)),
+    };
     Ok(patches.par_iter().map(at).collect())
 }
 
-/// The samples whose whole cube, and those of whose cube any point, a ball that comes from outside gets to within its radius of.
-struct Ways([Indicator; 2]);
+/// Where a ball that comes from outside gets to within its radius of, with nothing in between.
+struct Ways {
+    radius: f64,
+    /// For each sample the nearest one that the ball covers for certain, if it covers any.
+    nearest: Option<Field<u32>>,
+    /// The samples from whose cube a sample that the ball may cover is perhaps in reach.
+    perhaps: Indicator,
+}
 
 impl Ways {
     fn of(part: &Part, radius: f64) -> Result<Self> {
         let solid = part.solid()?;
-        let near = |set: &Indicator, more: f64| -> Result<Indicator> {
-            let grid = *set.grid();
-            if set.is_empty() {
-                return Ok(Indicator::empty(grid));
-            }
-            let (away, most) = (squared_distance(set)?, radius / grid.h() - more * 0.5 * 3f64.sqrt());
-            Ok(Indicator::from_predicate(grid, |at| f64::from(away.values()[at]).sqrt() <= most))
-        };
-        let [surely, perhaps] = grain_reach(&solid.inner, &solid.outer, radius)?;
-        Ok(Ways([near(&surely, 1.0)?, near(&perhaps, -1.0)?]))
+        let [surely, covered] = grain_reach(&solid.inner, &solid.outer, radius)?;
+        let nearest = (!surely.is_empty()).then(|| nearest_sample(&surely)).transpose()?;
+        let covered = covered.difference(&solid.inner)?;
+        if covered.is_empty() {
+            return Ok(Ways { radius, nearest, perhaps: covered });
+        }
+        // A line between two cubes is longer than that between their samples by at most their diagonal, and leaves the void in no
+        // cube that lies wholly in the part: what it may lead through hangs together.
+        let (away, most) = (squared_distance(&covered)?, radius / covered.grid().h() + 3f64.sqrt());
+        let near = Indicator::from_predicate(*covered.grid(), |at| f64::from(away.values()[at]).sqrt() <= most);
+        let near = near.difference(&solid.inner)?;
+        let found = components(&near, Adjacency::Corner);
+        let mut reached = vec![false; found.count()];
+        for at in covered.iter() {
+            found.of(covered.grid().index(at)).into_iter().for_each(|c| reached[c as usize] = true);
+        }
+        Ok(Ways { radius, nearest, perhaps: found.select(|c| reached[c as usize]) })
     }
 
-    /// Whether the ball comes to within its radius of the middle of a patch.
-    fn lead_to(&self, patch: &Patch) -> [bool; 2] {
-        let [surely, perhaps] = &self.0;
-        match surely.grid().sample_at(patch.at) {
-            Some(sample) => [surely.contains(sample), perhaps.contains(sample)],
-            None => [true; 2],
-        }
+    /// Whether the ball comes to within its radius of the middle of a patch, which sees it: for certain, and perhaps.
+    fn lead_to(&self, patch: &Patch, view: &MeshDistance) -> [bool; 2] {
+        let surely = self.nearest.as_ref().is_some_and(|nearest| {
+            [0.0, 0.5, 1.0].iter().any(|out| {
+                let from = add(patch.at, scale(patch.normal, out * self.radius));
+                let Some(sample) = nearest.grid().sample_at(from) else { return false };
+                let covered = nearest.values()[nearest.grid().offset(sample)] as usize;
+                let way = sub(nearest.grid().position(nearest.grid().index(covered)), patch.at);
+                let (length, apart) = (norm(way), 1e-6 * patch.radius);
+                length <= self.radius
+                    && dot(way, patch.normal) > GRAZING * length
+                    && view.first_hit(patch.at, scale(way, 1.0 / length), apart, length).is_none()
+            })
+        });
+        // A middle between two cubes belongs to the one before it.
+        let beside = add(patch.at, scale(patch.normal, 1e-3 * self.perhaps.grid().h()));
+        let samples = [patch.at, beside].map(|p| self.perhaps.grid().sample_at(p));
+        [surely, samples.into_iter().any(|s| s.is_none_or(|s| self.perhaps.contains(s)))]
     }
 }
 
@@ -156,8 +184,8 @@ impl Ways {
 mod tests {
     use super::*;
     use crate::access::patches;
-    use crate::geometry::TriangleMesh;
     use crate::geometry::vector::Vec3;
+    use crate::geometry::{Primitive, TriangleMesh};
     use crate::grid::Grid;
     use crate::part::Up;
     use crate::units::Length;
@@ -215,6 +243,26 @@ mod tests {
             assert!((most < corners) == runs_out[0] && (least == 0.0) == runs_out[1], "{wide}: {least} to {most}");
             assert!(powder.sentence().unwrap().contains("a straight line of air leads to"));
         }
+    }
+
+    #[test]
+    fn a_ball_behind_a_thin_wall_empties_no_room() {
+        let shell = |edge: f64| {
+            let block = Primitive::parse(&format!("box:{edge}x{edge}x{edge}mm")).unwrap().mesh(Length::mm(1.0));
+            let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            block.transformed(still, [10.0; 3])
+        };
+        let (outside, mut room) = (shell(20.0), shell(18.0));
+        room.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let mut part = Part::new(outside.joined(&room), Up::PlusZ, 1e-6, 1.0).unwrap();
+        part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.25), 1, [0.0; 3]).unwrap());
+        let surface = patches(part.mesh(), 1.0, |_| true);
+        let within = |at: Vec3| at.iter().all(|c| (0.9..19.1).contains(c));
+        let room: Vec<usize> = (0..surface.len()).filter(|&p| within(surface[p].at)).collect();
+        let setups = part.setups(Length::mm(0.5), Length::mm(2.0)).unwrap();
+        let powder = Powder::on(&part, setups, &surface, &room, Some(3.0)).unwrap();
+        let [least, most] = powder.stays_on(&room);
+        assert!((least - 6.0 * 18.0 * 18.0).abs() < 1e-6 && least == most, "{least} to {most}");
     }
 
     #[test]

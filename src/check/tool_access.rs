@@ -33,7 +33,7 @@ static META: Meta = Meta {
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
           it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
           cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
-          line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius.",
+          line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
              of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
