@@ -1,10 +1,11 @@
 //! A tree of boxes over primitives, each box with a cone that holds the primitives' normals.
 
-use super::vector::{Vec3, add, angle, dot, unit};
+use super::vector::{Vec3, add, angle, dot, greatest, hull, least, unit};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Primitives in a leaf.
-const LEAF: usize = 4;
+/// Primitives in a leaf, at most.
+pub const LEAF: usize = 4;
 
 /// What the tree needs to know of a primitive.
 #[derive(Debug, Clone, Copy)]
@@ -16,11 +17,14 @@ pub struct Bounds {
     pub spread: f64,
 }
 
-/// One node: a box, a cone of normals, and its two children or its run of primitives.
+/// One node: a box, a cone of normals, and its two children or its run of primitives; 64 bytes.
+///
+/// The box has a fourth component of 0, so that all are worked on at once.
 #[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 pub struct Node {
-    lo: [f32; 3],
-    hi: [f32; 3],
+    lo: [f32; 4],
+    hi: [f32; 4],
     axis: [f32; 3],
     spread: f32,
     /// Sine and cosine of the half-angle.
@@ -38,25 +42,41 @@ impl Node {
 
     /// The run of [`Bvh::order`] in a leaf.
     #[inline]
-    pub fn run(&self) -> std::ops::Range<usize> {
+    pub fn run(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
     /// Squared distance from a point to the box, a lower bound for everything inside it.
     #[inline]
     pub fn distance2(&self, p: Vec3) -> f64 {
-        (0..3).map(|a| (f64::from(self.lo[a]) - p[a]).max(p[a] - f64::from(self.hi[a])).max(0.0)).map(|d| d * d).sum()
+        self.box_distance2(p, p)
     }
 
     /// Squared distance between the boxes, a lower bound for everything inside them.
     #[inline]
     pub fn box_distance2(&self, lo: Vec3, hi: Vec3) -> f64 {
-        (0..3).map(|a| (f64::from(self.lo[a]) - hi[a]).max(lo[a] - f64::from(self.hi[a])).max(0.0)).map(|d| d * d).sum()
+        let (lo, hi) = ([lo[0], lo[1], lo[2], 0.0], [hi[0], hi[1], hi[2], 0.0]);
+        let mut d2 = [0.0f64; 4];
+        for a in 0..4 {
+            let (below, above) = (f64::from(self.lo[a]) - hi[a], lo[a] - f64::from(self.hi[a]));
+            // Comparisons, not `max`, which also minds what is not a number: two components in one instruction.
+            let gap = if below > above { below } else { above };
+            let gap = if gap > 0.0 { gap } else { 0.0 };
+            d2[a] = gap * gap;
+        }
+        d2[0] + d2[1] + d2[2]
+    }
+
+    /// The box, rounded outwards.
+    #[inline]
+    pub fn box_f32(&self) -> ([f32; 3], [f32; 3]) {
+        ([self.lo[0], self.lo[1], self.lo[2]], [self.hi[0], self.hi[1], self.hi[2]])
     }
 
     /// The box in f64.
+    #[inline]
     pub fn extent(&self) -> (Vec3, Vec3) {
-        (self.lo.map(f64::from), self.hi.map(f64::from))
+        (wide(&self.lo), wide(&self.hi))
     }
 
     /// Whether the cone may hold a normal at an angle of at least `least` to the unit vector `direction`.
@@ -70,7 +90,8 @@ impl Node {
         }
         // angle(direction, axis) ≥ least − spread
         let bound = cos * f64::from(self.turn[1]) + sin * f64::from(self.turn[0]);
-        dot(direction, self.axis.map(f64::from)) <= bound + 1e-5
+        let axis = [f64::from(self.axis[0]), f64::from(self.axis[1]), f64::from(self.axis[2])];
+        dot(direction, axis) <= bound + 1e-5
     }
 
     /// Whether a ray `p + s·d`, `0 ≤ s ≤ far`, may meet the box; `inverse` is 1/d per axis.
@@ -127,71 +148,44 @@ impl Bvh {
         &self.order
     }
 
-    /// Calls `visit(primitive, best)` for primitives in boxes nearer than the best distance so far to `p`,
-    /// nearest boxes first; `visit` returns the new best squared distance.
+    /// Calls `visit(run, ball)` for the runs of primitives in leaves that meet an open ball given by centre and radius, nearest boxes
+    /// first; `visit` returns the ball to go on with, which has to lie in the one before.
     #[inline]
-    pub fn nearest(&self, p: Vec3, mut best2: f64, mut visit: impl FnMut(u32, f64) -> f64) -> f64 {
-        let mut stack = [(0usize, 0.0f64); 96];
-        let mut depth = 0;
+    pub fn in_shrinking_ball(
+        &self,
+        mut ball: (Vec3, f64),
+        mut visit: impl FnMut(Range<usize>, (Vec3, f64)) -> (Vec3, f64),
+    ) {
+        // A node, its squared distance, and how often the ball had shrunk by then.
+        let mut stack = [(0usize, 0.0f64, 0u32); 96];
+        let (mut depth, mut shrunk) = (0, 0u32);
         if let Some(root) = self.nodes.first() {
-            stack[0] = (0, root.distance2(p));
+            stack[0] = (0, root.distance2(ball.0), 0);
             depth = 1;
         }
         while depth > 0 {
             depth -= 1;
-            let (at, d2) = stack[depth];
-            if d2 >= best2 {
-                continue;
-            }
+            let (at, known, when) = stack[depth];
             let node = &self.nodes[at];
-            match node.children() {
-                Some([l, r]) => {
-                    let (dl, dr) = (self.nodes[l].distance2(p), self.nodes[r].distance2(p));
-                    let (near, far) = if dl <= dr { ((l, dl), (r, dr)) } else { ((r, dr), (l, dl)) };
-                    for child in [far, near] {
-                        if child.1 < best2 && depth < stack.len() {
-                            stack[depth] = child;
-                            depth += 1;
-                        }
-                    }
-                }
-                None => {
-                    for &primitive in &self.order[node.run()] {
-                        best2 = visit(primitive, best2);
-                    }
-                }
-            }
-        }
-        best2
-    }
-
-    /// Calls `visit(primitive, ball)` for primitives in boxes that meet an open ball given by centre and radius, nearest boxes
-    /// first; `visit` returns the ball to go on with, which has to lie in the one before.
-    #[inline]
-    pub fn in_shrinking_ball(&self, mut ball: (Vec3, f64), mut visit: impl FnMut(u32, (Vec3, f64)) -> (Vec3, f64)) {
-        let mut stack = [0usize; 96];
-        let mut depth = usize::from(!self.nodes.is_empty());
-        while depth > 0 {
-            depth -= 1;
-            let node = &self.nodes[stack[depth]];
-            if node.distance2(ball.0) >= ball.1 * ball.1 {
+            let d2 = if when == shrunk { known } else { node.distance2(ball.0) };
+            if d2 >= ball.1 * ball.1 {
                 continue;
             }
             match node.children() {
                 Some([l, r]) => {
                     let (dl, dr) = (self.nodes[l].distance2(ball.0), self.nodes[r].distance2(ball.0));
-                    let (near, far) = if dl <= dr { (l, r) } else { (r, l) };
-                    for child in [far, near] {
-                        if depth < stack.len() {
-                            stack[depth] = child;
+                    let (near, far) = if dl <= dr { ((l, dl), (r, dr)) } else { ((r, dr), (l, dl)) };
+                    for (child, d2) in [far, near] {
+                        if d2 < ball.1 * ball.1 && depth < stack.len() {
+                            stack[depth] = (child, d2, shrunk);
                             depth += 1;
                         }
                     }
                 }
                 None => {
-                    for &primitive in &self.order[node.run()] {
-                        ball = visit(primitive, ball);
-                    }
+                    let next = visit(node.run(), ball);
+                    shrunk += u32::from(next != ball);
+                    ball = next;
                 }
             }
         }
@@ -200,15 +194,24 @@ impl Bvh {
     /// Calls `visit(primitive)` for every primitive whose box may meet the segment `p + s·d`, `0 ≤ s ≤ far`;
     /// `visit` returns the new `far`.
     pub fn along_ray(&self, p: Vec3, d: Vec3, mut far: f64, mut visit: impl FnMut(u32, f64) -> f64) {
-        let inverse = d.map(|x| 1.0 / x);
-        let mut stack = vec![0usize];
-        while let Some(at) = stack.pop() {
-            let Some(node) = self.nodes.get(at) else { continue };
+        let inverse = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
+        let mut stack = [0usize; 96];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth]];
             if !node.meets_ray(p, inverse, far) {
                 continue;
             }
             match node.children() {
-                Some([l, r]) => stack.extend([r, l]),
+                Some([l, r]) => {
+                    for child in [r, l] {
+                        if depth < stack.len() {
+                            stack[depth] = child;
+                            depth += 1;
+                        }
+                    }
+                }
                 None => {
                     for &primitive in &self.order[node.run()] {
                         far = visit(primitive, far);
@@ -230,9 +233,8 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (
         return leaf(bounds, order, offset);
     }
     let centre = |i: u32, a: usize| bounds[i as usize].lo[a] + bounds[i as usize].hi[a];
-    let (lo, hi) = order.iter().fold(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), |(lo, hi), &i| {
-        ([0, 1, 2].map(|a| centre(i, a).min(lo[a])), [0, 1, 2].map(|a| centre(i, a).max(hi[a])))
-    });
+    let middles = order.iter().map(|&i| add(bounds[i as usize].lo, bounds[i as usize].hi));
+    let (lo, hi) = middles.fold(EMPTY, |(lo, hi), m| (least(m, lo), greatest(m, hi)));
     let axis = (0..3).max_by(|&a, &b| (hi[a] - lo[a]).total_cmp(&(hi[b] - lo[b]))).unwrap_or(0);
     let middle = order.len() / 2;
     order.select_nth_unstable_by(middle, |&i, &j| centre(i, axis).total_cmp(&centre(j, axis)).then(i.cmp(&j)));
@@ -246,12 +248,12 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (
     let mut right = || build(bounds, right, offset + middle, (below_r, number_r));
     let (l, r) = if parallel { rayon::join(left, right) } else { (left(), right()) };
     (children[0], children[1]) = (l, r);
-    let (axis, spread) =
-        joined_cone((l.axis.map(f64::from), f64::from(l.spread)), (r.axis.map(f64::from), f64::from(r.spread)));
+    let (axis, spread) = joined_cone((wide(&l.axis), f64::from(l.spread)), (wide(&r.axis), f64::from(r.spread)));
+    let extent = hull(l.extent(), r.extent());
     Node {
-        lo: [0, 1, 2].map(|a| l.lo[a].min(r.lo[a])),
-        hi: [0, 1, 2].map(|a| l.hi[a].max(r.hi[a])),
-        axis: axis.map(|x| x as f32),
+        lo: narrow(extent.0, |x| x),
+        hi: narrow(extent.1, |x| x),
+        axis: [axis[0] as f32, axis[1] as f32, axis[2] as f32],
         spread: spread as f32 + 1e-6,
         turn: turn(spread),
         first: number as u32,
@@ -259,21 +261,37 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (
     }
 }
 
+/// The box that holds nothing.
+const EMPTY: (Vec3, Vec3) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+
+/// The first three components in f64.
+#[inline]
+fn wide(v: &[f32]) -> Vec3 {
+    match v {
+        [x, y, z, ..] => [f64::from(*x), f64::from(*y), f64::from(*z)],
+        _ => [0.0; 3],
+    }
+}
+
+/// A corner of a box in f32, rounded further by `round`.
+#[inline]
+fn narrow(v: Vec3, round: impl Fn(f32) -> f32) -> [f32; 4] {
+    [round(v[0] as f32), round(v[1] as f32), round(v[2] as f32), 0.0]
+}
+
 fn leaf(bounds: &[Bounds], order: &[u32], offset: usize) -> Node {
-    let mut lo = [f64::INFINITY; 3];
-    let mut hi = [f64::NEG_INFINITY; 3];
+    let mut extent = EMPTY;
     let mut cone: Option<(Vec3, f64)> = None;
     for &i in order {
         let b = &bounds[i as usize];
-        lo = [0, 1, 2].map(|a| lo[a].min(b.lo[a]));
-        hi = [0, 1, 2].map(|a| hi[a].max(b.hi[a]));
+        extent = hull(extent, (b.lo, b.hi));
         cone = Some(cone.map_or((b.axis, b.spread), |c| joined_cone(c, (b.axis, b.spread))));
     }
     let (axis, spread) = cone.unwrap_or(([0.0; 3], std::f64::consts::PI));
     Node {
-        lo: lo.map(|x| (x as f32).next_down()),
-        hi: hi.map(|x| (x as f32).next_up()),
-        axis: axis.map(|x| x as f32),
+        lo: narrow(extent.0, f32::next_down),
+        hi: narrow(extent.1, f32::next_up),
+        axis: [axis[0] as f32, axis[1] as f32, axis[2] as f32],
         spread: spread as f32 + 1e-6,
         turn: turn(spread),
         first: offset as u32,
@@ -308,4 +326,58 @@ fn joined_cone(a: (Vec3, f64), b: (Vec3, f64)) -> (Vec3, f64) {
 /// Bounds of many primitives, computed on all cores.
 pub fn bounds_of(count: usize, of: impl Fn(usize) -> Bounds + Sync + Send) -> Vec<Bounds> {
     (0..count).into_par_iter().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Lcg;
+
+    fn boxes(random: &mut Lcg, count: usize) -> Vec<Bounds> {
+        let some = |_| {
+            let lo = random.point(-9.0, 9.0);
+            Bounds { lo, hi: add(lo, random.point(0.0, 0.5)), axis: [0.0, 0.0, 1.0], spread: 0.0 }
+        };
+        (0..count).map(some).collect()
+    }
+
+    #[test]
+    fn distances_of_boxes_are_those_of_their_components() {
+        let mut random = Lcg(13);
+        let tree = Bvh::new(&boxes(&mut random, 300));
+        for node in tree.nodes() {
+            let (from, to) = node.extent();
+            let lo = random.point(-9.0, 9.0);
+            let hi = add(lo, random.point(0.0, 1.0));
+            let gap = |a: usize| (from[a] - hi[a]).max(lo[a] - to[a]).max(0.0);
+            assert_eq!(node.box_distance2(lo, hi), (0..3).map(|a| gap(a) * gap(a)).sum::<f64>());
+        }
+    }
+
+    #[test]
+    fn no_primitive_that_a_shrinking_ball_still_meets_is_left_out() {
+        let mut random = Lcg(14);
+        let bounds = boxes(&mut random, 500);
+        let tree = Bvh::new(&bounds);
+        for _ in 0..200 {
+            let (from, mut ball) = (random.point(-9.0, 9.0), ([0.0; 3], 0.0));
+            ball.0 = add(from, [0.0, 0.0, 4.0]);
+            ball.1 = 4.0;
+            let (mut visited, mut last) = (vec![false; bounds.len()], ball);
+            tree.in_shrinking_ball(ball, |run, _| {
+                for &i in &tree.order()[run] {
+                    visited[i as usize] = true;
+                    // Balls that touch at one point lie in each other.
+                    let radius = if i % 5 == 0 { 0.9 * last.1 } else { last.1 };
+                    last = (add(from, [0.0, 0.0, radius]), radius);
+                }
+                last
+            });
+            let away = |b: &Bounds| {
+                let gap = |a: usize| (b.lo[a] - last.0[a]).max(last.0[a] - b.hi[a]).max(0.0);
+                (0..3).map(|a| gap(a) * gap(a)).sum::<f64>().sqrt()
+            };
+            assert!(bounds.iter().zip(visited).all(|(b, seen)| seen || away(b) >= last.1));
+        }
+    }
 }

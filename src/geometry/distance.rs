@@ -1,9 +1,13 @@
 //! Exact distances from points to a mesh, rays through it, and maximal balls that touch it.
 
-use super::bvh::{Bounds, Bvh, bounds_of};
+use super::bvh::{Bounds, Bvh, LEAF, bounds_of};
+use super::facet_bounds::{FacetBounds, LANES};
 use super::mesh::TriangleMesh;
 use super::triangle::{closest_pair, closest_point, ray_hit};
 use super::vector::{Vec3, along, bounds, dot, norm2, sub};
+use super::wide::Wide;
+use rayon::prelude::*;
+use std::ops::{ControlFlow, Range};
 
 /// The point of a mesh that is nearest to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,15 +17,24 @@ pub struct Nearest {
     pub distance: f64,
 }
 
+/// A ball that meets no box.
+const NOTHING: (Vec3, f64) = ([0.0; 3], 0.0);
+
 /// A mesh with its tree of boxes, ready for distances; all lengths in millimetres.
 ///
 /// # Cost
-/// O(T log T) to build; a query visits O(log T) boxes of a mesh that is not adversarial.
+/// O(T log T) to build, some 300 bytes a facet; a query visits O(log T) boxes of a mesh that is not adversarial.
 #[derive(Debug, Clone)]
 pub struct MeshDistance {
     triangles: Vec<[Vec3; 3]>,
     normals: Vec<Vec3>,
     tree: Bvh,
+    /// The same leaves below boxes four at a time.
+    wide: Wide,
+    /// For each leaf what tells that its facets are too far.
+    leaves: Vec<FacetBounds>,
+    /// The number of the leaf whose run starts at a place in the tree's order.
+    numbers: Vec<u32>,
 }
 
 impl MeshDistance {
@@ -39,23 +52,20 @@ impl MeshDistance {
             let spread = if norm2(normals[f]) > 0.0 { 0.0 } else { std::f64::consts::PI };
             Bounds { lo, hi, axis: normals[f], spread }
         }));
-        MeshDistance { triangles, normals, tree }
+        let (leaves, numbers) = leaves(&triangles, &tree);
+        MeshDistance { wide: Wide::over(tree.nodes()), triangles, normals, tree, leaves, numbers }
     }
 
     /// The distances to the facets of a mesh for which `counts` holds; facets keep their numbers.
     pub fn to_some(mesh: &TriangleMesh, counts: impl Fn(usize) -> bool) -> Self {
         let names: Vec<u32> = (0..mesh.triangles.len()).filter(|&f| counts(f)).map(|f| f as u32).collect();
-        let tree = Self::of_facets(mesh, names.iter().map(|&f| f as usize)).tree.renamed(&names);
-        MeshDistance { tree, ..Self::bare(mesh) }
-    }
-
-    /// All facets, without a tree.
-    fn bare(mesh: &TriangleMesh) -> Self {
+        let some = Self::of_facets(mesh, names.iter().map(|&f| f as usize));
         let facets = 0..mesh.triangles.len();
         MeshDistance {
             triangles: facets.clone().map(|f| mesh.corners(f)).collect(),
             normals: facets.map(|f| mesh.normal(f)).collect(),
-            tree: Bvh::default(),
+            tree: some.tree.renamed(&names),
+            ..some
         }
     }
 
@@ -108,18 +118,43 @@ impl MeshDistance {
         (mut found, best2): (Option<Nearest>, f64),
         accept: impl Fn(u32, Vec3) -> bool,
     ) -> Option<Nearest> {
-        self.tree.nearest(p, best2, |f, best2| {
-            let q = closest_point(p, self.triangles[f as usize]);
-            let d2 = norm2(sub(p, q));
-            let nearer = d2 < best2 || (d2 == best2 && found.is_some_and(|n| f < n.facet));
-            if nearer && accept(f, q) {
-                found = Some(Nearest { point: q, facet: f, distance: d2.sqrt() });
-                d2
-            } else {
-                best2
-            }
+        self.wide.nearest(p, best2, |run, mut best2| {
+            self.each_within(run, p, best2.sqrt(), |f| {
+                let q = closest_point(p, self.triangles[f as usize]);
+                let d2 = norm2(sub(p, q));
+                let nearer = d2 < best2 || (d2 == best2 && found.is_some_and(|n| f < n.facet));
+                if nearer && accept(f, q) {
+                    best2 = d2;
+                    found = Some(Nearest { point: q, facet: f, distance: d2.sqrt() });
+                }
+            });
+            best2
         });
         found
+    }
+
+    /// The facets nearer to a point than a radius, each with its nearest point, in no order, until `visit` breaks.
+    ///
+    /// # Cost
+    /// As a search for the nearest one, and an exact distance for each facet given.
+    pub fn within(&self, p: Vec3, radius: f64, mut visit: impl FnMut(Nearest) -> ControlFlow<()>) {
+        self.tree.in_shrinking_ball((p, radius), |run, ball| {
+            let mut going = ControlFlow::Continue(());
+            self.each_within(run, p, radius, |facet| {
+                let found = self.nearest_of(p, facet);
+                if going.is_continue() && found.distance < radius {
+                    going = visit(found);
+                }
+            });
+            if going.is_continue() { ball } else { NOTHING }
+        });
+    }
+
+    /// Calls `visit` for the facets of a leaf that may be within a distance of a point.
+    #[inline(always)]
+    fn each_within(&self, run: Range<usize>, p: Vec3, radius: f64, mut visit: impl FnMut(u32)) {
+        let near = self.leaves[self.numbers[run.start] as usize].may_be_within(p, radius);
+        self.tree.order()[run].iter().zip(near).filter(|(_, near)| *near).for_each(|(&facet, _)| visit(facet));
     }
 
     /// The first facet met by `p + s·d` for `near < s < far`, with s.
@@ -185,6 +220,18 @@ impl MeshDistance {
     }
 }
 
+/// What bounds the distances of the facets of each leaf, and the leaves' numbers by the start of their runs.
+fn leaves(triangles: &[[Vec3; 3]], tree: &Bvh) -> (Vec<FacetBounds>, Vec<u32>) {
+    const { assert!(LEAF == LANES) };
+    let runs: Vec<Range<usize>> = tree.nodes().iter().filter(|n| n.children().is_none()).map(|n| n.run()).collect();
+    let mut numbers = vec![0; tree.order().len()];
+    for (number, run) in runs.iter().enumerate() {
+        numbers[run.start] = number as u32;
+    }
+    let bounds = |run: &Range<usize>| FacetBounds::of(tree.order()[run.clone()].iter().map(|&f| triangles[f as usize]));
+    (runs.par_iter().map(bounds).collect(), numbers)
+}
+
 /// A ball on one side of a surface that touches it in two points and holds none of it inside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TouchingBall {
@@ -216,8 +263,8 @@ impl MeshDistance {
     pub fn touching_ball(&self, p: Vec3, inward: Vec3, cap: f64, tolerance: f64) -> TouchingBall {
         let mut ball = TouchingBall { centre: along(p, inward, cap), radius: cap, from: p, stop: None };
         // Balls that touch at p lie in each other as they shrink: what one walk has left out, none of them holds.
-        self.tree.in_shrinking_ball((ball.centre, ball.radius), |facet, _| {
-            self.shrink_off(facet, inward, tolerance, &mut ball);
+        self.tree.in_shrinking_ball((ball.centre, ball.radius), |run, (centre, radius)| {
+            self.each_within(run, centre, radius, |facet| self.shrink_off(facet, inward, tolerance, &mut ball));
             (ball.centre, ball.radius)
         });
         ball
@@ -259,6 +306,42 @@ mod tests {
         assert!(m.nearest([1.0, 1.5, 5.0], 0.9).is_none());
         let (s, f) = m.first_hit([1.1, 1.5, -1.0], [0.0, 0.0, 1.0], 0.0, 100.0).unwrap();
         assert_eq!((s, m.normal(f)), (1.0, [0.0, 0.0, -1.0]));
+    }
+
+    #[test]
+    fn searches_find_what_looking_at_every_facet_finds() {
+        let mut random = crate::random::Lcg(11);
+        // Facets large and small, needles, and copies whose distances are equal.
+        let mut facets: Vec<[Vec3; 3]> = (0..700)
+            .map(|n| {
+                let (base, size) = (random.point(-10.0, 10.0), [0.1, 1.0, 8.0][n % 3]);
+                let [a, b, c] = [0; 3].map(|_| along(base, random.point(-1.0, 1.0), size));
+                if n % 7 == 0 { [a, b, along(a, c, 1e-5)] } else { [a, b, c] }
+            })
+            .collect();
+        facets.extend_from_within(..100);
+        let mesh = MeshDistance::new(&TriangleMesh::weld(facets));
+        for n in 0..3000 {
+            let p = random.point(-12.0, 12.0);
+            let all: Vec<Nearest> = (0..mesh.triangles.len() as u32).map(|f| mesh.nearest_of(p, f)).collect();
+            let least = |some: &[Nearest]| *some.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).unwrap();
+            let want = least(&all);
+            assert_eq!(mesh.nearest(p, f64::INFINITY).unwrap().distance, want.distance);
+            assert_eq!(mesh.nearest_from(p, n % 800).facet, want.facet);
+            assert!(mesh.nearest(p, want.distance * (1.0 - 1e-12)).is_none());
+            let odd: Vec<Nearest> = all.iter().filter(|n| n.facet % 2 == 1).copied().collect();
+            let found = mesh.nearest_where(p, f64::INFINITY, |f, _| f % 2 == 1).unwrap();
+            assert_eq!(found.distance, least(&odd).distance);
+            let radius = want.distance + 2.0 * random.unit();
+            let mut within = Vec::new();
+            mesh.within(p, radius, |n| {
+                within.push(n.facet);
+                ControlFlow::Continue(())
+            });
+            within.sort_unstable();
+            let wanted: Vec<u32> = all.iter().filter(|n| n.distance < radius).map(|n| n.facet).collect();
+            assert_eq!(within, wanted);
+        }
     }
 
     #[test]

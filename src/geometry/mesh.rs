@@ -38,8 +38,10 @@ impl TriangleMesh {
     }
 
     /// The corners of a facet.
+    #[inline]
     pub fn corners(&self, facet: usize) -> [Vec3; 3] {
-        self.triangles[facet].map(|v| self.vertices[v as usize])
+        let [a, b, c] = self.triangles[facet];
+        [self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]]
     }
 
     /// Twice the vector area of a facet: its direction is the outward normal.
@@ -77,12 +79,16 @@ impl TriangleMesh {
 
     /// Least and greatest corner of the vertices that facets use, or `None` without facets.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        bounds(self.triangles.iter().flatten().map(|&v| self.vertices[v as usize]))
+        // Each vertex once, in their order in memory: facets name most of them six times.
+        let mut used = vec![false; self.vertices.len()];
+        self.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+        bounds(self.vertices.iter().zip(used).filter(|(_, used)| *used).map(|(p, _)| *p))
     }
 
     /// The same mesh after `p ↦ R·p + t`; winding is reversed where R mirrors.
     pub fn transformed(&self, rotation: [[f64; 3]; 3], translation: Vec3) -> Self {
-        let image = |p: Vec3| [0, 1, 2].map(|r| dot(rotation[r], p) + translation[r]);
+        let along = |p: Vec3, r: usize| dot(rotation[r], p) + translation[r];
+        let image = |p: Vec3| [along(p, 0), along(p, 1), along(p, 2)];
         let mirrors = dot(rotation[0], cross(rotation[1], rotation[2])) < 0.0;
         TriangleMesh {
             vertices: self.vertices.iter().map(|&p| image(p)).collect(),

@@ -7,6 +7,7 @@ pub mod cavity;
 pub mod contour;
 pub mod disjoint;
 pub mod distance;
+mod facet_bounds;
 pub mod generate;
 pub mod health;
 pub mod mesh;
@@ -16,6 +17,7 @@ pub mod solid;
 pub mod triangle;
 pub mod vector;
 pub mod voxelize;
+mod wide;
 pub mod winding;
 
 pub use body_pairs::{BodyPair, body_pairs};

@@ -82,64 +82,97 @@ pub fn closest_on_segments([p1, q1]: [Vec3; 2], [p2, q2]: [Vec3; 2]) -> (Vec3, V
 /// The minimum over the six corner–face and nine edge–edge pairs, which is the distance of disjoint triangles, and
 /// a crossing point where an edge of one pierces the other. Degenerate triangles are their segments or points.
 pub fn closest_pair(s: [Vec3; 3], t: [Vec3; 3]) -> (Vec3, Vec3) {
-    closest_pair_within(s, t, f64::INFINITY).unwrap_or((s[0], t[0]))
+    Pair::of(s, t).nearest()
 }
 
 /// The nearest points of two triangles if they may be nearer than `within`; `None` where a plane between them says that
 /// they are not.
 pub fn closest_pair_within(s: [Vec3; 3], t: [Vec3; 3], within: f64) -> Option<(Vec3, Vec3)> {
-    let (m, n) = (normal_of(s), normal_of(t));
-    let (over_t, over_s) = (heights(s, t[0], n), heights(t, s[0], m));
-    let apart = |h: [f64; 3], n: Vec3| {
-        let least = if h.iter().all(|x| *x > 0.0) || h.iter().all(|x| *x < 0.0) {
-            h.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()))
-        } else {
-            0.0
+    let pair = Pair::of(s, t);
+    (!pair.is_farther_than(within)).then(|| pair.nearest())
+}
+
+/// Two triangles, and how high the corners of each lie over the plane of the other: cheap bounds come before the nearest points.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    triangles: [[Vec3; 3]; 2],
+    /// Twice the area vectors.
+    normals: [Vec3; 2],
+    /// Heights of the corners of each over the plane of the other, times the length of its normal.
+    heights: [[f64; 3]; 2],
+}
+
+impl Pair {
+    /// Prepares two triangles.
+    #[inline]
+    pub fn of(s: [Vec3; 3], t: [Vec3; 3]) -> Self {
+        let (m, n) = (normal_of(s), normal_of(t));
+        Pair { triangles: [s, t], normals: [m, n], heights: [heights(s, t[0], n), heights(t, s[0], m)] }
+    }
+
+    /// Whether the plane of one is farther than `within` from all of the other; `false` does not say that they are near.
+    #[inline]
+    pub fn is_farther_than(&self, within: f64) -> bool {
+        let far = |h: [f64; 3], n: Vec3| {
+            let least = clear_of(h);
+            least * least > within * within * norm2(n)
         };
-        (least > 0.0, least * least > within * within * norm2(n))
-    };
-    let ((above_t, far_from_t), (above_s, far_from_s)) = (apart(over_t, n), apart(over_s, m));
-    if far_from_t || far_from_s {
-        return None;
+        far(self.heights[0], self.normals[1]) || far(self.heights[1], self.normals[0])
     }
-    let mut best = (s[0], t[0]);
-    let mut best2 = f64::INFINITY;
-    let mut offer = |p: Vec3, q: Vec3| {
-        let d2 = norm2(sub(p, q));
-        if d2 < best2 {
-            best2 = d2;
-            best = (p, q);
+
+    /// The nearest points; equal points where the triangles cross.
+    pub fn nearest(&self) -> (Vec3, Vec3) {
+        let ([s, t], [m, n], [over_t, over_s]) = (self.triangles, self.normals, self.heights);
+        let mut best = (s[0], t[0]);
+        let mut best2 = f64::INFINITY;
+        let mut offer = |p: Vec3, q: Vec3| {
+            let d2 = norm2(sub(p, q));
+            if d2 < best2 {
+                best2 = d2;
+                best = (p, q);
+            }
+        };
+        // A corner whose foot lies beside the other triangle is nearest to one of its edges.
+        for i in 0..3 {
+            if let Some(q) = foot_inside(s[i], t, n, over_t[i]) {
+                offer(s[i], q);
+            }
+            if let Some(p) = foot_inside(t[i], s, m, over_s[i]) {
+                offer(p, t[i]);
+            }
         }
-    };
-    // A corner whose foot lies beside the other triangle is nearest to one of its edges.
-    for i in 0..3 {
-        if let Some(q) = foot_inside(s[i], t, n, over_t[i]) {
-            offer(s[i], q);
+        for a in edges(&s) {
+            for b in edges(&t) {
+                let (p, q) = closest_on_segments(a, b);
+                offer(p, q);
+            }
         }
-        if let Some(p) = foot_inside(t[i], s, m, over_s[i]) {
-            offer(p, t[i]);
+        if clear_of(over_t) > 0.0 || clear_of(over_s) > 0.0 {
+            return best;
         }
+        self.pierced().map_or(best, |p| (p, p))
     }
-    for a in edges(&s) {
-        for b in edges(&t) {
-            let (p, q) = closest_on_segments(a, b);
-            offer(p, q);
-        }
-    }
-    if !above_t && !above_s {
-        for (of, heights, face) in [(s, over_t, t), (t, over_s, s)] {
+
+    /// Where an edge of one passes through the other.
+    fn pierced(&self) -> Option<Vec3> {
+        let ([s, t], [over_t, over_s]) = (self.triangles, self.heights);
+        [(s, over_t, t), (t, over_s, s)].into_iter().find_map(|(of, heights, face)| {
             let flat = flatness(&of, &face);
             let through = |i: usize| {
                 let (a, b) = (heights[i], heights[(i + 1) % 3]);
                 a.min(b) < -flat && a.max(b) > flat
             };
-            let pierced = edges(&of).enumerate().filter(|e| through(e.0)).find_map(|(_, edge)| pierce(edge, face));
-            if let Some(p) = pierced {
-                return Some((p, p));
-            }
-        }
+            edges(&of).enumerate().filter(|e| through(e.0)).find_map(|(_, edge)| pierce(edge, face))
+        })
     }
-    Some(best)
+}
+
+/// The least height of three corners that lie on one side of a plane; 0 where they do not.
+#[inline]
+fn clear_of([a, b, c]: [f64; 3]) -> f64 {
+    let least = |a: f64, b: f64| if b < a { b } else { a };
+    let greatest = |a: f64, b: f64| if b > a { b } else { a };
+    greatest(greatest(least(least(a, b), c), -greatest(greatest(a, b), c)), 0.0)
 }
 
 /// Twice the area vector.
@@ -151,7 +184,8 @@ fn normal_of([a, b, c]: [Vec3; 3]) -> Vec3 {
 /// Heights of three points over the plane through `on` with normal `n`, times |n|.
 #[inline]
 fn heights(points: [Vec3; 3], on: Vec3, n: Vec3) -> [f64; 3] {
-    points.map(|p| dot(sub(p, on), n))
+    let height = |p: Vec3| dot(sub(p, on), n);
+    [height(points[0]), height(points[1]), height(points[2])]
 }
 
 /// Heights of one triangle over another's plane, times |n|, below which they may be rounding alone: an edge that passes

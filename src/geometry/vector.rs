@@ -77,11 +77,31 @@ pub fn compare(a: Vec3, b: Vec3) -> Ordering {
 }
 
 /// The least box over two boxes, each by its least and greatest corner.
+#[inline]
 pub fn hull(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
-    ([0, 1, 2].map(|x| a.0[x].min(b.0[x])), [0, 1, 2].map(|x| a.1[x].max(b.1[x])))
+    (least(a.0, b.0), greatest(a.1, b.1))
+}
+
+/// The lesser of two in each component.
+#[inline]
+pub fn least(a: Vec3, b: Vec3) -> Vec3 {
+    // Written out, here and below: the compiler does not inline `map` over an array where it stands in a hot loop. Nor does it take
+    // `min`, which also minds what is not a number, for one instruction, as it does a comparison.
+    let of = |a: f64, b: f64| if b < a { b } else { a };
+    [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])]
+}
+
+/// The greater of two in each component.
+#[inline]
+pub fn greatest(a: Vec3, b: Vec3) -> Vec3 {
+    let of = |a: f64, b: f64| if b > a { b } else { a };
+    [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])]
 }
 
 /// Componentwise least and greatest of a set of points; `None` for the empty set.
+#[inline]
 pub fn bounds(points: impl IntoIterator<Item = Vec3>) -> Option<(Vec3, Vec3)> {
-    points.into_iter().fold(None, |found, p| Some(found.map_or((p, p), |found| hull(found, (p, p)))))
+    let mut points = points.into_iter();
+    let first = points.next()?;
+    Some(points.fold((first, first), |(lo, hi), p| (least(lo, p), greatest(hi, p))))
 }

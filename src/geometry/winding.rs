@@ -95,7 +95,7 @@ impl Winding {
 /// Signed solid angle of a facet seen from a point; 0 for a point on the facet's plane beside it.
 #[inline]
 fn solid_angle(facet: &[Vec3; 3], point: Vec3) -> f64 {
-    let [a, b, c] = facet.map(|p| sub(p, point));
+    let [a, b, c] = [sub(facet[0], point), sub(facet[1], point), sub(facet[2], point)];
     let [la, lb, lc] = [norm(a), norm(b), norm(c)];
     let numerator = dot(a, cross(b, c));
     if numerator == 0.0 {
@@ -158,7 +158,7 @@ impl Node {
         let mut expansion = Expansion::default();
         for t in facets {
             let n = area_vector(t);
-            let u = t.map(|p| sub(p, centre));
+            let u = [sub(t[0], centre), sub(t[1], centre), sub(t[2], centre)];
             let m = middle(&u);
             expansion.zeroth = add(expansion.zeroth, n);
             for (row, m) in expansion.first.iter_mut().zip(m) {

@@ -1,8 +1,8 @@
 //! The nearest opposing feature: a lower bound of the thickness at a patch of surface.
 
 use super::feature::{Feature, Features};
-use crate::geometry::triangle::{closest_pair, closest_pair_within};
-use crate::geometry::vector::{Vec3, along, cross, distance, dot, norm2, scale, sub, unit};
+use crate::geometry::triangle::{Pair, closest_pair};
+use crate::geometry::vector::{self, Vec3, along, cross, distance, dot, norm2, scale, sub, unit};
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
 pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
@@ -10,6 +10,8 @@ pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
 pub const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
 /// What rounding may do to an angle, radians.
 const MARGIN: f64 = 1e-6;
+/// What rounding may do to a squared distance: what is farther than known by less is still measured.
+const ROUNDED: f64 = 1.0 + 1e-9;
 /// Sines and cosines of the eighths of a turn.
 const EIGHTHS: [(f64, f64); 8] = {
     const H: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -80,61 +82,88 @@ pub struct Chord {
 }
 
 /// The half-spaces that hold every chord of a patch: a pyramid about the cone of chord directions, swept over the patch.
+///
+/// One lane each, so that eight are tested at once; lanes without a half-space hold everything.
 struct Reach {
-    planes: [(Vec3, f64); 9],
-    count: usize,
+    /// Components of the outward directions: positive ones, negative ones.
+    out: [[[f64; LANES]; 2]; 3],
+    offset: [f64; LANES],
 }
+
+/// Half-spaces of a pyramid.
+const LANES: usize = EIGHTHS.len();
 
 impl Reach {
     fn new(patch: &Patch) -> Self {
         let inward = scale(patch.axis, -1.0);
         let half_angle = 0.5 * (std::f64::consts::PI - WALL_SEPARATION) + MARGIN + patch.spread + patch.slack;
         let offset = |w: Vec3| patch.corners.iter().map(|&p| dot(p, w)).fold(f64::NEG_INFINITY, f64::max);
-        let mut reach = Reach { planes: [([0.0; 3], 0.0); 9], count: 0 };
+        let mut reach = Reach { out: [[[0.0; LANES]; 2]; 3], offset: [f64::INFINITY; LANES] };
         if half_angle < 1.4 {
             let side = if inward[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
             let u = unit(cross(inward, side));
             let v = cross(inward, u);
             let (sin, cos) = half_angle.sin_cos();
-            for (s, c) in EIGHTHS {
-                let w = [0, 1, 2].map(|a| cos * (c * u[a] + s * v[a]) - sin * inward[a]);
-                reach.push(w, offset(w));
+            for (lane, (s, c)) in EIGHTHS.into_iter().enumerate() {
+                let of = |a: usize| cos * (c * u[a] + s * v[a]) - sin * inward[a];
+                let w = [of(0), of(1), of(2)];
+                reach.set(lane, w, offset(w));
             }
         } else if half_angle < 1.57 {
-            reach.push(patch.axis, offset(patch.axis));
+            reach.set(0, patch.axis, offset(patch.axis));
         }
         reach
     }
 
-    fn push(&mut self, w: Vec3, offset: f64) {
-        self.planes[self.count] = (w, offset);
-        self.count += 1;
+    fn set(&mut self, lane: usize, w: Vec3, offset: f64) {
+        for (parts, w) in self.out.iter_mut().zip(w) {
+            (parts[0][lane], parts[1][lane]) = (w.max(0.0), w.min(0.0));
+        }
+        self.offset[lane] = offset;
+    }
+
+    /// The half-spaces one by one: p·w ≤ offset.
+    fn planes(&self) -> impl Iterator<Item = (Vec3, f64)> {
+        let [x, y, z] = &self.out;
+        let of = |parts: &[[f64; LANES]; 2], lane: usize| parts[0][lane] + parts[1][lane];
+        let plane = move |lane: usize| ([of(x, lane), of(y, lane), of(z, lane)], self.offset[lane]);
+        (0..LANES).map(plane).filter(|(_, offset)| *offset < f64::INFINITY)
     }
 
     /// Whether a box has a point in all half-spaces taken one by one.
+    #[inline]
     fn meets_box(&self, (lo, hi): (Vec3, Vec3)) -> bool {
-        self.planes[..self.count].iter().all(|(w, offset)| {
-            let least: f64 = (0..3).map(|a| if w[a] > 0.0 { w[a] * lo[a] } else { w[a] * hi[a] }).sum();
-            least <= *offset
-        })
+        let mut meets = true;
+        for lane in 0..LANES {
+            let least = |a: usize| self.out[a][0][lane] * lo[a] + self.out[a][1][lane] * hi[a];
+            meets &= least(0) + least(1) + least(2) <= self.offset[lane];
+        }
+        meets
     }
 
     /// Whether each half-space holds a point of a triangle.
     #[inline]
     fn meets_corners(&self, t: &[Vec3; 3]) -> bool {
-        self.planes[..self.count].iter().all(|(w, offset)| t.iter().any(|p| dot(*p, *w) <= *offset))
+        let mut meets = true;
+        for lane in 0..LANES {
+            let of = |a: usize| self.out[a][0][lane] + self.out[a][1][lane];
+            let (x, y, z, most) = (of(0), of(1), of(2), self.offset[lane]);
+            let holds = |p: Vec3| p[0] * x + p[1] * y + p[2] * z <= most;
+            meets &= holds(t[0]) | holds(t[1]) | holds(t[2]);
+        }
+        meets
     }
 
     /// Whether a point lies in all half-spaces.
     fn holds(&self, p: Vec3) -> bool {
-        self.planes[..self.count].iter().all(|(w, offset)| dot(p, *w) <= *offset)
+        self.meets_corners(&[p; 3])
     }
 
     /// The part of a feature inside all half-spaces, as a convex polygon; `None` if there is none.
     fn clip(&self, feature: [Vec3; 3]) -> Option<Polygon> {
         let mut polygon = Polygon::new(feature);
-        for (w, offset) in &self.planes[..self.count] {
-            polygon = polygon.clipped(*w, *offset);
+        for (w, offset) in self.planes() {
+            polygon = polygon.clipped(w, offset);
             if polygon.count == 0 {
                 return None;
             }
@@ -211,7 +240,7 @@ impl Features {
     pub fn nearest_chord_where(&self, patch: &Patch, within: f64, accept: impl Fn(&Feature) -> bool) -> Option<Chord> {
         let least_angle = WALL_SEPARATION - MARGIN - patch.spread - patch.slack;
         let reach = Reach::new(patch);
-        let (lo, hi) = crate::geometry::vector::bounds(patch.corners)?;
+        let (lo, hi) = vector::bounds(patch.corners)?;
         let nodes = self.tree.nodes();
         let mut best: Option<Chord> = None;
         let mut best2 = within * within;
@@ -250,13 +279,20 @@ impl Features {
     }
 
     /// The shortest chord from the patch to one feature, if there can be one whose bound is not above √`best2`.
+    ///
+    /// What rules most features out for the least work comes first.
     fn chord_to(&self, patch: &Patch, reach: &Reach, index: u32, least: (f64, f64, f64), best2: f64) -> Option<Chord> {
         let (_, cos, least_angle) = least;
         let feature = &self.list[index as usize];
         if feature.spread + feature.slack == 0.0 && dot(feature.axis, patch.axis) > cos + 1e-9 {
             return None;
         }
-        if !reach.meets_corners(&feature.corners) {
+        if boxes_apart2(&patch.corners, &feature.corners) > best2 * ROUNDED || !reach.meets_corners(&feature.corners) {
+            return None;
+        }
+        let pair = Pair::of(patch.corners, feature.corners);
+        // No bound is below the length.
+        if pair.is_farther_than(best2.sqrt()) || !faces(patch, feature) {
             return None;
         }
         let widest = feature.widest_angle(patch.axis) + feature.slack;
@@ -268,20 +304,14 @@ impl Features {
         if meets(&patch.whole, &feature.corners) && widest < PARALLEL {
             return None;
         }
-        // The feature must lie below the patch's plane somewhere, and the patch below the feature's.
-        let below = |of: &[Vec3; 3], plane: &[Vec3; 3], axis: Vec3| {
-            plane.iter().any(|p| of.iter().any(|q| dot(sub(*p, *q), axis) > 0.0))
-        };
-        let facing = (patch.spread > 0.0 || below(&feature.corners, &patch.corners, patch.axis))
-            && (feature.spread > 0.0 || below(&patch.corners, &feature.corners, feature.axis));
-        if !facing {
+        if pair.is_farther_than(best2.sqrt() / stretch) {
             return None;
         }
         let chord = |(p, q): (Vec3, Vec3)| {
             let length = distance(p, q);
             Chord { from: p, to: q, length, bound: length * stretch, feature: index }
         };
-        let unbound = chord(closest_pair_within(patch.corners, feature.corners, best2.sqrt() / stretch)?);
+        let unbound = chord(pair.nearest());
         if unbound.bound * unbound.bound > best2 {
             return None;
         }
@@ -292,6 +322,25 @@ impl Features {
         let target = reach.clip(feature.corners)?;
         Some(chord(closest_polygons(&back.clip(patch.corners)?, &target)))
     }
+}
+
+/// Whether the feature lies below the patch's plane somewhere, and the patch below the feature's.
+fn faces(patch: &Patch, feature: &Feature) -> bool {
+    let below = |of: &[Vec3; 3], plane: &[Vec3; 3], axis: Vec3| {
+        plane.iter().any(|p| of.iter().any(|q| dot(sub(*p, *q), axis) > 0.0))
+    };
+    (patch.spread > 0.0 || below(&feature.corners, &patch.corners, patch.axis))
+        && (feature.spread > 0.0 || below(&patch.corners, &feature.corners, feature.axis))
+}
+
+/// Squared distance between the boxes of two triangles.
+#[inline]
+fn boxes_apart2(s: &[Vec3; 3], t: &[Vec3; 3]) -> f64 {
+    let least = |t: &[Vec3; 3]| vector::least(vector::least(t[0], t[1]), t[2]);
+    let greatest = |t: &[Vec3; 3]| vector::greatest(vector::greatest(t[0], t[1]), t[2]);
+    let ahead = sub(least(s), greatest(t));
+    let gap = vector::greatest(vector::greatest(ahead, sub(least(t), greatest(s))), [0.0; 3]);
+    norm2(gap)
 }
 
 /// Whether two features have a vertex in common.
@@ -310,4 +359,55 @@ fn closest_polygons(a: &Polygon, b: &Polygon) -> (Vec3, Vec3) {
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::feature::Side;
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::random::Lcg;
+    use crate::units::Length;
+
+    #[test]
+    fn lanes_hold_what_the_half_spaces_hold_one_by_one() {
+        let mut random = Lcg(21);
+        for n in 0..400 {
+            let corners = [random.point(-1.0, 1.0), random.point(-1.0, 1.0), random.point(-1.0, 1.0)];
+            let spread = [0.0, 0.3, 1.25, 1.4][n % 4];
+            let patch = Patch { corners, axis: unit(random.point(-1.0, 1.0)), spread, slack: 0.0, whole: corners };
+            let reach = Reach::new(&patch);
+            let t = [random.point(-2.0, 2.0), random.point(-2.0, 2.0), random.point(-2.0, 2.0)];
+            let (lo, hi) = vector::bounds(t).unwrap();
+            let least = |w: Vec3| (0..3).map(|a| if w[a] > 0.0 { w[a] * lo[a] } else { w[a] * hi[a] }).sum::<f64>();
+            assert_eq!(reach.meets_box((lo, hi)), reach.planes().all(|(w, offset)| least(w) <= offset));
+            let below = |(w, offset): (Vec3, f64)| t.iter().any(|p| dot(*p, w) <= offset);
+            assert_eq!(reach.meets_corners(&t), reach.planes().all(below));
+        }
+    }
+
+    #[test]
+    fn the_walk_finds_the_least_chord_of_all_features() {
+        let ball = |r: f64| Primitive::Ball { radius: Length::mm(r) }.mesh(Length::mm(0.05));
+        let (s, c) = 0.7f64.sin_cos();
+        let inner = ball(2.5).transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.05, 0.11, 0.02]);
+        let mesh = ball(3.0).joined(&inner.flipped());
+        let mut found = 0;
+        for (side, within) in [(Side::Material, 0.55), (Side::Void, 5.5)] {
+            let features = Features::new(&mesh, side, |_| true);
+            for feature in features.list.iter().step_by(7) {
+                let patch = Patch::from(feature);
+                let least_angle = WALL_SEPARATION - MARGIN - patch.spread - patch.slack;
+                let least = (least_angle.sin(), least_angle.cos(), least_angle);
+                let reach = Reach::new(&patch);
+                let all = 0..features.list.len() as u32;
+                let chords = all.filter_map(|i| features.chord_to(&patch, &reach, i, least, f64::INFINITY));
+                let plain = chords.map(|c| c.bound).filter(|b| *b < within).fold(f64::INFINITY, f64::min);
+                let walked = features.nearest_chord(&patch, within).map_or(f64::INFINITY, |c| c.bound);
+                assert!(walked == plain || (walked - plain).abs() < 1e-12, "{walked} {plain}");
+                found += usize::from(plain.is_finite());
+            }
+        }
+        assert!(found > 100, "{found}");
+    }
 }

@@ -12,6 +12,7 @@ use crate::geometry::vector::{Vec3, distance, scale, sub};
 use crate::geometry::{Enclosure, MeshDistance};
 use crate::grid::Grid;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// Samples along the edge of a block.
 const BLOCK: usize = 4;
@@ -19,8 +20,11 @@ const BLOCK: usize = 4;
 /// More facets than this are not kept for a block.
 const MOST_KEPT: usize = 48;
 
-/// How far from the level distances are exact, in spacings: every corner of a cell that the level passes.
-pub(super) const EXACT: f64 = 1.9;
+/// How far from the level distances are exact, in spacings: both ends of every edge of the grid that the level crosses.
+pub(super) const EXACT: f64 = 1.0 + 1e-6;
+
+/// How far from the level a sample may seem to be by the shell's cubes, and yet be that near: half a diagonal more.
+const SEEN: f64 = 1.9;
 
 /// The mesh as seen from the samples of a grid.
 pub(super) struct Near {
@@ -43,8 +47,8 @@ struct Slab {
 }
 
 impl Near {
-    /// The signed distances less `level`, in millimetres: exact within [`EXACT`] spacings of zero, of the right sign
-    /// everywhere; and the facets there for further points.
+    /// The signed distances less `level`, in millimetres: exact within [`EXACT`] spacings of zero, farther from it
+    /// and of the right sign everywhere else; and the facets there for further points.
     ///
     /// `shell2` are squared distances, in spacings, to the cubes that facets touch.
     pub(super) fn of(
@@ -151,7 +155,7 @@ impl Band<'_> {
     fn exactly(&self, slab: usize, values: &mut [f32], facets: &mut [u32]) -> Slab {
         let ([nx, ny, _], h) = (self.grid.dims(), self.grid.h());
         let layers = values.len() / (nx * ny);
-        let near = (EXACT * h) as f32;
+        let near = (SEEN * h) as f32;
         let mut out = Slab::default();
         let (mut last, mut samples, mut list) = (None, Vec::new(), Vec::new());
         for block_y in 0..ny.div_ceil(BLOCK) {
@@ -175,11 +179,11 @@ impl Band<'_> {
                 let mut facet = seed;
                 for &(at, [i, j, k]) in &samples {
                     let p = self.grid.position([i, j, BLOCK * slab + k]);
+                    let side = if self.centres.contains([i, j, BLOCK * slab + k]) { -1.0 } else { 1.0 };
                     let kept = nearest_kept(self.exact, p, distance(p, middle), &list);
-                    let found = kept.unwrap_or_else(|| self.exact.nearest_from(p, facet));
+                    let found = kept.unwrap_or_else(|| self.searched(p, facet, side * self.level));
                     facet = found.facet;
-                    let sign = if self.centres.contains([i, j, BLOCK * slab + k]) { -1.0 } else { 1.0 };
-                    values[at] = (sign * found.distance - self.level) as f32;
+                    values[at] = (side * found.distance - self.level) as f32;
                     facets[at] = facet + 1;
                 }
                 out.kept.extend_from_slice(&list);
@@ -187,6 +191,21 @@ impl Band<'_> {
         }
         out.firsts.push(out.kept.len() as u32);
         out
+    }
+
+    /// The point of the mesh nearest to p, sought from a facet that should be near it, where its distance differs from
+    /// `about` by less than [`EXACT`] spacings; else a distance between, and that facet.
+    fn searched(&self, p: Vec3, facet: u32, about: f64) -> Nearest {
+        let start = self.exact.nearest_of(p, facet);
+        let [low, high] = [-EXACT, EXACT].map(|off| about + off * self.grid.h());
+        let bound = |distance| Nearest { distance, ..start };
+        if start.distance <= low {
+            return start;
+        }
+        if high <= 0.0 {
+            return bound(0.0);
+        }
+        self.exact.nearest(p, high.min(start.distance.next_up())).unwrap_or(bound(high))
     }
 
     /// The facet nearest to the middle of a block; and in `list` all that can be nearest to a point of it, or none if
@@ -199,12 +218,9 @@ impl Band<'_> {
         };
         let Some(found) = found else { return 0 };
         let reach = (found.distance + 2.0 * corner) * (1.0 + 1e-9);
-        self.exact.tree().in_shrinking_ball((middle, reach), |facet, (middle, reach)| {
-            let off = self.exact.nearest_of(middle, facet).distance;
-            if off < reach {
-                list.push((off, facet));
-            }
-            (middle, if list.len() > MOST_KEPT { 0.0 } else { reach })
+        self.exact.within(middle, reach, |n| {
+            list.push((n.distance, n.facet));
+            if list.len() > MOST_KEPT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         if list.len() > MOST_KEPT {
             list.clear();
@@ -283,7 +299,10 @@ mod tests {
                 }
                 let p = grid.position(index);
                 let sign = if sides.centres.contains(index) { -1.0 } else { 1.0 };
-                assert_eq!(field.values()[grid.offset(index)], (sign * plainly(p) - level) as f32);
+                let (found, exact) = (field.values()[grid.offset(index)], (sign * plainly(p) - level) as f32);
+                let close = f64::from(exact.abs()) <= EXACT * h;
+                assert!(found == exact || !close && found.signum() == exact.signum(), "{found} {exact}");
+                assert!(close || f64::from(found.abs()) > h, "{found} {exact}");
                 let beside = [0, 1, 2].map(|a| p[a] + h * [0.7, 0.2, 0.9][(a + n) % 3]);
                 assert!((near.nearest(beside).unwrap().distance - plainly(beside)).abs() < 1e-12);
             }

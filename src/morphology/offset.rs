@@ -101,7 +101,7 @@ enum Facets {
     Contour,
 }
 
-/// `s(x) = d(x) − by` on a grid: exact within 1.9 spacings of zero, of the right sign everywhere.
+/// `s(x) = d(x) − by` on a grid: exact within a spacing of zero; elsewhere farther from it and of the right sign.
 struct OffsetField {
     values: Field<f32>,
     near: Near,

@@ -81,7 +81,7 @@ impl Separation {
             if thin[a] || thin[b] {
                 [EdgeReach::ALWAYS; 3]
             } else {
-                EdgeReach::of_triangle(v.map(|p| [p[a], p[b]]), bits)
+                EdgeReach::of_triangle([[v[0][a], v[0][b]], [v[1][a], v[1][b]], [v[2][a], v[2][b]]], bits)
             }
         };
         let plane = if thin.contains(&true) { PlaneReach::ALWAYS } else { PlaneReach::new(&v, bits) };
@@ -107,13 +107,14 @@ impl EdgeReach {
         let area = (v[1][0] - v[0][0]) * (v[2][1] - v[0][1]) - (v[1][1] - v[0][1]) * (v[2][0] - v[0][0]);
         let v = if area < 0 { [v[0], v[2], v[1]] } else { v };
         let reach = (1i64 << (bits - 1)) + 1;
-        [0, 1, 2].map(|e| {
+        let edge = |e: usize| {
             let ([a0, b0], [a1, b1]) = (v[e], v[(e + 1) % 3]);
             let (da, db) = (a1 - a0, b1 - b0);
             // E(a, b) = da·(b − b0) − db·(a − a0), positive on the triangle's side.
             let start = db * a0 - da * b0 + reach * (da.abs() + db.abs());
             EdgeReach { da: da << bits, db: db << bits, start }
-        })
+        };
+        [edge(0), edge(1), edge(2)]
     }
 
     /// Slope and value at 0 along the first axis, at `b` on the second: the square is reached where they are not negative.
