@@ -1,5 +1,6 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
+mod bounding;
 mod printed;
 
 pub use crate::access::Up;
@@ -7,7 +8,7 @@ pub use printed::{bead_of, spread_of};
 
 use crate::access::{Setup, Turns, axis_directions, lattice_directions};
 use crate::error::{Error, Result};
-use crate::geometry::health::{self, Meetings, NO_LABEL, Sides, meetings};
+use crate::geometry::health::{self, Meetings};
 use crate::geometry::vector::{Vec3, add, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
@@ -17,6 +18,7 @@ use crate::medial::section::Adjacency;
 use crate::medial::{Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
 use crate::units::Length;
+use bounding::Before;
 use printed::Printed;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
@@ -34,6 +36,7 @@ pub struct Part {
     notices: Vec<Notice>,
     bounding: Vec<bool>,
     meetings: Meetings,
+    before: Before,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
     grid: Option<Grid>,
@@ -53,13 +56,6 @@ pub struct Part {
 
 /// What one window may take, bytes.
 const WINDOW_BYTES: u128 = 1 << 30;
-
-/// A winding number that is clearly inside, just beside a facet.
-const ENCLOSED: f64 = 0.75;
-/// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
-const LEAST_ENCLOSED: f64 = 0.05;
-/// A surface that is inside out or mixed shows its inside where the winding number says so.
-const INSIDE: f64 = 0.5;
 
 impl Part {
     /// A part from a mesh in millimetres in the frame of the file.
@@ -95,6 +91,7 @@ impl Part {
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
             meetings: Meetings::default(),
+            before: Before::default(),
             mesh,
             as_read,
             health,
@@ -119,72 +116,6 @@ impl Part {
         };
         part.choose_bounding_facets()?;
         Ok(part)
-    }
-
-    /// Decides which facets bound the solid, and which way round.
-    fn choose_bounding_facets(&mut self) -> Result<()> {
-        // Closed, and no thicker than what the file resolves: a sheet with two sides.
-        if self.health.is_solid() && self.health.volume_mm3().abs() <= 0.5 * self.step * self.mesh.area() {
-            return Err(Error::NotSolid {
-                problem: "it is closed and holds no volume".into(),
-                at_mm: Some(self.to_file(self.mesh.centroid(0))),
-                remedy: "give the sheet a thickness and export the part again".into(),
-            });
-        }
-        // No facet has a neighbour: nothing needs to be searched to know that nothing is enclosed.
-        if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
-            return Err(self.encloses_nothing());
-        }
-        let bodies = &self.health.facet_body;
-        let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
-        let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
-        self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
-        if self.is_plain() {
-            for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
-                *bounds = body != NO_LABEL;
-            }
-            self.distance = OnceLock::from(labelled);
-            return Ok(());
-        }
-        let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
-        let beside = Sides { mesh: &self.mesh, winding: self.winding(), off };
-        let whole = self.health.is_solid() && bodies.iter().all(|&b| b != NO_LABEL);
-        let sides = if whole { beside.of_closed(&labelled, 2.0 * self.step) } else { beside.of_each() };
-        let inside = |w: f64| w >= INSIDE;
-        let enclosed: f64 =
-            (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
-        if !self.health.is_solid() && enclosed < LEAST_ENCLOSED * self.mesh.area() {
-            return Err(self.encloses_nothing());
-        }
-        let sound = self.health.is_solid();
-        let mut turned = 0u64;
-        for (f, (back, front)) in sides.into_iter().enumerate() {
-            self.bounding[f] = inside(back) != inside(front);
-            if !sound && inside(front) && !inside(back) {
-                self.mesh.triangles[f].swap(1, 2);
-                turned += 1;
-            }
-        }
-        if turned > 0 {
-            let text = number_of(
-                turned,
-                [
-                    "facet was turned so that the enclosed side is inside",
-                    "facets were turned so that the enclosed side is inside",
-                ],
-            );
-            self.notices.push(Notice::new("turned-facets", text).counted(turned));
-        }
-        Ok(())
-    }
-
-    fn encloses_nothing(&self) -> Error {
-        Error::NotSolid {
-            problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
-                .into(),
-            at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
-            remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
-        }
     }
 
     /// The mesh in the frame of the build, outward normals.

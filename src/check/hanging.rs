@@ -72,9 +72,5 @@ pub fn covered(part: &Part, facet: u32) -> bool {
     if !part.bounds_solid(facet as usize) {
         return true;
     }
-    !part.is_plain() && {
-        let f = facet as usize;
-        let below = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
-        part.winding().at(below) >= 0.5
-    }
+    !part.is_plain() && part.is_inside_before(facet, 20.0 * part.step())
 }

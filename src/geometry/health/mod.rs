@@ -23,5 +23,5 @@ pub use crossing::{Meetings, meetings};
 pub use measure::{Fault, Health, Hole};
 pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired};
 pub use shells::Shell;
-pub use sides::Sides;
+pub use sides::{Sides, Spoken};
 pub use turn::turn_shells;

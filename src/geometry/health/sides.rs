@@ -16,6 +16,13 @@ pub struct Sides<'a> {
     pub off: f64,
 }
 
+/// The winding numbers on both sides of each facet, and the facet that spoke for each.
+pub struct Spoken {
+    /// Just behind and just before.
+    pub sides: Vec<(f64, f64)>,
+    pub speaker: Vec<u32>,
+}
+
 impl Sides<'_> {
     /// The winding number just behind and just before each facet.
     pub fn of_each(&self) -> Vec<(f64, f64)> {
@@ -30,7 +37,7 @@ impl Sides<'_> {
     ///
     /// # Cost
     /// O(T log T) and a winding number for each facet that something else touches.
-    pub fn of_closed(&self, tree: &MeshDistance, tolerance: f64) -> Vec<(f64, f64)> {
+    pub fn of_closed(&self, tree: &MeshDistance, tolerance: f64) -> Spoken {
         let count = self.mesh.triangles.len();
         let clear = self.clear(tree, tolerance);
         let patch = self.patches(&clear);
@@ -43,7 +50,10 @@ impl Sides<'_> {
         }
         let known: Vec<(f64, f64)> =
             speaker.par_iter().map(|&f| if f == usize::MAX { (0.0, 0.0) } else { self.beside(f) }).collect();
-        patch.into_iter().map(|p| known[p]).collect()
+        Spoken {
+            sides: patch.iter().map(|&p| known[p]).collect(),
+            speaker: patch.into_iter().map(|p| speaker[p] as u32).collect(),
+        }
     }
 
     fn beside(&self, f: usize) -> (f64, f64) {
@@ -72,7 +82,8 @@ impl Sides<'_> {
         let (s, t) = (self.mesh.corners(f), self.mesh.corners(g));
         let own = |of: usize, other: usize| {
             let theirs = self.mesh.triangles[other];
-            self.mesh.triangles[of].map(|v| !theirs.contains(&v))
+            let [a, b, c] = self.mesh.triangles[of];
+            [!theirs.contains(&a), !theirs.contains(&b), !theirs.contains(&c)]
         };
         let (own_s, own_t) = (own(f, g), own(g, f));
         if parted_by_a_plane([s, t], [own_s, own_t], tolerance) {
@@ -159,7 +170,7 @@ mod tests {
         let mesh = parts.iter().fold(ball([0.0; 3], 3.0), |all, part| all.joined(part));
         let (winding, tree) = (Winding::new(&mesh), MeshDistance::new(&mesh));
         let sides = Sides { mesh: &mesh, winding: &winding, off: 1e-3 };
-        let (each, spoken) = (sides.of_each(), sides.of_closed(&tree, 1e-6));
+        let (each, spoken) = (sides.of_each(), sides.of_closed(&tree, 1e-6).sides);
         let inside = |w: f64| w.round() as i64;
         for (f, (a, b)) in each.iter().zip(&spoken).enumerate() {
             assert_eq!((inside(a.0), inside(a.1)), (inside(b.0), inside(b.1)), "facet {f}: {a:?} {b:?}");

@@ -1,0 +1,175 @@
+//! Which facets bound the solid, and on which side of each the material is.
+
+use super::Part;
+use crate::error::{Error, Result};
+use crate::geometry::health::{NO_LABEL, Sides, Spoken, meetings};
+use crate::geometry::vector::{Vec3, along};
+use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::notice::{Notice, number_of};
+use crate::units::{report_digits, short};
+use rayon::prelude::*;
+use std::sync::OnceLock;
+
+/// A winding number that is clearly inside, just beside a facet.
+const ENCLOSED: f64 = 0.75;
+/// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
+const LEAST_ENCLOSED: f64 = 0.05;
+/// A surface that is inside out or mixed shows its inside where the winding number says so.
+const INSIDE: f64 = 0.5;
+
+/// What is known of the space before each facet of a closed surface.
+#[derive(Default)]
+pub(super) struct Before {
+    /// Whether it is inside, where that is the same from right before the facet to `away`.
+    inside: Vec<Option<bool>>,
+    away: f64,
+}
+
+impl Before {
+    /// What those who speak for others say, if no surface lies between them and where they were asked.
+    fn of(spoken: &Spoken, mesh: &TriangleMesh, tree: &MeshDistance, away: f64) -> Self {
+        let says = |f: usize| {
+            let speaks = spoken.speaker[f] as usize == f && is_clear(mesh, tree, f, [0.0, away]);
+            speaks.then_some(spoken.sides[f].1 >= INSIDE)
+        };
+        let said: Vec<Option<bool>> = (0..spoken.sides.len()).into_par_iter().map(says).collect();
+        let inside = spoken.speaker.iter().map(|&s| said.get(s as usize).copied().flatten()).collect();
+        Before { inside, away }
+    }
+}
+
+/// Whether no surface is met between two distances before the middle of a facet, nor right beside them.
+fn is_clear(mesh: &TriangleMesh, tree: &MeshDistance, facet: usize, [a, b]: [f64; 2]) -> bool {
+    let (near, far) = (a.min(b), a.max(b));
+    let (middle, normal): (Vec3, Vec3) = (mesh.centroid(facet), mesh.normal(facet));
+    let from = along(middle, normal, 0.5 * near);
+    // A facet that starts at its own plane would meet itself there.
+    let least = if near > 0.0 { 0.0 } else { 1e-3 * far };
+    tree.first_hit(from, normal, least, 1.5 * far).is_none()
+}
+
+impl Part {
+    /// Decides which facets bound the solid, and which way round.
+    pub(super) fn choose_bounding_facets(&mut self) -> Result<()> {
+        // Closed, and no thicker than what the file resolves: a sheet with two sides.
+        if self.health.is_solid() && self.health.volume_mm3().abs() <= 0.5 * self.step * self.mesh.area() {
+            return Err(Error::NotSolid {
+                problem: "it is closed and holds no volume".into(),
+                at_mm: Some(self.to_file(self.mesh.centroid(0))),
+                remedy: "give the sheet a thickness and export the part again".into(),
+            });
+        }
+        // No facet has a neighbour: nothing needs to be searched to know that nothing is enclosed.
+        if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
+            return Err(self.encloses_nothing());
+        }
+        let bodies = &self.health.facet_body;
+        let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
+        let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
+        self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
+        if self.is_plain() {
+            for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
+                *bounds = body != NO_LABEL;
+            }
+            self.distance = OnceLock::from(labelled);
+            return Ok(());
+        }
+        let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
+        let beside = Sides { mesh: &self.mesh, winding: self.winding(), off };
+        let whole = self.health.is_solid() && bodies.iter().all(|&b| b != NO_LABEL);
+        let sides = if whole {
+            let spoken = beside.of_closed(&labelled, 2.0 * self.step);
+            self.before = Before::of(&spoken, &self.mesh, &labelled, off);
+            spoken.sides
+        } else {
+            beside.of_each()
+        };
+        let inside = |w: f64| w >= INSIDE;
+        let enclosed: f64 =
+            (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
+        if !self.health.is_solid() && enclosed < LEAST_ENCLOSED * self.mesh.area() {
+            return Err(self.encloses_nothing());
+        }
+        let sound = self.health.is_solid();
+        let mut turned = 0u64;
+        for (f, (back, front)) in sides.into_iter().enumerate() {
+            self.bounding[f] = inside(back) != inside(front);
+            if !sound && inside(front) && !inside(back) {
+                self.mesh.triangles[f].swap(1, 2);
+                turned += 1;
+            }
+        }
+        if turned > 0 {
+            let text = number_of(
+                turned,
+                [
+                    "facet was turned so that the enclosed side is inside",
+                    "facets were turned so that the enclosed side is inside",
+                ],
+            );
+            self.notices.push(Notice::new("turned-facets", text).counted(turned));
+        }
+        Ok(())
+    }
+
+    fn encloses_nothing(&self) -> Error {
+        Error::NotSolid {
+            problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
+                .into(),
+            at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
+            remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
+        }
+    }
+
+    /// Says where a winding number does not tell inside from outside.
+    pub fn doubt(&self) -> Option<Notice> {
+        let doubt = self.solid().ok()?.doubt?;
+        (doubt.share > 0.0).then(|| {
+            let text = format!(
+                "inside and outside come from the winding number; it is in doubt in {} % of what may be the part",
+                short(doubt.percent())
+            );
+            Notice::new("uncertain-inside", text).at(self.to_file(doubt.at_mm).map(report_digits))
+        })
+    }
+
+    /// Whether there is material so far before the middle of a facet, by the winding number.
+    ///
+    /// Where that is known at another distance before the facet, and no surface lies between, the answer is the same.
+    pub fn is_inside_before(&self, facet: u32, away: f64) -> bool {
+        let known = self.before.inside.get(facet as usize).copied().flatten();
+        let f = facet as usize;
+        match known.filter(|_| is_clear(&self.mesh, self.distance(), f, [away, self.before.away])) {
+            Some(inside) => inside,
+            None => self.winding().at(along(self.mesh.centroid(f), self.mesh.normal(f), away)) >= INSIDE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::part::Up;
+    use crate::units::Length;
+
+    #[test]
+    fn what_is_known_before_a_facet_is_what_the_winding_number_says_there() {
+        let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let ball = |x: f64, r: f64| {
+            Primitive::Ball { radius: Length::mm(r) }.mesh(Length::mm(0.02)).transformed(one, [x, 0.1, 0.2])
+        };
+        // Two balls that cross, one inside both, one that nearly touches, and an inner shell.
+        let balls = [ball(4.0, 3.0), ball(2.0, 0.5), ball(-4.0, 0.9999), ball(-0.5, 1.0).flipped()];
+        let mesh = balls.iter().fold(ball(0.0, 3.0), |all, b| all.joined(b));
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
+        assert!(!part.is_plain());
+        let mut known = 0;
+        for f in 0..part.mesh().triangles.len() {
+            let at = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
+            assert_eq!(part.is_inside_before(f as u32, 20.0 * part.step()), part.winding().at(at) >= INSIDE, "{f}");
+            known += usize::from(part.before.inside[f].is_some());
+        }
+        assert!(2 * known > part.mesh().triangles.len(), "{known} of {}", part.mesh().triangles.len());
+    }
+}
