@@ -2,7 +2,7 @@
 
 use super::orient::Question;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, angle, dot, norm, scale, unit};
+use crate::geometry::vector::{Vec3, add, angle, dot, norm, scale, unit};
 use rayon::prelude::*;
 
 /// The largest flat faces whose normals are tried.
@@ -92,13 +92,14 @@ impl Facets {
 
     /// Normals of the largest flat pieces: facets gathered by direction, the largest sums first.
     fn face_normals(&self) -> Vec<Vec3> {
-        let mut bins: std::collections::BTreeMap<[i32; 3], Vec3> = Default::default();
-        for (a, s) in self.area.iter().zip(&self.size).filter(|(_, s)| **s > 0.0) {
-            let key = a.map(|c| (c / s * 2000.0).round() as i32);
-            let sum = bins.entry(key).or_default();
-            *sum = crate::geometry::vector::add(*sum, *a);
-        }
-        let mut sums: Vec<Vec3> = bins.into_values().collect();
+        let bin = |i: usize| {
+            let s = self.size[i];
+            (s > 0.0).then(|| (self.area[i].map(|c| (c / s * 2000.0).round() as i32), i as u32))
+        };
+        let mut bins: Vec<([i32; 3], u32)> = (0..self.size.len()).into_par_iter().filter_map(bin).collect();
+        bins.par_sort_unstable();
+        let sum = |bin: &[([i32; 3], u32)]| bin.iter().fold([0.0; 3], |sum, &(_, i)| add(sum, self.area[i as usize]));
+        let mut sums: Vec<Vec3> = bins.chunk_by(|a, b| a.0 == b.0).map(sum).collect();
         sums.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
         sums.into_iter().take(FACES).map(unit).collect()
     }
@@ -151,9 +152,48 @@ fn outermost(points: &[Vec3]) -> Vec<Vec3> {
     }
     let mut kept: Vec<usize> = sphere(1500)
         .par_iter()
-        .filter_map(|d| (0..points.len()).max_by(|&i, &j| dot(points[i], *d).total_cmp(&dot(points[j], *d))))
+        .filter_map(|d| {
+            // The last of the farthest, each looked at once.
+            let far = |(i, p): (usize, &Vec3)| (i, dot(*p, *d));
+            let farther = |a: (usize, f64), b: (usize, f64)| if b.1.total_cmp(&a.1).is_ge() { b } else { a };
+            points.iter().enumerate().map(far).reduce(farther).map(|(i, _)| i)
+        })
         .collect();
     kept.sort_unstable();
     kept.dedup();
     kept.into_iter().map(|i| points[i]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::random::Lcg;
+    use crate::units::Length;
+
+    #[test]
+    fn the_outermost_are_the_last_of_the_farthest_in_each_direction() {
+        let mut random = Lcg(17);
+        // Doubled points are ties.
+        let points: Vec<Vec3> = (0..2500).map(|_| random.point(-1.0, 1.0)).flat_map(|p| [p, p]).collect();
+        let far = |d: &Vec3| (0..points.len()).max_by(|&i, &j| dot(points[i], *d).total_cmp(&dot(points[j], *d)));
+        let mut plain: Vec<usize> = sphere(1500).iter().filter_map(far).collect();
+        plain.sort_unstable();
+        plain.dedup();
+        assert_eq!(outermost(&points), plain.into_iter().map(|i| points[i]).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn face_normals_are_the_sums_of_a_table_of_bins() {
+        let mesh = Primitive::parse("cone:r4r1h6mm").unwrap().mesh(Length::mm(0.01));
+        let facets = Facets::of(&mesh, &|_| true, 0);
+        let mut bins: std::collections::BTreeMap<[i32; 3], Vec3> = Default::default();
+        for (a, s) in facets.area.iter().zip(&facets.size).filter(|(_, s)| **s > 0.0) {
+            let sum = bins.entry(a.map(|c| (c / s * 2000.0).round() as i32)).or_default();
+            *sum = add(*sum, *a);
+        }
+        let mut sums: Vec<Vec3> = bins.into_values().collect();
+        sums.sort_by(|a, b| norm(*b).total_cmp(&norm(*a)));
+        assert_eq!(facets.face_normals(), sums.into_iter().take(FACES).map(unit).collect::<Vec<_>>());
+    }
 }

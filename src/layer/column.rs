@@ -341,7 +341,7 @@ impl Polygon {
             }
             if (da > 0.0 && db < 0.0) || (da < 0.0 && db > 0.0) {
                 let t = da / (da - db);
-                let mut cut = [0, 1, 2].map(|c| a[c] + t * (b[c] - a[c]));
+                let mut cut = [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])];
                 cut[axis] = at;
                 out.push(cut);
             }
@@ -352,8 +352,11 @@ impl Polygon {
     /// The slices [n, n+1] across an axis that the polygon meets.
     fn slices(&self, axis: usize, count: usize) -> std::ops::RangeInclusive<usize> {
         let (low, high) = self.span(axis);
-        let last = ((high.ceil() - 1.0).max(0.0) as usize).min(count - 1);
-        (low.floor().max(0.0) as usize).min(last)..=last
+        // A cast cuts off what is behind the point, and what is below zero: no call rounds.
+        let whole = high as usize;
+        let above = if whole as f64 >= high { whole.saturating_sub(1) } else { whole };
+        let last = above.min(count - 1);
+        (low as usize).min(last)..=last
     }
 
     /// Calls back with each of its slices across an axis, and what of it lies there.
@@ -528,6 +531,20 @@ mod tests {
                 found.volume_mm3[1] - found.volume_mm3[0] <= 0.05 * truth + 60.0 * side * truth.sqrt(),
                 "{found:?}"
             );
+        }
+    }
+
+    #[test]
+    fn slices_are_those_between_rounded_ends() {
+        let ends = [-3.5, -1.0, -0.25, 0.0, 0.5, 1.0, 1.5, 2.0, 2.0f64.next_down(), 2.0f64.next_up(), 6.75, 7.0, 9.0];
+        for low in ends {
+            for high in ends.into_iter().filter(|h| *h >= low) {
+                let mut polygon = Polygon::default();
+                [[low, 0.0, 0.0], [high, 0.0, 0.0], [low, 1.0, 0.0]].into_iter().for_each(|p| polygon.push(p));
+                let last = ((high.ceil() - 1.0).max(0.0) as usize).min(7);
+                let plain = (low.floor().max(0.0) as usize).min(last)..=last;
+                assert_eq!(polygon.slices(0, 8), plain, "{low} {high}");
+            }
         }
     }
 }

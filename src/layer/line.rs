@@ -27,13 +27,11 @@ pub(super) struct Turned {
 }
 
 impl Turned {
+    #[inline]
     pub fn new(s: &Side, x: Point, d: Point) -> Self {
-        let ends = [s.from, s.to];
-        Turned {
-            across: ends.map(|p| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1]),
-            along: ends.map(|p| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1]),
-            anchored: s.anchored,
-        }
+        let across = |p: Point| (p[1] - x[1]) * d[0] - (p[0] - x[0]) * d[1];
+        let along = |p: Point| (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1];
+        Turned { across: [across(s.from), across(s.to)], along: [along(s.from), along(s.to)], anchored: s.anchored }
     }
 
     pub fn lo(&self) -> f64 {
@@ -45,8 +43,9 @@ impl Turned {
     }
 
     /// Where the line at an offset crosses the side, and whether the side is an anchor; an end on the line counts as above it.
+    #[inline]
     pub fn met_by(&self, offset: f64) -> Option<(f64, bool)> {
-        let [a, b] = self.across.map(|c| c - offset);
+        let (a, b) = (self.across[0] - offset, self.across[1] - offset);
         let [p, q] = self.along;
         ((a < 0.0) != (b < 0.0)).then(|| (p + (q - p) * a / (a - b), self.anchored))
     }

@@ -88,40 +88,31 @@ impl Features {
     /// A ball in the material never touches a convex edge (its radius would be 0), only facets and reflex edges
     /// and vertices; in the void it is the other way round.
     pub fn new(mesh: &TriangleMesh, side: Side, use_facet: impl Fn(usize) -> bool) -> Self {
+        let facets: Vec<u32> = (0..mesh.triangles.len()).filter(|&f| use_facet(f)).map(|f| f as u32).collect();
         let sign = side.sign();
-        let mut list = Vec::with_capacity(mesh.triangles.len());
-        let mut edges: FxHashMap<(u32, u32), (u32, u32)> = FxHashMap::default();
-        for f in (0..mesh.triangles.len()).filter(|&f| use_facet(f)) {
-            let normal = mesh.normal(f);
-            if norm2(normal) == 0.0 {
-                continue;
-            }
-            list.push(Feature {
-                corners: mesh.corners(f),
-                axis: scale(normal, sign),
+        let of_facet = |&f: &u32| {
+            let normal = mesh.normal(f as usize);
+            let axis = scale(normal, sign);
+            let corners = mesh.corners(f as usize);
+            (norm2(normal) > 0.0).then_some(Feature {
+                corners,
+                axis,
                 spread: 0.0,
                 slack: 0.0,
-                arc: [scale(normal, sign); 2],
-                facet: f as u32,
-            });
-            let t = mesh.triangles[f];
-            for e in 0..3 {
-                let (a, b) = (t[e], t[(e + 1) % 3]);
-                let entry = edges.entry((a.min(b), a.max(b))).or_insert((f as u32, u32::MAX));
-                if entry.0 != f as u32 {
-                    entry.1 = f as u32;
-                }
-            }
-        }
-        let bent = bent_edges(mesh, side, &edges);
-        let at: FxHashMap<u32, usize> = list.iter().enumerate().map(|(i, f)| (f.facet, i)).collect();
+                arc: [axis; 2],
+                facet: f,
+            })
+        };
+        let mut list: Vec<Feature> = facets.par_iter().filter_map(of_facet).collect();
+        let bent = bent_edges(mesh, side, &shared_edges(mesh, &list));
+        let mut slack: FxHashMap<u32, f64> = FxHashMap::default();
         for e in bent.iter().filter(|e| e.reflex && e.bend <= SHARP) {
             for facet in [e.facets.0, e.facets.1] {
-                if let Some(&i) = at.get(&facet) {
-                    list[i].slack = list[i].slack.max(e.bend);
-                }
+                let most = slack.entry(facet).or_default();
+                *most = most.max(e.bend);
             }
         }
+        list.iter_mut().for_each(|f| f.slack = slack.get(&f.facet).copied().unwrap_or(0.0));
         let sharp: Vec<BentEdge> = bent.into_iter().filter(|e| e.bend > SHARP).collect();
         list.extend(vertices(mesh, &sharp));
         list.extend(sharp.into_iter().filter_map(|e| e.reflex.then_some(e.feature)));
@@ -157,13 +148,31 @@ struct BentEdge {
     feature: Feature,
 }
 
-/// The bent edges in increasing order of their vertices.
-fn bent_edges(mesh: &TriangleMesh, side: Side, edges: &FxHashMap<(u32, u32), (u32, u32)>) -> Vec<BentEdge> {
+/// An edge by its vertices, the lower first, and the first and the last facet along it.
+type Shared = ((u32, u32), (u32, u32));
+
+/// The edges that two facets or more have in common, in increasing order of their vertices.
+fn shared_edges(mesh: &TriangleMesh, list: &[Feature]) -> Vec<Shared> {
+    let of_facet = |f: &Feature| {
+        let ([a, b, c], facet) = (mesh.triangles[f.facet as usize], f.facet);
+        [(a, b), (b, c), (c, a)].map(|(p, q)| (u64::from(p.min(q)) << 32 | u64::from(p.max(q)), facet))
+    };
+    let mut edges: Vec<(u64, u32)> = list.par_iter().flat_map_iter(of_facet).collect();
+    edges.par_sort_unstable();
+    let ends = |key: u64| ((key >> 32) as u32, key as u32);
+    let shared = edges.chunk_by(|a, b| a.0 == b.0).filter_map(|e| {
+        let (&(key, f), &(_, g)) = (e.first()?, e.last()?);
+        (f != g).then(|| (ends(key), (f, g)))
+    });
+    shared.collect()
+}
+
+/// The bent ones of the edges, in the same order.
+fn bent_edges(mesh: &TriangleMesh, side: Side, edges: &[Shared]) -> Vec<BentEdge> {
     let sign = side.sign();
-    let mut bent: Vec<BentEdge> = edges
+    edges
         .par_iter()
-        .filter(|(_, (_, g))| *g != u32::MAX)
-        .filter_map(|(&ends, &(f, g))| {
+        .filter_map(|&(ends, (f, g))| {
             let (m, n) = (mesh.normal(f as usize), mesh.normal(g as usize));
             let bend = angle(m, n);
             if bend < 1e-7 {
@@ -191,9 +200,7 @@ fn bent_edges(mesh: &TriangleMesh, side: Side, edges: &FxHashMap<(u32, u32), (u3
                 },
             })
         })
-        .collect();
-    bent.sort_unstable_by_key(|e| e.ends);
-    bent
+        .collect()
 }
 
 /// Vertices whose sharp edges all bend towards the ball: tips of pits (material) or of spikes (void).

@@ -338,15 +338,11 @@ impl AsPrinted {
         let values: Vec<f32> = (0..target.samples())
             .into_par_iter()
             .map(|at| {
-                let first = target.index(at).map(|i| i * side);
-                let cells = (0..side * side * side).filter(|c| {
-                    self.centres.contains([
-                        first[0] + c % side,
-                        first[1] + c / side % side,
-                        first[2] + c / (side * side),
-                    ])
-                });
-                cells.count() as f32 * share
+                let [i, j, k] = target.index(at).map(|n| n * side);
+                let [_, ny, nz] = grid.dims();
+                let rows = (k..(k + side).min(nz)).flat_map(|z| (j..(j + side).min(ny)).map(move |y| (y, z)));
+                let cells: u32 = rows.map(|(y, z)| ones(self.centres.row(y, z), i..i + side)).sum();
+                cells as f32 * share
             })
             .collect();
         let mesh = superlevel_surface(&Field::from_values(target, values, 0.0)?, 0.5)?;
@@ -374,6 +370,17 @@ fn grown(set: &Indicator, reach: usize) -> Indicator {
 /// |A ∖ B| for sets on one grid.
 fn count_difference(a: &Indicator, b: &Indicator) -> u64 {
     a.words().iter().zip(b.words()).map(|(a, b)| u64::from((a & !b).count_ones())).sum()
+}
+
+/// How many bits of a row are set in a range, which may end behind the row.
+fn ones(row: &[u64], range: std::ops::Range<usize>) -> u32 {
+    let words = row.iter().enumerate().take(range.end.div_ceil(64)).skip(range.start / 64);
+    let within = |(w, bits): (usize, &u64)| {
+        let from = range.start.saturating_sub(64 * w);
+        let to = (range.end - 64 * w).min(64);
+        (bits << (64 - to) >> (64 - to) >> from).count_ones()
+    };
+    words.map(within).sum()
 }
 
 #[cfg(test)]
@@ -548,5 +555,18 @@ mod tests {
         let coarse = Cells::covering(&bead(0.4, 0.2, Footprint::Disc), bounds, 1 << 28).unwrap().unwrap();
         assert_eq!((coarse.wide, coarse.high), (2, 2));
         assert!((coarse.cell_mm()[2] - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bits_of_a_range_are_those_counted_one_by_one() {
+        let mut random = crate::random::Lcg(8);
+        let row: Vec<u64> = (0..3).map(|_| random.below(u64::MAX)).collect();
+        let set = |i: usize| row.get(i / 64).is_some_and(|w| w >> (i % 64) & 1 == 1);
+        for from in 0..192 {
+            for side in [1, 2, 3, 5, 64, 65, 130] {
+                let plain = (from..from + side).filter(|&i| set(i)).count();
+                assert_eq!(ones(&row, from..from + side) as usize, plain, "{from} {side}");
+            }
+        }
     }
 }

@@ -4,6 +4,7 @@ use super::{Health, Role};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, norm2, sub};
 use crate::notice::{Notice, number_of};
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 /// The words for one and for several facets that were turned.
@@ -191,12 +192,7 @@ fn unordered([a, b, c]: [u32; 3]) -> ([u32; 3], i32) {
 ///
 /// Of each connected piece the smaller part is turned; a piece with one side only keeps its conflicts.
 fn agree(mesh: &mut TriangleMesh) -> usize {
-    let mut along: FxHashMap<[u32; 2], Vec<(u32, bool)>> = FxHashMap::default();
-    for (f, &[a, b, c]) in mesh.triangles.iter().enumerate() {
-        for [u, v] in [[a, b], [b, c], [c, a]] {
-            along.entry([u.min(v), u.max(v)]).or_default().push((f as u32, u < v));
-        }
-    }
+    let across = neighbours_across(mesh);
     let mut turned: Vec<Option<bool>> = vec![None; mesh.triangles.len()];
     let mut count = 0;
     for start in 0..mesh.triangles.len() {
@@ -209,12 +205,10 @@ fn agree(mesh: &mut TriangleMesh) -> usize {
         while let Some(&f) = piece.get(next) {
             next += 1;
             let own = turned[f] == Some(true);
-            let [a, b, c] = mesh.triangles[f];
-            for [u, v] in [[a, b], [b, c], [c, a]] {
-                let Some([one, other]) = along.get(&[u.min(v), u.max(v)]).map(Vec::as_slice) else { continue };
-                let across = if one.0 as usize == f { other.0 } else { one.0 } as usize;
+            for &(across, alike) in across[f].iter().flatten() {
+                let across = across as usize;
                 if turned[across].is_none() {
-                    turned[across] = Some(own ^ (one.1 == other.1));
+                    turned[across] = Some(own ^ alike);
                     piece.push(across);
                 }
             }
@@ -227,6 +221,27 @@ fn agree(mesh: &mut TriangleMesh) -> usize {
         }
     }
     count
+}
+
+/// The facet across each edge of every facet, and whether both run the same way along it; none where not two facets meet.
+fn neighbours_across(mesh: &TriangleMesh) -> Vec<[Option<(u32, bool)>; 3]> {
+    let of_facet = |f: usize| {
+        let [a, b, c] = mesh.triangles[f];
+        let side =
+            move |e: usize, u: u32, v: u32| (u64::from(u.min(v)) << 32 | u64::from(u.max(v)), f as u32, e as u8, u < v);
+        [side(0, a, b), side(1, b, c), side(2, c, a)]
+    };
+    let mut sides: Vec<(u64, u32, u8, bool)> =
+        (0..mesh.triangles.len()).into_par_iter().flat_map_iter(of_facet).collect();
+    sides.par_sort_unstable();
+    let mut across = vec![[None; 3]; mesh.triangles.len()];
+    for pair in sides.chunk_by(|a, b| a.0 == b.0) {
+        if let &[(_, f, e, one), (_, g, d, other)] = pair {
+            across[f as usize][usize::from(e)] = Some((g, one == other));
+            across[g as usize][usize::from(d)] = Some((f, one == other));
+        }
+    }
+    across
 }
 
 /// The mesh without vertices that no facet uses.
