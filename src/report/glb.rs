@@ -38,25 +38,48 @@ struct Frame {
     low: Vec3,
     side: Vec3,
     detail: Detail,
+    /// Steps along each side.
+    used: Vec3,
 }
 
 impl Frame {
+    fn new(low: Vec3, side: Vec3, detail: Detail) -> Self {
+        let longest = side.iter().copied().fold(0.0, f64::max);
+        let used = side.map(|side| (f64::from(detail.cells) * side / longest).ceil().clamp(1.0, 65535.0));
+        Frame { low, side, detail, used }
+    }
+
     /// The step of a coordinate, 0 to 65535; in a coarse copy only some steps are used.
+    #[inline]
     fn step(&self, x: f64, axis: usize) -> u16 {
         let share = (x - self.low[axis]) / self.side[axis];
-        let longest = self.side.iter().copied().fold(0.0, f64::max);
-        let used = (f64::from(self.detail.cells) * self.side[axis] / longest).ceil().clamp(1.0, 65535.0);
-        ((share * used).round() / used * 65535.0).round().clamp(0.0, 65535.0) as u16
+        let used = self.used[axis];
+        rounded(rounded(share * used) / used * 65535.0).clamp(0.0, 65535.0) as u16
     }
 
     /// The step of a value on its scale.
+    #[inline]
     fn code(&self, value: f32, scale: &Scale) -> u16 {
         if !value.is_finite() {
             return if value == f32::INFINITY { UNMEASURED - 1 } else { UNMEASURED };
         }
         let share = (f64::from(value) - scale.low) / (scale.high - scale.low);
         let used = f64::from(self.detail.codes.clamp(1, 65534));
-        ((share * used).round() / used * 65534.0).round().clamp(0.0, 65534.0) as u16
+        rounded(rounded(share * used) / used * 65534.0).clamp(0.0, 65534.0) as u16
+    }
+}
+
+/// `f64::round` for what is less than 2⁵³ and anything as large for what is more, without a call of the system's library.
+#[inline]
+fn rounded(x: f64) -> f64 {
+    let whole = x as i64 as f64;
+    let rest = x - whole;
+    if rest >= 0.5 {
+        whole + 1.0
+    } else if rest <= -0.5 {
+        whole - 1.0
+    } else {
+        whole
     }
 }
 
@@ -79,28 +102,54 @@ pub fn write(exhibit: &Exhibit) -> Vec<u8> {
 /// # Limits
 /// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
 pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Option<Detail>) -> Vec<u8> {
-    let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
-    let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
-    let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
-    let frame = Frame { low, side: [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)), detail };
-    let mut to = Builder::default();
-    let part = to.primitive(&exhibit.corners, &maps, frame, 0);
-    let described: Vec<Value> = maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
-    let mut meshes = vec![
-        json!({"primitives": [part], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}}),
-    ];
-    let drawn = layers.iter().flat_map(|d| exhibit.layers.iter().map(move |l| (*d, l)));
-    for (detail, layer) in drawn.filter(|(_, l)| l.corners.len() >= 3) {
-        let shape = to.primitive(&layer.corners, &[], Frame { detail, ..frame }, 1);
-        meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
+    Copy::of(exhibit, detail).with(layers)
+}
+
+/// A copy of the part, to which layers of any detail are added.
+pub struct Copy<'a> {
+    exhibit: &'a Exhibit,
+    frame: Frame,
+    part: Builder,
+    mesh: Value,
+}
+
+impl<'a> Copy<'a> {
+    /// The part as fine as wanted.
+    pub fn of(exhibit: &'a Exhibit, detail: Detail) -> Self {
+        let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
+        let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
+        let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
+        let frame = Frame::new(low, [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)), detail);
+        let mut part = Builder::default();
+        let shape = part.primitive(&exhibit.corners, &maps, frame, 0);
+        let described: Vec<Value> = maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
+        let mesh = json!({"primitives": [shape], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}});
+        Copy { exhibit, frame, part, mesh }
     }
+
+    /// The bytes of the copy with its layers, or without them.
+    pub fn with(&self, layers: Option<Detail>) -> Vec<u8> {
+        let (mut to, mut meshes) = (self.part.clone(), vec![self.mesh.clone()]);
+        let drawn = layers.iter().flat_map(|d| self.exhibit.layers.iter().map(move |l| (*d, l)));
+        for (detail, layer) in drawn.filter(|(_, l)| l.corners.len() >= 3) {
+            let frame = Frame::new(self.frame.low, self.frame.side, detail);
+            let shape = to.primitive(&layer.corners, &[], frame, 1);
+            meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
+        }
+        let document = document(meshes, &to, &self.frame);
+        packed(document.to_string().into_bytes(), to.bin)
+    }
+}
+
+/// What the file says of its meshes.
+fn document(meshes: Vec<Value>, to: &Builder, frame: &Frame) -> Value {
     let mut nodes: Vec<Value> =
         (0..meshes.len()).map(|m| json!({"mesh": m, "translation": frame.low, "scale": frame.side})).collect();
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let children: Vec<usize> = (0..nodes.len()).collect();
     nodes.push(json!({"children": children, "rotation": [-half, 0.0, 0.0, half], "scale": [0.001, 0.001, 0.001]}));
     let material = |colour: [f64; 4], mode: &str| json!({"alphaMode": mode, "pbrMetallicRoughness": {"baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.8}});
-    let document = json!({
+    json!({
         "asset": {"version": "2.0", "generator": "amcheck"},
         "extensionsUsed": ["KHR_mesh_quantization"],
         "extensionsRequired": ["KHR_mesh_quantization"],
@@ -112,12 +161,11 @@ pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Option<Detail>) -> Ve
         "buffers": [{"byteLength": to.bin.len()}],
         "bufferViews": to.views,
         "accessors": to.accessors,
-    });
-    packed(document.to_string().into_bytes(), to.bin)
+    })
 }
 
 /// The binary chunk in the making, and what describes it.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Builder {
     bin: Vec<u8>,
     views: Vec<Value>,
@@ -172,26 +220,36 @@ impl Builder {
 /// At full detail corners are joined where place and every map agree. In a coarser copy they are joined where they fall
 /// on one step and face the same way, and carry the worst value of all.
 fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame) -> (Vec<Vertex>, Vec<u32>) {
-    let mut known: FxHashMap<Vertex, u32> = FxHashMap::default();
+    if frame.detail == Detail::FULL {
+        joined_by(corners, maps, frame, |vertex, _| *vertex)
+    } else {
+        let word = |v: &Vertex, n: usize| u64::from(v[n]) << (16 * n);
+        joined_by(corners, maps, frame, |v, facet| {
+            word(v, 0) | word(v, 1) | word(v, 2) | u64::from(facing(facet)) << 48
+        })
+    }
+}
+
+/// Vertices joined where their keys agree.
+fn joined_by<K: std::hash::Hash + Eq>(
+    corners: &[Vec3],
+    maps: &[(&SurfaceMap, Scale)],
+    frame: Frame,
+    key: impl Fn(&Vertex, &[Vec3]) -> K,
+) -> (Vec<Vertex>, Vec<u32>) {
+    let mut known: FxHashMap<K, u32> = FxHashMap::default();
     let (mut vertices, mut indices) = (Vec::<Vertex>::new(), Vec::with_capacity(corners.len()));
     for (f, facet) in corners.chunks_exact(3).enumerate() {
-        let facing = facing(facet);
         let mut triangle = [0u32; 3];
         for (k, p) in facet.iter().enumerate() {
             let mut vertex: Vertex = [0; 3 + MAPS];
             for a in 0..3 {
                 vertex[a] = frame.step(p[a], a);
             }
-            let mut key = vertex;
             for (m, (map, scale)) in maps.iter().enumerate() {
                 vertex[3 + m] = frame.code(map.values.get(3 * f + k).copied().unwrap_or(f32::NAN), scale);
             }
-            if frame.detail == Detail::FULL {
-                key = vertex;
-            } else {
-                key[3] = facing;
-            }
-            triangle[k] = *known.entry(key).or_insert_with(|| {
+            triangle[k] = *known.entry(key(&vertex, facet)).or_insert_with(|| {
                 vertices.push(vertex);
                 (vertices.len() - 1) as u32
             });
@@ -298,14 +356,25 @@ mod tests {
     #[test]
     fn codes_span_the_scale_and_say_what_is_not_measured() {
         let scale = Scale { low: 0.0, high: 4.0, fail: None, warn: None, sense: Sense::Min };
-        let frame = Frame { low: [0.0; 3], side: [10.0, 5.0, 1.0], detail: Detail::FULL };
+        let frame = Frame::new([0.0; 3], [10.0, 5.0, 1.0], Detail::FULL);
         assert_eq!(
             [0.0, 2.0, 4.0, 9.0, f32::NAN, f32::INFINITY].map(|v| frame.code(v, &scale)),
             [0, 32767, 65534, 65534, UNMEASURED, 65534]
         );
-        let coarse = Frame { detail: Detail { cells: 10, codes: 4 }, ..frame };
+        let coarse = Frame::new(frame.low, frame.side, Detail { cells: 10, codes: 4 });
         assert_eq!([0.0, 0.4, 0.6, 10.0].map(|x| coarse.step(x, 0)), [0, 0, 6554, 65535]);
         assert_eq!([0.0, 0.6, 5.0].map(|x| coarse.step(x, 1)), [0, 13107, 65535]);
         assert_eq!([0.1, 1.1, 4.0].map(|v| coarse.code(v, &scale)), [0, 16384, 65534]);
+    }
+
+    #[test]
+    fn rounding_is_that_of_the_library() {
+        let mut random = crate::random::Lcg(3);
+        let near = |x: f64| [x, x.next_up(), x.next_down(), -x, -x.next_up(), -x.next_down()];
+        let some = (0..2000).flat_map(|n| near(0.5 * f64::from(n)));
+        for x in some.chain((0..2000).map(|_| random.point(-1e6, 1e6)[0])).chain([0.0, -0.0, 1e18, -1e18]) {
+            assert_eq!(rounded(x), x.round(), "{x}");
+        }
+        assert!(rounded(1e300) > 65535.0 && rounded(-1e300) < 0.0);
     }
 }

@@ -59,41 +59,64 @@ struct Fitted {
 /// The finest part that fits into its share of `most` bytes and leaves room for layers, with the finest layers that fit beside it;
 /// the finest part alone where there is room for no layers at all.
 fn fitted(c: &Context, most: usize) -> Option<Fitted> {
-    let packed =
-        |part: Detail, layers: Option<Detail>| STANDARD.encode(zipped(&glb::write_at(c.exhibit, part, layers)));
+    let alone = |part: Detail| {
+        let copy = glb::Copy::of(c.exhibit, part);
+        let bytes = copy.with(None);
+        (copy, bytes)
+    };
     let layered = !c.exhibit.layers.is_empty();
     let own = if layered { (OWN * most as f64) as usize } else { most };
-    let mut alone: Option<Fitted> = None;
+    let mut found: Option<Fitted> = None;
     let mut parts = PARTS.as_slice();
-    while let Some((part, text, coarser)) = finest(parts, own, |part| packed(part, None)) {
-        let known = alone.get_or_insert(Fitted { text, part, layers: None });
+    while let Some(fit) = finest(parts, own, c.exhibit.corners.len(), alone) {
+        let (part, copy) = (fit.detail, fit.copy);
+        let known = found.get_or_insert(Fitted { text: fit.text, part, layers: None });
         if !layered {
             break;
         }
         // Layers that did not fit at their coarsest beside a part are tried again beside a coarser one.
-        if let Some((layers, text, _)) = finest(&LAYERS, most, |layers| packed(part, Some(layers))) {
-            *known = Fitted { text, part, layers: Some(layers) };
+        let of_layers = c.exhibit.layers.iter().map(|l| l.corners.len()).sum();
+        if let Some(fit) = finest(&LAYERS, most, of_layers, |layers| ((), copy.with(Some(layers)))) {
+            *known = Fitted { text: fit.text, part, layers: Some(fit.detail) };
             break;
         }
-        parts = coarser;
+        parts = fit.coarser;
     }
-    alone
+    found
 }
 
-/// The first of a list, finest first, that packs into `room` bytes, with its text and what is coarser. The finest mostly fits and is
-/// tried alone, the others two by two.
-fn finest(
-    list: &[Detail],
+/// What of a list fits.
+struct Fit<'a, T> {
+    detail: Detail,
+    text: String,
+    copy: T,
+    coarser: &'a [Detail],
+}
+
+/// Room for each corner in a page, bytes, where the finest copy has a chance to fit.
+const LIKELY: usize = 2;
+
+/// The first of a list, finest first, that packs into `room` bytes as text. The finest mostly fits and is tried alone where there is
+/// room for the corners it has; the others are tried two by two.
+fn finest<'a, T: Send>(
+    list: &'a [Detail],
     room: usize,
-    packed: impl Fn(Detail) -> String + Sync,
-) -> Option<(Detail, String, &[Detail])> {
-    let (first, rest) = list.split_at(list.len().min(1));
-    for (n, pair) in std::iter::once(first).chain(rest.chunks(2)).enumerate() {
-        let texts: Vec<String> = pair.par_iter().map(|&detail| packed(detail)).collect();
-        let fits = texts.into_iter().zip(pair).enumerate().find(|(_, (text, _))| text.len() <= room);
-        if let Some((k, (text, &detail))) = fits {
-            let before = if n == 0 { 0 } else { 2 * n - 1 };
-            return Some((detail, text, list.get(before + k + 1..).unwrap_or_default()));
+    corners: usize,
+    written: impl Fn(Detail) -> (T, Vec<u8>) + Sync,
+) -> Option<Fit<'a, T>> {
+    let tried = |&detail: &Detail| {
+        let (copy, bytes) = written(detail);
+        zipped_within(&bytes, room / 4 * 3).map(|z| (STANDARD.encode(z), copy))
+    };
+    let (first, rest) = list.split_at(usize::from(corners * LIKELY <= room).min(list.len()));
+    let mut passed = 0;
+    for some in std::iter::once(first).chain(rest.chunks(2)).filter(|some| !some.is_empty()) {
+        let texts: Vec<Option<(String, T)>> = some.par_iter().map(tried).collect();
+        for (text, &detail) in texts.into_iter().zip(some) {
+            passed += 1;
+            if let Some((text, copy)) = text {
+                return Some(Fit { detail, text, copy, coarser: list.get(passed..).unwrap_or_default() });
+            }
         }
     }
     None
@@ -142,8 +165,62 @@ fn coarseness(c: &Context, fitted: &Fitted) -> Markup {
 
 /// Bytes as a gzip file without time or name.
 pub fn zipped(bytes: &[u8]) -> Vec<u8> {
-    let mut to = GzBuilder::new().mtime(0).write(Vec::new(), Compression::new(6));
-    // Writing to memory cannot fail.
-    let _ = to.write_all(bytes);
-    to.finish().unwrap_or_default()
+    zipped_within(bytes, usize::MAX).unwrap_or_default()
+}
+
+/// The same, given up as soon as it is longer than `most` bytes.
+fn zipped_within(bytes: &[u8], most: usize) -> Option<Vec<u8>> {
+    let mut to = GzBuilder::new().mtime(0).write(Short { bytes: Vec::new(), most }, Compression::new(6));
+    to.write_all(bytes).ok()?;
+    to.finish().ok().map(|short| short.bytes)
+}
+
+/// Memory that takes so many bytes and no more.
+struct Short {
+    bytes: Vec<u8>,
+    most: usize,
+}
+
+impl Write for Short {
+    fn write(&mut self, part: &[u8]) -> std::io::Result<usize> {
+        if self.bytes.len() + part.len() > self.most {
+            return Err(std::io::Error::other("longer than there is room for"));
+        }
+        self.bytes.extend_from_slice(part);
+        Ok(part.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_given_up_is_longer_and_what_is_not_is_the_same() {
+        let mut random = crate::random::Lcg(9);
+        let bytes: Vec<u8> = (0..300_000).map(|_| random.below(40) as u8).collect();
+        let whole = zipped(&bytes);
+        assert_eq!(zipped_within(&bytes, whole.len()).as_deref(), Some(whole.as_slice()));
+        assert_eq!(zipped_within(&bytes, whole.len() - 1), None);
+    }
+
+    #[test]
+    fn the_finest_that_fits_is_found_whether_or_not_it_is_tried_alone() {
+        let mut random = crate::random::Lcg(4);
+        let noise: Vec<u8> = (0..9000).map(|_| random.below(256) as u8).collect();
+        let written = |d: Detail| (d.cells, noise.iter().copied().take(d.cells as usize).collect::<Vec<u8>>());
+        for room in (0..12_000).step_by(97) {
+            let text = |d: &Detail| STANDARD.encode(zipped(&written(*d).1));
+            let plain = PARTS.iter().position(|d| text(d).len() <= room);
+            for corners in [0, 1_000_000] {
+                let found = finest(&PARTS, room, corners, written);
+                let at = found.map(|f| (f.detail, f.coarser.len(), f.text));
+                assert_eq!(at, plain.map(|n| (PARTS[n], PARTS.len() - n - 1, text(&PARTS[n]))), "{room}");
+            }
+        }
+    }
 }
