@@ -15,12 +15,12 @@ use crate::part::{Part, Up};
 use crate::process::{Date, Dimension, Process, rule};
 use crate::report::conclusion::{sentence, verdict_of};
 use crate::report::mount::{Wanted, mount};
-use crate::report::stances::stances;
+use crate::report::stances::stances as stances_of;
 use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
     CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
 };
-use crate::units::{Length, report_digits, short};
+use crate::units::{Length, report_digits};
 use sha2::{Digest, Sha256};
 use std::time::Instant;
 
@@ -220,24 +220,33 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     notices.extend(part.notices());
     let mut spent = 0;
     let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
-    for check in CHECKS {
-        told(check.meta().name);
-        let (report, measured) = judge(*check, part, options, &context, &mut acceptance)?;
-        if let Some(m) = measured {
-            spent += m.spent;
-            notices.extend(m.notices);
-            shapes.extend(m.shapes);
-            wanted.extend(m.map.map(|map| (report.name.clone(), map)));
+    let mut stances = None;
+    // Ways to stand rest on the mesh alone: they are compared where a check leaves a core idle. What the part makes on first
+    // demand they must not ask for: taken up by a thread that is making it, they would wait for themselves.
+    rayon::in_place_scope(|beside| {
+        if options.orientations > 0 {
+            beside.spawn(|_| stances = stances_of(part, &options.process, options.orientations));
         }
-        lap(&report.name);
-        checks.push(report);
-    }
+        CHECKS.iter().try_for_each(|check| {
+            told(check.meta().name);
+            let (report, measured) = judge(*check, part, options, &context, &mut acceptance)?;
+            if let Some(m) = measured {
+                spent += m.spent;
+                notices.extend(m.notices);
+                shapes.extend(m.shapes);
+                wanted.extend(m.map.map(|map| (report.name.clone(), map)));
+            }
+            lap(&report.name);
+            checks.push(report);
+            Ok(())
+        })
+    })?;
     let mapped = options
         .thickness
         .map(|widest| thickness(part, &options.process, finest(options, Length::mm(grid.h())), widest));
     let (thickness, maps) = mapped.transpose()?.unzip();
     wanted.extend(maps.into_iter().flatten());
-    notices.extend(doubt(part));
+    notices.extend(part.doubt());
     notices.extend(acceptance.notices());
     let verdict = verdict_of(&checks);
     let mut report = Report {
@@ -262,10 +271,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     report.summary = sentence(&report);
     lap("judge");
     told("mount");
-    let mut exhibit = mount(part, &report, &wanted, shapes);
-    if options.orientations > 0 {
-        exhibit.stances = stances(part, &options.process, options.orientations);
-    }
+    let exhibit = Exhibit { stances, ..mount(part, &report, &wanted, shapes) };
     lap("mount");
     Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
 }
@@ -384,17 +390,5 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
         units_from: prepared.units.1.into(),
         watertight: part.health_as_read().is_watertight(),
         pose: part.pose().map(|row| row.map(report_digits)),
-    })
-}
-
-/// Says where a winding number does not tell inside from outside.
-fn doubt(part: &Part) -> Option<Notice> {
-    let doubt = part.solid().ok()?.doubt?;
-    (doubt.share > 0.0).then(|| {
-        let text = format!(
-            "inside and outside come from the winding number; it is in doubt in {} % of what may be the part",
-            short(doubt.percent())
-        );
-        Notice::new("uncertain-inside", text).at(part.to_file(doubt.at_mm).map(report_digits))
     })
 }
