@@ -46,7 +46,7 @@ impl Demand {
             || runs("tool-access") && limited(&["tool-access"]) && process.powder_supports;
         let searches = running().any(|name| !LIGHT.contains(&name));
         Demand {
-            per_triangle: if searches { 1_400 } else { 480 },
+            per_triangle: if searches { 1_600 } else { 900 },
             per_sample: if voids { 18 } else { 10 },
             per_setup_sample: 2 * u128::from(
                 ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
@@ -211,10 +211,10 @@ mod tests {
     #[test]
     fn twenty_million_triangles_are_refused_with_their_need() {
         let refused = allowance(4 << 30, None).admit_triangles(&demand("fdm", &[]), 20_000_000).unwrap_err();
-        assert!(refused.exit_code() == 5 && refused.to_string().contains("20000000 triangles needs 2"), "{refused}");
-        // The mesh alone fits a machine of 16 GiB.
+        assert!(refused.exit_code() == 5 && refused.to_string().contains("20000000 triangles needs 3"), "{refused}");
+        // The mesh alone fits a machine of 32 GiB: 735 bytes a triangle were measured between one and two million.
         let light = demand("fdm", &["mesh", "build-volume"]);
-        assert!(allowance(10 << 30, None).admit_triangles(&light, 20_000_000).is_ok());
+        assert!(allowance(20 << 30, None).admit_triangles(&light, 20_000_000).is_ok());
     }
 
     #[test]
