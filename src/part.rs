@@ -15,7 +15,7 @@ use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::layer::Ceiling;
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::section::Adjacency;
-use crate::medial::{Cover, Features, Question, Side};
+use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
 use crate::units::Length;
 use bounding::Before;
@@ -42,6 +42,7 @@ pub struct Part {
     grid: Option<Grid>,
     distance: OnceLock<MeshDistance>,
     winding: OnceLock<Winding>,
+    bends: OnceLock<Bends>,
     material: OnceLock<Features>,
     void: OnceLock<Features>,
     adjacency: OnceLock<Adjacency>,
@@ -103,6 +104,7 @@ impl Part {
             grid: None,
             distance: OnceLock::new(),
             winding: OnceLock::new(),
+            bends: OnceLock::new(),
             material: OnceLock::new(),
             void: OnceLock::new(),
             adjacency: OnceLock::new(),
@@ -210,8 +212,8 @@ impl Part {
     /// The features a ball on one side can touch.
     pub fn features(&self, side: Side) -> &Features {
         let cell = if side == Side::Material { &self.material } else { &self.void };
-        let features = || Features::new(&self.mesh, side, |f| self.bounds_solid(f));
-        cell.get_or_init(|| features().of_bodies(&self.health.facet_body))
+        let bends = || self.bends.get_or_init(|| Bends::of(&self.mesh, |f| self.bounds_solid(f)));
+        cell.get_or_init(|| Features::of(&self.mesh, side, bends()).of_bodies(&self.health.facet_body))
     }
 
     /// The facet across each edge, among those that bound the solid.

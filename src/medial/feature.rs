@@ -4,8 +4,6 @@ use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{Bounds, Bvh, bounds_of};
 use crate::geometry::vector::{Vec3, add, angle, bounds, cross, dot, norm2, scale, sub, unit};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
 
 /// Edges bent by less than this are covered by the margin of their facets' cones, radians (5°).
 pub const SHARP: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -87,35 +85,30 @@ impl Features {
     ///
     /// A ball in the material never touches a convex edge (its radius would be 0), only facets and reflex edges
     /// and vertices; in the void it is the other way round.
-    pub fn new(mesh: &TriangleMesh, side: Side, use_facet: impl Fn(usize) -> bool) -> Self {
-        let facets: Vec<u32> = (0..mesh.triangles.len()).filter(|&f| use_facet(f)).map(|f| f as u32).collect();
+    pub fn new(mesh: &TriangleMesh, side: Side, use_facet: impl Fn(usize) -> bool + Sync) -> Self {
+        Features::of(mesh, side, &Bends::of(mesh, use_facet))
+    }
+
+    /// As [`Features::new`], of facets whose bends are known.
+    pub fn of(mesh: &TriangleMesh, side: Side, bends: &Bends) -> Self {
         let sign = side.sign();
-        let of_facet = |&f: &u32| {
-            let normal = mesh.normal(f as usize);
-            let axis = scale(normal, sign);
-            let corners = mesh.corners(f as usize);
-            (norm2(normal) > 0.0).then_some(Feature {
-                corners,
-                axis,
-                spread: 0.0,
-                slack: 0.0,
-                arc: [axis; 2],
-                facet: f,
-            })
-        };
-        let mut list: Vec<Feature> = facets.par_iter().filter_map(of_facet).collect();
-        let bent = bent_edges(mesh, side, &shared_edges(mesh, &list));
-        let mut slack: FxHashMap<u32, f64> = FxHashMap::default();
-        for e in bent.iter().filter(|e| e.reflex && e.bend <= SHARP) {
-            for facet in [e.facets.0, e.facets.1] {
-                let most = slack.entry(facet).or_default();
-                *most = most.max(e.bend);
+        let mut slack = vec![0.0f64; mesh.triangles.len()];
+        for b in bends.edges.iter().filter(|b| b.angle <= SHARP && b.is_reflex(side)) {
+            for facet in [b.facets.0, b.facets.1] {
+                let most = &mut slack[facet as usize];
+                *most = most.max(b.angle);
             }
         }
-        list.iter_mut().for_each(|f| f.slack = slack.get(&f.facet).copied().unwrap_or(0.0));
-        let sharp: Vec<BentEdge> = bent.into_iter().filter(|e| e.bend > SHARP).collect();
-        list.extend(vertices(mesh, &sharp));
-        list.extend(sharp.into_iter().filter_map(|e| e.reflex.then_some(e.feature)));
+        let of_facet = |&facet: &u32| {
+            let (f, axis) = (facet as usize, scale(mesh.normal(facet as usize), sign));
+            Feature { corners: mesh.corners(f), axis, spread: 0.0, slack: slack[f], arc: [axis; 2], facet }
+        };
+        let sharp: Vec<&Bend> = bends.edges.iter().filter(|b| b.angle > SHARP).collect();
+        let edges: Vec<Feature> = sharp.par_iter().map(|b| b.feature(mesh, sign)).collect();
+        let reflex: Vec<bool> = sharp.iter().map(|b| b.is_reflex(side)).collect();
+        let mut list: Vec<Feature> = bends.facets.par_iter().map(of_facet).collect();
+        list.extend(vertices(mesh, &sharp, &edges, &reflex));
+        list.extend(edges.into_iter().zip(reflex).filter_map(|(e, reflex)| reflex.then_some(e)));
         let tree = Bvh::new(&bounds_of(list.len(), |i| {
             let f = &list[i];
             let (lo, hi) = bounds(f.corners).unwrap_or(([0.0; 3], [0.0; 3]));
@@ -137,98 +130,110 @@ impl Features {
     }
 }
 
-/// An edge between two facets that are not in one plane.
-struct BentEdge {
+/// The edges at which a surface bends: the same for balls on either side of it.
+pub struct Bends {
+    /// The facets with area among those that count, in increasing order.
+    facets: Vec<u32>,
+    /// In increasing order of their vertices.
+    edges: Vec<Bend>,
+}
+
+/// An edge between two facets.
+struct Bend {
+    /// Its vertices, the lower first.
     ends: (u32, u32),
+    /// The first and the last facet along it.
     facets: (u32, u32),
-    /// Angle between the normals, radians.
-    bend: f64,
+    /// Angle between the normals, radians; 0 where it is too small to matter.
+    angle: f64,
+    /// Positive where the surface bends away from the material, negative where it bends towards it.
+    turn: f64,
+}
+
+impl Bends {
+    /// The bends between the facets for which `use_facet` holds.
+    ///
+    /// # Cost
+    /// One sort of the edges.
+    pub fn of(mesh: &TriangleMesh, use_facet: impl Fn(usize) -> bool + Sync) -> Self {
+        let counts = |f: &u32| use_facet(*f as usize) && norm2(mesh.normal(*f as usize)) > 0.0;
+        let facets: Vec<u32> = (0..mesh.triangles.len() as u32).into_par_iter().filter(counts).collect();
+        let of_facet = |&facet: &u32| {
+            let [a, b, c] = mesh.triangles[facet as usize];
+            [(a, b), (b, c), (c, a)].map(|(p, q)| (u64::from(p.min(q)) << 32 | u64::from(p.max(q)), facet))
+        };
+        let sides: Vec<[(u64, u32); 3]> = facets.par_iter().map(of_facet).collect();
+        let mut sides = sides.into_flattened();
+        sides.par_sort_unstable();
+        let ends = |key: u64| ((key >> 32) as u32, key as u32);
+        let shared = sides.chunk_by(|a, b| a.0 == b.0).filter_map(|e| {
+            let (&(key, f), &(_, g)) = (e.first()?, e.last()?);
+            (f != g).then(|| (ends(key), (f, g)))
+        });
+        let shared: Vec<_> = shared.collect();
+        let edges = shared.into_par_iter().map(|(ends, facets)| Bend::of(mesh, ends, facets)).collect();
+        Bends { facets, edges }
+    }
+}
+
+impl Bend {
+    fn of(mesh: &TriangleMesh, ends: (u32, u32), facets: (u32, u32)) -> Self {
+        let (m, n) = (mesh.normal(facets.0 as usize), mesh.normal(facets.1 as usize));
+        let bend = angle(m, n);
+        if bend < 1e-7 {
+            return Bend { ends, facets, angle: 0.0, turn: 0.0 };
+        }
+        let (a, b) = (mesh.vertices[ends.0 as usize], mesh.vertices[ends.1 as usize]);
+        // The edge in the direction in which the first facet runs along it.
+        let t = mesh.triangles[facets.0 as usize];
+        let forward = (0..3).any(|e| t[e] == ends.0 && t[(e + 1) % 3] == ends.1);
+        let along = if forward { sub(b, a) } else { sub(a, b) };
+        Bend { ends, facets, angle: bend, turn: dot(cross(m, n), along) }
+    }
+
     /// Whether it bends towards a ball on the side.
-    reflex: bool,
-    feature: Feature,
-}
+    fn is_reflex(&self, side: Side) -> bool {
+        self.turn * side.sign() < 0.0
+    }
 
-/// An edge by its vertices, the lower first, and the first and the last facet along it.
-type Shared = ((u32, u32), (u32, u32));
-
-/// The edges that two facets or more have in common, in increasing order of their vertices.
-fn shared_edges(mesh: &TriangleMesh, list: &[Feature]) -> Vec<Shared> {
-    let of_facet = |f: &Feature| {
-        let ([a, b, c], facet) = (mesh.triangles[f.facet as usize], f.facet);
-        [(a, b), (b, c), (c, a)].map(|(p, q)| (u64::from(p.min(q)) << 32 | u64::from(p.max(q)), facet))
-    };
-    let mut edges: Vec<(u64, u32)> = list.par_iter().flat_map_iter(of_facet).collect();
-    edges.par_sort_unstable();
-    let ends = |key: u64| ((key >> 32) as u32, key as u32);
-    let shared = edges.chunk_by(|a, b| a.0 == b.0).filter_map(|e| {
-        let (&(key, f), &(_, g)) = (e.first()?, e.last()?);
-        (f != g).then(|| (ends(key), (f, g)))
-    });
-    shared.collect()
-}
-
-/// The bent ones of the edges, in the same order.
-fn bent_edges(mesh: &TriangleMesh, side: Side, edges: &[Shared]) -> Vec<BentEdge> {
-    let sign = side.sign();
-    edges
-        .par_iter()
-        .filter_map(|&(ends, (f, g))| {
-            let (m, n) = (mesh.normal(f as usize), mesh.normal(g as usize));
-            let bend = angle(m, n);
-            if bend < 1e-7 {
-                return None;
-            }
-            let (a, b) = (mesh.vertices[ends.0 as usize], mesh.vertices[ends.1 as usize]);
-            // The edge in the direction in which facet f runs along it.
-            let t = mesh.triangles[f as usize];
-            let forward = (0..3).any(|e| t[e] == ends.0 && t[(e + 1) % 3] == ends.1);
-            let along = if forward { sub(b, a) } else { sub(a, b) };
-            let reflex = dot(cross(m, n), along) * sign < 0.0;
-            let axis = scale(unit(add(m, n)), sign);
-            Some(BentEdge {
-                ends,
-                facets: (f, g),
-                bend,
-                reflex,
-                feature: Feature {
-                    corners: [a, b, b],
-                    axis,
-                    spread: 0.5 * bend,
-                    slack: 0.0,
-                    arc: [scale(m, sign), scale(n, sign)],
-                    facet: f.min(g),
-                },
-            })
-        })
-        .collect()
+    fn feature(&self, mesh: &TriangleMesh, sign: f64) -> Feature {
+        let (m, n) = (mesh.normal(self.facets.0 as usize), mesh.normal(self.facets.1 as usize));
+        let (a, b) = (mesh.vertices[self.ends.0 as usize], mesh.vertices[self.ends.1 as usize]);
+        Feature {
+            corners: [a, b, b],
+            axis: scale(unit(add(m, n)), sign),
+            spread: 0.5 * self.angle,
+            slack: 0.0,
+            arc: [scale(m, sign), scale(n, sign)],
+            facet: self.facets.0.min(self.facets.1),
+        }
+    }
 }
 
 /// Vertices whose sharp edges all bend towards the ball: tips of pits (material) or of spikes (void).
-fn vertices(mesh: &TriangleMesh, sharp: &[BentEdge]) -> Vec<Feature> {
-    let mut at: BTreeMap<u32, (bool, Vec<&BentEdge>)> = BTreeMap::new();
-    for e in sharp {
-        for v in [e.ends.0, e.ends.1] {
-            let entry = at.entry(v).or_insert((true, Vec::new()));
-            entry.0 &= e.reflex;
-            entry.1.push(e);
+fn vertices(mesh: &TriangleMesh, sharp: &[&Bend], edges: &[Feature], reflex: &[bool]) -> Vec<Feature> {
+    let mut at: Vec<(u32, usize)> =
+        sharp.iter().enumerate().flat_map(|(i, b)| [(b.ends.0, i), (b.ends.1, i)]).collect();
+    at.par_sort_unstable();
+    let tip = |meeting: &[(u32, usize)]| {
+        let &[(v, first), _, _, ..] = meeting else { return None };
+        if !meeting.iter().all(|(_, i)| reflex[*i]) {
+            return None;
         }
-    }
-    at.into_iter()
-        .filter(|(_, (all_reflex, edges))| *all_reflex && edges.len() >= 3)
-        .filter_map(|(v, (_, edges))| {
-            let axis = unit(edges.iter().fold([0.0; 3], |s, e| add(s, e.feature.axis)));
-            let spread = edges.iter().map(|e| angle(axis, e.feature.axis) + e.feature.spread).fold(0.0, f64::max);
-            let p = mesh.vertices[v as usize];
-            (norm2(axis) > 0.0 && spread < 1.5).then(|| Feature {
-                corners: [p, p, p],
-                axis,
-                spread,
-                slack: 0.0,
-                arc: [axis; 2],
-                facet: edges[0].feature.facet,
-            })
+        let meeting = || meeting.iter().map(|(_, i)| &edges[*i]);
+        let axis = unit(meeting().fold([0.0; 3], |s, e| add(s, e.axis)));
+        let spread = meeting().map(|e| angle(axis, e.axis) + e.spread).fold(0.0, f64::max);
+        let p = mesh.vertices[v as usize];
+        (norm2(axis) > 0.0 && spread < 1.5).then_some(Feature {
+            corners: [p; 3],
+            axis,
+            spread,
+            slack: 0.0,
+            arc: [axis; 2],
+            facet: edges[first].facet,
         })
-        .collect()
+    };
+    at.chunk_by(|a, b| a.0 == b.0).filter_map(tip).collect()
 }
 
 #[cfg(test)]

@@ -19,4 +19,4 @@ mod seek;
 pub mod thickness;
 
 pub use cover::{Cover, Question, Sample, Shape};
-pub use feature::{Features, Side};
+pub use feature::{Bends, Features, Side};
