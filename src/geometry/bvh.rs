@@ -148,6 +148,19 @@ impl Bvh {
         &self.order
     }
 
+    /// Where each primitive below `count` stands in [`Bvh::order`]; at the end, if it is not in the tree.
+    ///
+    /// Work done in this order has its neighbours at hand: what it reads is mostly in the cache already.
+    pub fn ranks(&self, count: usize) -> Vec<u32> {
+        let mut ranks = vec![u32::MAX; count];
+        for (rank, &i) in self.order.iter().enumerate() {
+            if let Some(at) = ranks.get_mut(i as usize) {
+                *at = rank as u32;
+            }
+        }
+        ranks
+    }
+
     /// Calls `visit(run, ball)` for the runs of primitives in leaves that meet an open ball given by centre and radius, nearest boxes
     /// first; `visit` returns the ball to go on with, which has to lie in the one before.
     #[inline]

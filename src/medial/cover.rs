@@ -152,8 +152,11 @@ impl Cover {
     /// Runs on all cores; the result does not depend on their number.
     pub fn search(mesh: &MeshDistance, features: &Features, question: &Question) -> Cover {
         let seek = |feature: usize, budget: u64| Seeker::new(mesh, features, question, budget).seek(feature as u32);
-        let every = (0..features.list.len()).into_par_iter().with_min_len(64);
-        let mut found: Vec<Cover> = every.map(|f| seek(f, FIRST_LOOK)).collect();
+        // In the order of the tree, so that one search finds in the cache what the one before has read.
+        let order = features.tree.order();
+        let first: Vec<Cover> = order.par_iter().with_min_len(64).map(|&f| seek(f as usize, FIRST_LOOK)).collect();
+        let mut found: Vec<Cover> = (0..features.list.len()).map(|_| Cover::default()).collect();
+        order.iter().zip(first).for_each(|(&f, cover)| found[f as usize] = cover);
         // What a look left open shares the rest of the budget; the shares do not depend on the order of work.
         let mut spent: u64 = found.iter().map(|c| c.evaluations).sum();
         let coarse = |c: &Cover| c.unresolved.iter().any(|u| u.extent > question.finest);

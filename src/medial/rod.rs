@@ -126,9 +126,14 @@ impl Search<'_> {
             })
             .map(|f| f as u32)
             .collect();
-        let found: Vec<Section> = places.par_iter().with_min_len(64).filter_map(|&f| self.across(f)).collect();
+        let ranks = self.distance.tree().ranks(self.mesh.triangles.len());
+        let mut in_turn = places.clone();
+        in_turn.par_sort_unstable_by_key(|&f| ranks[f as usize]);
+        let across = |&f: &u32| Some((f, self.across(f)?));
+        let mut found: Vec<(u32, Section)> = in_turn.par_iter().with_min_len(64).filter_map(across).collect();
+        found.sort_unstable_by_key(|(f, _)| *f);
         let mut rods: Vec<Rod> = Vec::new();
-        for section in found {
+        for (_, section) in found {
             if !rods.iter().any(|r| r.holds(section.centre)) {
                 rods.push(self.follow(section));
             }

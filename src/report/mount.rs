@@ -31,7 +31,10 @@ pub fn mount(part: &Part, report: &Report, wanted: &[Wanted], shapes: Vec<ShapeS
     let left_out = part.mesh().triangles.len() - facets.len();
     let pieces = split(part, &facets, wanted);
     let corners: Vec<Vec3> = pieces.iter().flat_map(|p| p.corners).collect();
-    let maps = wanted.iter().map(|(check, map)| surface_map(part, check, map, &pieces)).collect();
+    let ranks = part.distance().tree().ranks(part.mesh().triangles.len());
+    let mut in_turn: Vec<u32> = (0..pieces.len() as u32).collect();
+    in_turn.par_sort_by_key(|&p| ranks[pieces[p as usize].facet]);
+    let maps = wanted.iter().map(|(check, map)| surface_map(part, check, map, (&pieces, &in_turn))).collect();
     Exhibit {
         corners,
         maps,
@@ -126,9 +129,12 @@ fn side_of(kind: MapKind) -> Option<Side> {
     }
 }
 
-fn surface_map(part: &Part, check: &str, map: &MapWanted, pieces: &[Piece]) -> SurfaceMap {
+fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[Piece], &[u32])) -> SurfaceMap {
     let features = side_of(map.kind).map(|side| part.features(side));
-    let values: Vec<[f32; 3]> = pieces.par_iter().map(|p| values_on(part, map, features, p)).collect();
+    let found: Vec<[f32; 3]> =
+        in_turn.par_iter().map(|&p| values_on(part, map, features, &pieces[p as usize])).collect();
+    let mut values = vec![[f32::NAN; 3]; pieces.len()];
+    in_turn.iter().zip(found).for_each(|(&p, found)| values[p as usize] = found);
     SurfaceMap {
         check: check.into(),
         title: map.title.into(),
