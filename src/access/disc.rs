@@ -1,5 +1,7 @@
 //! Digital discs, and the dilation of bit rows by them.
 
+use pulp::Arch;
+
 /// The squares of a lattice that a disc about the middle of one of them takes: half the width of every row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Disc {
@@ -64,58 +66,111 @@ impl Disc {
     }
 
     /// `to` ∪= `from` ⊕ disc, on one layer of `nx` samples a row; what leaves the layer is dropped.
-    pub(super) fn dilate_layer(
-        &self,
-        from: &[u64],
-        to: &mut [u64],
-        nx: usize,
-        row: &mut Vec<u64>,
-        kept: &mut Vec<u64>,
-    ) {
-        let words = nx.div_ceil(64);
-        let rows = from.len() / words;
-        let last = if nx.is_multiple_of(64) { !0 } else { !(!0u64 << (nx % 64)) };
-        for y in (0..rows).filter(|y| from[y * words..(y + 1) * words].iter().any(|&w| w != 0)) {
-            row.clear();
-            row.extend_from_slice(&from[y * words..(y + 1) * words]);
+    ///
+    /// # Cost
+    /// For every row of the disc some ten operations for each word between the first row that is not empty and the last, all rows at once.
+    pub(super) fn dilate_layer(&self, from: &[u64], to: &mut [u64], nx: usize, panel: &mut Panel) {
+        // The same code for the widest vectors of the machine.
+        Arch::new().dispatch(|| {
+            let Some(first) = panel.take(from, nx) else { return };
             let mut width = 0;
             for dy in (0..self.half.len()).rev() {
                 while width < self.half[dy] {
-                    // A set widened by one to each side from a whole run, by more from what is already wide.
-                    let step = self.half[dy] - width;
-                    let by = step.min(63);
-                    widen(row, kept, by);
+                    let by = (self.half[dy] - width).min(63);
+                    panel.widen(by);
                     width += by;
-                    row[words - 1] &= last;
                 }
-                let mut add = |at: usize| {
-                    to[at * words..(at + 1) * words].iter_mut().zip(row.iter()).for_each(|(t, &w)| *t |= w);
-                };
-                if y >= dy {
-                    add(y - dy);
+                if first >= dy {
+                    panel.add(first - dy, 0);
+                } else {
+                    panel.add(0, dy - first);
                 }
-                if dy > 0 && y + dy < rows {
-                    add(y + dy);
+                if dy > 0 {
+                    panel.add(first + dy, 0);
                 }
             }
-        }
+            panel.give(to, nx);
+        });
     }
 }
 
-/// Widens every run of a bit row by `by` samples, at most 63, to both sides.
-fn widen(row: &mut [u64], kept: &mut Vec<u64>, by: usize) {
-    let mut done = 0;
-    while done < by {
-        // What reaches `done` to both sides may be shifted by 2·done + 1 without a gap.
-        let shift = (2 * done + 1).min(by - done);
-        kept.clear();
-        kept.extend_from_slice(row);
-        for w in 0..row.len() {
-            let below = if w > 0 { kept[w - 1] >> (64 - shift) } else { 0 };
-            let above = kept.get(w + 1).map_or(0, |k| k << (64 - shift));
-            row[w] |= kept[w] << shift | below | kept[w] >> shift | above;
+/// The rows of a layer side by side: the first words of all rows, then their second words, and so on.
+#[derive(Debug, Default)]
+pub(super) struct Panel {
+    rows: usize,
+    /// Rows that are widened: from the first that is not empty to the last.
+    filled: usize,
+    wide: Vec<u64>,
+    /// What is gathered, of all rows of the layer.
+    sum: Vec<u64>,
+    /// Words as they were before the step, of the column to the left.
+    before: Vec<u64>,
+    none: Vec<u64>,
+}
+
+impl Panel {
+    /// Takes the rows of a layer; returns the first that is not empty, if there is one.
+    #[inline(always)]
+    fn take(&mut self, from: &[u64], nx: usize) -> Option<usize> {
+        let words = nx.div_ceil(64);
+        let filled = |row: &[u64]| row.iter().any(|&w| w != 0);
+        let first = from.chunks_exact(words).position(filled)?;
+        let last = from.chunks_exact(words).rposition(filled)?;
+        (self.rows, self.filled) = (from.len() / words, last - first + 1);
+        self.wide.clear();
+        for word in 0..words {
+            self.wide.extend(from[first * words..(last + 1) * words].iter().skip(word).step_by(words));
         }
-        done += shift;
+        self.sum.clear();
+        self.sum.resize(words * self.rows, 0);
+        self.none.clear();
+        self.none.resize(self.filled, 0);
+        Some(first)
+    }
+
+    /// Widens every run of every row by `by` samples, at most 63, to both sides.
+    #[inline(always)]
+    fn widen(&mut self, by: usize) {
+        let mut done = 0;
+        while done < by {
+            // What reaches `done` to both sides may be shifted by 2·done + 1 without a gap.
+            let shift = (2 * done + 1).min(by - done);
+            self.before.clear();
+            self.before.resize(self.filled, 0);
+            let mut rest = self.wide.as_mut_slice();
+            while !rest.is_empty() {
+                let (column, after) = rest.split_at_mut(self.filled);
+                let next = if after.is_empty() { &self.none } else { &after[..self.filled] };
+                for ((word, before), next) in column.iter_mut().zip(&mut self.before).zip(next) {
+                    let here = *word;
+                    *word = here | here << shift | here >> shift | *before >> (64 - shift) | next << (64 - shift);
+                    *before = here;
+                }
+                rest = after;
+            }
+            done += shift;
+        }
+    }
+
+    /// Adds the widened rows less the first `left_out` to the sum from row `at` on.
+    #[inline(always)]
+    fn add(&mut self, at: usize, left_out: usize) {
+        for (sum, wide) in self.sum.chunks_exact_mut(self.rows).zip(self.wide.chunks_exact(self.filled)) {
+            let (_, sum) = sum.split_at_mut(at.min(self.rows));
+            let (_, wide) = wide.split_at(left_out.min(self.filled));
+            sum.iter_mut().zip(wide).for_each(|(sum, &wide)| *sum |= wide);
+        }
+    }
+
+    /// Adds the sum to a layer.
+    #[inline(always)]
+    fn give(&self, to: &mut [u64], nx: usize) {
+        let words = nx.div_ceil(64);
+        let last = if nx.is_multiple_of(64) { !0 } else { !(!0u64 << (nx % 64)) };
+        for (word, sum) in self.sum.chunks_exact(self.rows).enumerate() {
+            let kept = if word + 1 == words { last } else { !0 };
+            to.iter_mut().skip(word).step_by(words).zip(sum).for_each(|(to, sum)| *to |= sum & kept);
+        }
     }
 }
 
@@ -148,7 +203,7 @@ mod tests {
             for r in [0.3, 1.0, 4.2, 11.0, 80.0] {
                 let disc = Disc::overlapping(r).unwrap();
                 let mut to = vec![0u64; words * rows];
-                disc.dilate_layer(&from, &mut to, nx, &mut Vec::new(), &mut Vec::new());
+                disc.dilate_layer(&from, &mut to, nx, &mut Panel::default());
                 for y in 0..rows {
                     for x in 0..words * 64 {
                         let near = |&(a, b): &(usize, usize)| {

@@ -1,6 +1,6 @@
 //! A coaxial tool as a stack of digital discs, laid over a set slice by slice.
 
-use super::disc::Disc;
+use super::disc::{Disc, Panel};
 use super::meridian::Meridian;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -123,12 +123,10 @@ impl Stack {
         let mut at = 0;
         while let Some(run) = self.runs.get(at) {
             let mut wide = vec![0u64; layer * nz];
-            let spread = |(scratch, kept): &mut (Vec<u64>, Vec<u64>), (to, from): (&mut [u64], &[u64])| {
-                run.disc.dilate_layer(from, to, nx, scratch, kept);
+            let spread = |panel: &mut Panel, (to, from): (&mut [u64], &[u64])| {
+                run.disc.dilate_layer(from, to, nx, panel);
             };
-            wide.par_chunks_mut(layer)
-                .zip(set.words().par_chunks(layer))
-                .for_each_init(|| (Vec::new(), Vec::new()), spread);
+            wide.par_chunks_mut(layer).zip(set.words().par_chunks(layer)).for_each_init(Panel::default, spread);
             window(&mut wide, layer, run, sense);
             add_window(out.words_mut(), &wide, layer, run.first, sense);
             at += 1;
