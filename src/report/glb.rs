@@ -5,11 +5,11 @@
 //! limits and units stand in the mesh's `extras`. Pictures only: measure on the part, not on this copy.
 
 use super::exhibit::{Exhibit, SurfaceMap};
+use super::joined::Points;
 use super::render::colour::Scale;
 use crate::check::Sense;
-use crate::geometry::vector::{Vec3, bounds, cross, sub};
+use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::Side;
-use rustc_hash::FxHashMap;
 use serde_json::{Value, json};
 
 /// Code of a corner where nothing is measured; measured values are 0 to 65534.
@@ -18,7 +18,7 @@ pub const UNMEASURED: u16 = u16::MAX;
 pub const MAPS: usize = 12;
 
 /// A vertex: three coordinates, then one code for each map.
-type Vertex = [u16; 3 + MAPS];
+pub(super) type Vertex = [u16; 3 + MAPS];
 
 /// How fine a copy is: steps along the longest side of the box, and steps of each map's scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl Detail {
 
 /// Least corner and sides of the box that positions are steps of, and how many steps are used.
 #[derive(Clone, Copy)]
-struct Frame {
+pub(super) struct Frame {
     low: Vec3,
     side: Vec3,
     detail: Detail,
@@ -43,15 +43,20 @@ struct Frame {
 }
 
 impl Frame {
-    fn new(low: Vec3, side: Vec3, detail: Detail) -> Self {
+    pub(super) fn new(low: Vec3, side: Vec3, detail: Detail) -> Self {
         let longest = side.iter().copied().fold(0.0, f64::max);
         let used = side.map(|side| (f64::from(detail.cells) * side / longest).ceil().clamp(1.0, 65535.0));
         Frame { low, side, detail, used }
     }
 
+    /// How fine the copy is.
+    pub(super) fn detail(&self) -> Detail {
+        self.detail
+    }
+
     /// The step of a coordinate, 0 to 65535; in a coarse copy only some steps are used.
     #[inline]
-    fn step(&self, x: f64, axis: usize) -> u16 {
+    pub(super) fn step(&self, x: f64, axis: usize) -> u16 {
         let share = (x - self.low[axis]) / self.side[axis];
         let used = self.used[axis];
         rounded(rounded(share * used) / used * 65535.0).clamp(0.0, 65535.0) as u16
@@ -59,7 +64,7 @@ impl Frame {
 
     /// The step of a value on its scale.
     #[inline]
-    fn code(&self, value: f32, scale: &Scale) -> u16 {
+    pub(super) fn code(&self, value: f32, scale: &Scale) -> u16 {
         if !value.is_finite() {
             return if value == f32::INFINITY { UNMEASURED - 1 } else { UNMEASURED };
         }
@@ -102,12 +107,37 @@ pub fn write(exhibit: &Exhibit) -> Vec<u8> {
 /// # Limits
 /// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
 pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Option<Detail>) -> Vec<u8> {
-    Copy::of(exhibit, detail).with(layers)
+    Copy::of(&Source::of(exhibit), detail).with(layers)
+}
+
+/// What copies of an exhibit of any detail have in common.
+pub struct Source<'a> {
+    exhibit: &'a Exhibit,
+    maps: Vec<(&'a SurfaceMap, Scale)>,
+    /// Least corner and sides of the box of part and layers.
+    frame: (Vec3, Vec3),
+    part: Points,
+    layers: Vec<Points>,
+}
+
+impl<'a> Source<'a> {
+    /// The exhibit made ready.
+    pub fn of(exhibit: &'a Exhibit) -> Self {
+        let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
+        let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
+        Source {
+            exhibit,
+            maps: exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect(),
+            frame: (low, [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9))),
+            part: Points::of(&exhibit.corners),
+            layers: exhibit.layers.iter().map(|l| Points::of(&l.corners)).collect(),
+        }
+    }
 }
 
 /// A copy of the part, to which layers of any detail are added.
 pub struct Copy<'a> {
-    exhibit: &'a Exhibit,
+    source: &'a Source<'a>,
     frame: Frame,
     part: Builder,
     mesh: Value,
@@ -115,25 +145,24 @@ pub struct Copy<'a> {
 
 impl<'a> Copy<'a> {
     /// The part as fine as wanted.
-    pub fn of(exhibit: &'a Exhibit, detail: Detail) -> Self {
-        let maps: Vec<(&SurfaceMap, Scale)> = exhibit.maps.iter().take(MAPS).map(|m| (m, Scale::of(m))).collect();
-        let all = exhibit.layers.iter().flat_map(|l| &l.corners).chain(&exhibit.corners);
-        let (low, high) = bounds(all.copied()).unwrap_or(([0.0; 3], [1.0; 3]));
-        let frame = Frame::new(low, [0, 1, 2].map(|a| (high[a] - low[a]).max(1e-9)), detail);
+    pub fn of(source: &'a Source, detail: Detail) -> Self {
+        let frame = Frame::new(source.frame.0, source.frame.1, detail);
         let mut part = Builder::default();
-        let shape = part.primitive(&exhibit.corners, &maps, frame, 0);
-        let described: Vec<Value> = maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
+        let shape = part.primitive(&source.part, &source.maps, frame, 0);
+        let described: Vec<Value> =
+            source.maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
         let mesh = json!({"primitives": [shape], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}});
-        Copy { exhibit, frame, part, mesh }
+        Copy { source, frame, part, mesh }
     }
 
     /// The bytes of the copy with its layers, or without them.
     pub fn with(&self, layers: Option<Detail>) -> Vec<u8> {
         let (mut to, mut meshes) = (self.part.clone(), vec![self.mesh.clone()]);
-        let drawn = layers.iter().flat_map(|d| self.exhibit.layers.iter().map(move |l| (*d, l)));
-        for (detail, layer) in drawn.filter(|(_, l)| l.corners.len() >= 3) {
+        let all = || self.source.exhibit.layers.iter().zip(&self.source.layers);
+        let drawn = layers.iter().flat_map(|d| all().map(move |l| (*d, l)));
+        for (detail, (layer, points)) in drawn.filter(|(_, (l, _))| l.corners.len() >= 3) {
             let frame = Frame::new(self.frame.low, self.frame.side, detail);
-            let shape = to.primitive(&layer.corners, &[], frame, 1);
+            let shape = to.primitive(points, &[], frame, 1);
             meshes.push(json!({"name": layer.name, "primitives": [shape], "extras": {"title": layer.title}}));
         }
         let document = document(meshes, &to, &self.frame);
@@ -174,8 +203,8 @@ struct Builder {
 
 impl Builder {
     /// Writes facets and their maps; returns the primitive that draws them.
-    fn primitive(&mut self, corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame, material: usize) -> Value {
-        let (vertices, indices) = joined(corners, maps, frame);
+    fn primitive(&mut self, points: &Points, maps: &[(&SurfaceMap, Scale)], frame: Frame, material: usize) -> Value {
+        let (vertices, indices) = points.joined(maps, frame);
         let mut attributes = serde_json::Map::new();
         let start = self.bin.len();
         vertices.iter().for_each(|v| put(&mut self.bin, &[v[0], v[1], v[2], 0]));
@@ -213,74 +242,6 @@ impl Builder {
         self.accessors.push(accessor);
         self.accessors.len() - 1
     }
-}
-
-/// Vertices in the order of first use, and the triangles that use them; triangles without extent are left out.
-///
-/// At full detail corners are joined where place and every map agree. In a coarser copy they are joined where they fall
-/// on one step and face the same way, and carry the worst value of all.
-fn joined(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame) -> (Vec<Vertex>, Vec<u32>) {
-    if frame.detail == Detail::FULL {
-        joined_by(corners, maps, frame, |vertex, _| *vertex)
-    } else {
-        let word = |v: &Vertex, n: usize| u64::from(v[n]) << (16 * n);
-        joined_by(corners, maps, frame, |v, facet| {
-            word(v, 0) | word(v, 1) | word(v, 2) | u64::from(facing(facet)) << 48
-        })
-    }
-}
-
-/// Vertices joined where their keys agree.
-fn joined_by<K: std::hash::Hash + Eq>(
-    corners: &[Vec3],
-    maps: &[(&SurfaceMap, Scale)],
-    frame: Frame,
-    key: impl Fn(&Vertex, &[Vec3]) -> K,
-) -> (Vec<Vertex>, Vec<u32>) {
-    let mut known: FxHashMap<K, u32> = FxHashMap::default();
-    let (mut vertices, mut indices) = (Vec::<Vertex>::new(), Vec::with_capacity(corners.len()));
-    for (f, facet) in corners.chunks_exact(3).enumerate() {
-        let mut triangle = [0u32; 3];
-        for (k, p) in facet.iter().enumerate() {
-            let mut vertex: Vertex = [0; 3 + MAPS];
-            for a in 0..3 {
-                vertex[a] = frame.step(p[a], a);
-            }
-            for (m, (map, scale)) in maps.iter().enumerate() {
-                vertex[3 + m] = frame.code(map.values.get(3 * f + k).copied().unwrap_or(f32::NAN), scale);
-            }
-            triangle[k] = *known.entry(key(&vertex, facet)).or_insert_with(|| {
-                vertices.push(vertex);
-                (vertices.len() - 1) as u32
-            });
-            if let Some(kept) = vertices.get_mut(triangle[k] as usize) {
-                maps.iter()
-                    .enumerate()
-                    .for_each(|(m, (map, _))| kept[3 + m] = worst(kept[3 + m], vertex[3 + m], map.sense));
-            }
-        }
-        if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
-            indices.extend(triangle);
-        }
-    }
-    (vertices, indices)
-}
-
-/// The worse of two codes; a measured one before none.
-fn worst(a: u16, b: u16, sense: Sense) -> u16 {
-    match (a, b, sense) {
-        (UNMEASURED, other, _) | (other, UNMEASURED, _) => other,
-        (a, b, Sense::Min) => a.min(b),
-        (a, b, Sense::Max) => a.max(b),
-    }
-}
-
-/// The axis and side that a facet faces most, 0 to 5.
-fn facing(facet: &[Vec3]) -> u16 {
-    let [a, b, c] = facet else { return 0 };
-    let n = cross(sub(*b, *a), sub(*c, *a));
-    let axis = (0..3).max_by(|&i, &j| n[i].abs().total_cmp(&n[j].abs())).unwrap_or(0);
-    2 * axis as u16 + u16::from(n[axis] < 0.0)
 }
 
 /// The attribute of a check: letters, digits and underscores, as glTF asks of attributes of one's own.

@@ -10,6 +10,7 @@ pub mod conclusion;
 mod exhibit;
 pub mod glb;
 pub mod html;
+mod joined;
 pub mod json;
 pub mod junit;
 pub mod markdown;

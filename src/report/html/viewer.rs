@@ -59,8 +59,9 @@ struct Fitted {
 /// The finest part that fits into its share of `most` bytes and leaves room for layers, with the finest layers that fit beside it;
 /// the finest part alone where there is room for no layers at all.
 fn fitted(c: &Context, most: usize) -> Option<Fitted> {
+    let source = glb::Source::of(c.exhibit);
     let alone = |part: Detail| {
-        let copy = glb::Copy::of(c.exhibit, part);
+        let copy = glb::Copy::of(&source, part);
         let bytes = copy.with(None);
         (copy, bytes)
     };
