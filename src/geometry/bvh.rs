@@ -93,19 +93,6 @@ impl Node {
         let axis = [f64::from(self.axis[0]), f64::from(self.axis[1]), f64::from(self.axis[2])];
         dot(direction, axis) <= bound + 1e-5
     }
-
-    /// Whether a ray `p + s·d`, `0 ≤ s ≤ far`, may meet the box; `inverse` is 1/d per axis.
-    #[inline]
-    fn meets_ray(&self, p: Vec3, inverse: Vec3, far: f64) -> bool {
-        let (mut enter, mut leave) = (0.0f64, far);
-        for a in 0..3 {
-            let (s, t) = ((f64::from(self.lo[a]) - p[a]) * inverse[a], (f64::from(self.hi[a]) - p[a]) * inverse[a]);
-            // `min`/`max` drop a NaN from 0·∞, which leaves the slab open.
-            enter = enter.max(s.min(t));
-            leave = leave.min(s.max(t));
-        }
-        enter <= leave
-    }
 }
 
 /// A bounding volume hierarchy: median splits, boxes rounded outwards to f32.
@@ -170,7 +157,7 @@ impl Bvh {
         mut visit: impl FnMut(Range<usize>, (Vec3, f64)) -> (Vec3, f64),
     ) {
         // A node, its squared distance, and how often the ball had shrunk by then.
-        let mut stack = [(0usize, 0.0f64, 0u32); 96];
+        let mut stack = [(0usize, 0.0f64, 0u32); 64];
         let (mut depth, mut shrunk) = (0, 0u32);
         if let Some(root) = self.nodes.first() {
             stack[0] = (0, root.distance2(ball.0), 0);
@@ -199,36 +186,6 @@ impl Bvh {
                     let next = visit(node.run(), ball);
                     shrunk += u32::from(next != ball);
                     ball = next;
-                }
-            }
-        }
-    }
-
-    /// Calls `visit(primitive)` for every primitive whose box may meet the segment `p + s·d`, `0 ≤ s ≤ far`;
-    /// `visit` returns the new `far`.
-    pub fn along_ray(&self, p: Vec3, d: Vec3, mut far: f64, mut visit: impl FnMut(u32, f64) -> f64) {
-        let inverse = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
-        let mut stack = [0usize; 96];
-        let mut depth = usize::from(!self.nodes.is_empty());
-        while depth > 0 {
-            depth -= 1;
-            let node = &self.nodes[stack[depth]];
-            if !node.meets_ray(p, inverse, far) {
-                continue;
-            }
-            match node.children() {
-                Some([l, r]) => {
-                    for child in [r, l] {
-                        if depth < stack.len() {
-                            stack[depth] = child;
-                            depth += 1;
-                        }
-                    }
-                }
-                None => {
-                    for &primitive in &self.order[node.run()] {
-                        far = visit(primitive, far);
-                    }
                 }
             }
         }

@@ -40,33 +40,37 @@ pub struct MeshDistance {
 impl MeshDistance {
     /// The distances to the facets of a mesh.
     pub fn new(mesh: &TriangleMesh) -> Self {
-        Self::of_facets(mesh, 0..mesh.triangles.len())
+        Self::to_some(mesh, |_| true)
     }
 
     /// The distances to some facets; facets are numbered in the order given.
     pub fn of_facets(mesh: &TriangleMesh, facets: impl IntoIterator<Item = usize>) -> Self {
         let (triangles, normals): (Vec<_>, Vec<_>) =
             facets.into_iter().map(|f| (mesh.corners(f), mesh.normal(f))).unzip();
-        let tree = Bvh::new(&bounds_of(triangles.len(), |f| {
-            let (lo, hi) = bounds(triangles[f]).unwrap_or(([0.0; 3], [0.0; 3]));
-            let spread = if norm2(normals[f]) > 0.0 { 0.0 } else { std::f64::consts::PI };
-            Bounds { lo, hi, axis: normals[f], spread }
-        }));
-        let (leaves, numbers) = leaves(&triangles, &tree);
-        MeshDistance { wide: Wide::over(tree.nodes()), triangles, normals, tree, leaves, numbers }
+        let all: Vec<u32> = (0..triangles.len() as u32).collect();
+        Self::over(triangles, normals, &all)
     }
 
     /// The distances to the facets of a mesh for which `counts` holds; facets keep their numbers.
     pub fn to_some(mesh: &TriangleMesh, counts: impl Fn(usize) -> bool) -> Self {
         let names: Vec<u32> = (0..mesh.triangles.len()).filter(|&f| counts(f)).map(|f| f as u32).collect();
-        let some = Self::of_facets(mesh, names.iter().map(|&f| f as usize));
-        let facets = 0..mesh.triangles.len();
-        MeshDistance {
-            triangles: facets.clone().map(|f| mesh.corners(f)).collect(),
-            normals: facets.map(|f| mesh.normal(f)).collect(),
-            tree: some.tree.renamed(&names),
-            ..some
-        }
+        let (mut triangles, mut normals) = (Vec::new(), Vec::new());
+        let facets = (0..mesh.triangles.len()).into_par_iter();
+        facets.map(|f| (mesh.corners(f), mesh.normal(f))).unzip_into_vecs(&mut triangles, &mut normals);
+        Self::over(triangles, normals, &names)
+    }
+
+    /// The distances to the triangles of these numbers.
+    fn over(triangles: Vec<[Vec3; 3]>, normals: Vec<Vec3>, numbers: &[u32]) -> Self {
+        let tree = Bvh::new(&bounds_of(numbers.len(), |n| {
+            let f = numbers[n] as usize;
+            let (lo, hi) = bounds(triangles[f]).unwrap_or(([0.0; 3], [0.0; 3]));
+            let spread = if norm2(normals[f]) > 0.0 { 0.0 } else { std::f64::consts::PI };
+            Bounds { lo, hi, axis: normals[f], spread }
+        }));
+        let tree = tree.renamed(numbers);
+        let (leaves, numbers) = leaves(&triangles, &tree);
+        MeshDistance { wide: Wide::over(tree.nodes()), triangles, normals, tree, leaves, numbers }
     }
 
     /// The corners of a facet.
@@ -160,12 +164,14 @@ impl MeshDistance {
     /// The first facet met by `p + s·d` for `near < s < far`, with s.
     pub fn first_hit(&self, p: Vec3, d: Vec3, near: f64, far: f64) -> Option<(f64, u32)> {
         let mut found: Option<(f64, u32)> = None;
-        self.tree.along_ray(p, d, far, |f, far| match ray_hit(p, d, self.triangles[f as usize]) {
-            Some(s) if s > near && (s < far || (s == far && found.is_some_and(|(_, g)| f < g))) => {
-                found = Some((s, f));
-                s
-            }
-            _ => far,
+        self.wide.along_ray(p, d, far, |run, far| {
+            self.tree.order()[run].iter().fold(far, |far, &f| match ray_hit(p, d, self.triangles[f as usize]) {
+                Some(s) if s > near && (s < far || (s == far && found.is_some_and(|(_, g)| f < g))) => {
+                    found = Some((s, f));
+                    s
+                }
+                _ => far,
+            })
         });
         found
     }
@@ -342,6 +348,36 @@ mod tests {
             let wanted: Vec<u32> = all.iter().filter(|n| n.distance < radius).map(|n| n.facet).collect();
             assert_eq!(within, wanted);
         }
+    }
+
+    #[test]
+    fn rays_meet_first_what_looking_at_every_facet_says() {
+        let mut random = crate::random::Lcg(12);
+        let on_lattice = |p: Vec3, n: usize| if n.is_multiple_of(2) { p.map(f64::round) } else { p };
+        let facets: Vec<[Vec3; 3]> = (0..600)
+            .map(|n| {
+                let base = random.point(-6.0, 6.0);
+                [0; 3].map(|_| on_lattice(along(base, random.point(-1.0, 1.0), [0.5, 3.0][n % 2]), n))
+            })
+            .collect();
+        let mesh = MeshDistance::new(&TriangleMesh::weld(facets));
+        let mut met = 0;
+        for n in 0..4000 {
+            let p = on_lattice(random.point(-7.0, 7.0), n);
+            let d = match n % 4 {
+                0 => [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [-0.0, 0.0, 1.0]][n / 4 % 3],
+                1 => [0.6, 0.0, 0.8],
+                _ => super::super::vector::unit(random.point(-1.0, 1.0)),
+            };
+            let (near, far) = (0.1 * random.unit(), [0.5, 4.0, f64::INFINITY][n % 3]);
+            let hit =
+                |f: u32| ray_hit(p, d, mesh.triangles[f as usize]).filter(|s| *s > near && *s < far).map(|s| (s, f));
+            let all = (0..mesh.triangles.len() as u32).filter_map(hit);
+            let want = all.min_by(|a, b| a.0.total_cmp(&b.0));
+            assert_eq!(mesh.first_hit(p, d, near, far), want, "{p:?} {d:?}");
+            met += usize::from(want.is_some());
+        }
+        assert!(met > 1000, "{met}");
     }
 
     #[test]
