@@ -92,6 +92,9 @@ pub fn closest_pair_within(s: [Vec3; 3], t: [Vec3; 3], within: f64) -> Option<(V
     (!pair.is_farther_than(within)).then(|| pair.nearest())
 }
 
+/// What squares of distances differ by more than, relative to them and to a square millimetre, is no rounding.
+const SURELY: f64 = 1e-6;
+
 /// Two triangles, and how high the corners of each lie over the plane of the other: cheap bounds come before the nearest points.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
@@ -122,35 +125,51 @@ impl Pair {
 
     /// The nearest points; equal points where the triangles cross.
     pub fn nearest(&self) -> (Vec3, Vec3) {
+        let [s, t] = self.triangles;
+        self.nearest_within(f64::INFINITY).unwrap_or((s[0], t[0]))
+    }
+
+    /// The nearest points, if the square of their distance is below `within2`.
+    ///
+    /// # Cost
+    /// The less, the lower that is: corners too high over the other's plane need no foot on it.
+    pub fn nearest_within(&self, within2: f64) -> Option<(Vec3, Vec3)> {
         let ([s, t], [m, n], [over_t, over_s]) = (self.triangles, self.normals, self.heights);
-        let mut best = (s[0], t[0]);
-        let mut best2 = f64::INFINITY;
-        let mut offer = |p: Vec3, q: Vec3| {
+        let mut best = None;
+        let mut best2 = within2;
+        let offer = |(p, q): (Vec3, Vec3), best: &mut Option<(Vec3, Vec3)>, best2: &mut f64| {
             let d2 = norm2(sub(p, q));
-            if d2 < best2 {
-                best2 = d2;
-                best = (p, q);
+            if d2 < *best2 {
+                (*best, *best2) = (Some((p, q)), d2);
             }
         };
+        let too_high = |height: f64, n2: f64, best2: f64| {
+            let square = height * height;
+            square > best2 * n2 * (1.0 + SURELY) && square > SURELY * n2
+        };
+        let (m2, n2) = (norm2(m), norm2(n));
         // A corner whose foot lies beside the other triangle is nearest to one of its edges.
         for i in 0..3 {
-            if let Some(q) = foot_inside(s[i], t, n, over_t[i]) {
-                offer(s[i], q);
+            if !too_high(over_t[i], n2, best2)
+                && let Some(q) = foot_inside(s[i], t, n, over_t[i])
+            {
+                offer((s[i], q), &mut best, &mut best2);
             }
-            if let Some(p) = foot_inside(t[i], s, m, over_s[i]) {
-                offer(p, t[i]);
+            if !too_high(over_s[i], m2, best2)
+                && let Some(p) = foot_inside(t[i], s, m, over_s[i])
+            {
+                offer((p, t[i]), &mut best, &mut best2);
             }
         }
         for a in edges(&s) {
             for b in edges(&t) {
-                let (p, q) = closest_on_segments(a, b);
-                offer(p, q);
+                offer(closest_on_segments(a, b), &mut best, &mut best2);
             }
         }
         if clear_of(over_t) > 0.0 || clear_of(over_s) > 0.0 {
             return best;
         }
-        self.pierced().map_or(best, |p| (p, p))
+        self.pierced().map(|p| (p, p)).or(best)
     }
 
     /// Where an edge of one passes through the other.

@@ -11,6 +11,7 @@ pub mod cover;
 pub mod crease;
 pub mod feature;
 pub mod map;
+mod reach;
 pub mod refine;
 pub mod reflex;
 pub mod rod;
