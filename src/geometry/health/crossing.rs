@@ -2,8 +2,9 @@
 
 use super::measure::Fault;
 use super::overlap::{Overlap, overlap_of};
+use super::pairs::{leaves, near_pairs};
 use crate::geometry::distance::MeshDistance;
-use crate::geometry::vector::{Vec3, along, bounds, cross, distance, dot, sub, unit};
+use crate::geometry::vector::{Vec3, along, cross, distance, dot, sub, unit};
 use rayon::prelude::*;
 
 /// Two facets that cross, and the segment they have in common.
@@ -72,16 +73,14 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
-    let order = tree.tree().order();
     let square = tolerance * tolerance;
-    let tally = order
-        .par_iter()
-        .with_min_len(256)
-        .map_init(Vec::new, |stack, &f| {
+    // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
+    let tally = leaves(tree)
+        .map_init(Vec::new, |stack, run| {
             let mut found = Tally::default();
-            let Some(extent) = bounds(tree.corners(f)) else { return found };
-            for_overlapping(tree, extent, stack, |g| {
-                if g > f && compared(f, g) {
+            let Some(run) = run else { return found };
+            near_pairs(tree, run, tolerance, stack, |f, g| {
+                if compared(f, g) {
                     let (longest, largest) = (cross_of(tree, f, g, tolerance), overlap_of(tree, f, g, tolerance));
                     found = found.and(Tally {
                         crossings: u64::from(longest.is_some()),
@@ -99,27 +98,6 @@ pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync,
         crossing: Fault { count: tally.crossings, at_mm: tally.longest.map(|c| c.middle) },
         overlapping: Fault { count: tally.overlaps, at_mm: tally.largest.map(|o| o.middle) },
         overlap_mm2: tally.squares as f64 * square,
-    }
-}
-
-/// Visits the facets whose boxes in the tree overlap a box.
-pub(super) fn for_overlapping(
-    tree: &MeshDistance,
-    (lo, hi): (Vec3, Vec3),
-    stack: &mut Vec<usize>,
-    mut visit: impl FnMut(u32),
-) {
-    let (nodes, order) = (tree.tree().nodes(), tree.tree().order());
-    stack.push(0);
-    while let Some(at) = stack.pop() {
-        let Some(node) = nodes.get(at) else { continue };
-        if node.box_distance2(lo, hi) > 0.0 {
-            continue;
-        }
-        match node.children() {
-            Some(children) => stack.extend(children),
-            None => order[node.run()].iter().for_each(|&g| visit(g)),
-        }
     }
 }
 

@@ -12,6 +12,7 @@ mod nesting;
 mod notices;
 mod outward;
 mod overlap;
+mod pairs;
 mod rays;
 mod repair;
 mod shells;

@@ -1,9 +1,9 @@
 //! The winding number on both sides of each facet of a surface.
 
-use super::crossing::for_overlapping;
 use super::edges::EdgeTable;
+use super::pairs::{leaves, near_pairs};
 use crate::geometry::triangle::{closest_pair_within, closest_point};
-use crate::geometry::vector::{Vec3, add, along, bounds, distance, dot, sub, unit};
+use crate::geometry::vector::{Vec3, add, along, distance, dot, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,11 +66,10 @@ impl Sides<'_> {
         let has_area = |f| self.mesh.facet_area(f) > 0.0;
         let near: Vec<AtomicBool> = (0..self.mesh.triangles.len()).map(|f| AtomicBool::new(!has_area(f))).collect();
         // Each pair is looked at once; a mark is only ever set, so that no order matters.
-        tree.tree().order().par_iter().with_min_len(256).for_each_init(Vec::new, |stack, &f| {
-            let Some((lo, hi)) = bounds(self.mesh.corners(f as usize)) else { return };
-            let wide = (lo.map(|x| x - tolerance), hi.map(|x| x + tolerance));
-            for_overlapping(tree, wide, stack, |g| {
-                if g > f && !self.apart(f as usize, g as usize, tolerance) {
+        leaves(tree).for_each_init(Vec::new, |stack, run| {
+            let Some(run) = run else { return };
+            near_pairs(tree, run, tolerance, stack, |f, g| {
+                if !self.apart(f as usize, g as usize, tolerance) {
                     [f, g].iter().for_each(|&n| near[n as usize].store(true, Ordering::Relaxed));
                 }
             });
