@@ -126,14 +126,16 @@ impl Grid {
     }
 
     /// The sample whose cube holds a world position, if it is on the grid.
+    #[inline]
     pub fn sample_at(&self, position_mm: [f64; 3]) -> Option<[usize; 3]> {
         let mut index = [0; 3];
         for (a, &c) in self.continuous_index(position_mm).iter().enumerate() {
-            let rounded = (c + 0.5).floor();
-            if !(rounded >= 0.0 && rounded < self.dims[a] as f64) {
+            // What is not negative is rounded down by being made an integer, without a call of the system's library.
+            let shifted = c + 0.5;
+            if !(shifted >= 0.0 && shifted < self.dims[a] as f64) {
                 return None;
             }
-            index[a] = rounded as usize;
+            index[a] = shifted as usize;
         }
         Some(index)
     }

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::Indicator;
+use pulp::Arch;
 use rayon::prelude::*;
 
 /// Most cells an element may have along x: a window then spans at most two words.
@@ -59,40 +60,48 @@ impl Prism {
     /// O(words·rows of the element), and cells·|B| where the set has a border.
     pub fn placements(&self, set: &Indicator, least: u64) -> Indicator {
         let mut out = Indicator::empty(*set.grid());
-        let [nx, ny, nz] = set.grid().dims();
-        let words = set.words_per_row();
+        let layer = set.words_per_row() * set.grid().dims()[1];
         let least = least.clamp(1, MOST_CELLS) as u8;
-        out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
-            let mut bits = [0u8; 64 + 2 * WIDEST];
-            for j in 0..ny {
-                let rows: Vec<(usize, &[u64])> = (k..(k + self.high).min(nz))
-                    .flat_map(|z| (0..self.runs.len().min(ny - j)).map(move |dy| (dy, set.row(j + dy, z))))
-                    .collect();
-                let truncated = rows.len() < self.runs.len() * self.high;
-                let ends = |w: usize| {
-                    rows.iter().fold((0u64, !0u64), |(any, all), (_, row)| {
-                        let next = row.get(w + 1).copied().unwrap_or(0);
-                        let spill = (1 << WIDEST) - 1;
-                        (any | row[w] | (next & spill), all & row[w] & (next | !spill))
-                    })
-                };
-                for w in 0..words {
-                    let (any, all) = ends(w);
-                    plane[j * words + w] = match (any, all) {
-                        (0, _) => 0,
-                        (_, u64::MAX) if !truncated => !0,
-                        _ => self.count(&rows, w, least, &mut bits),
-                    };
-                }
-                if !nx.is_multiple_of(64) {
-                    plane[(j + 1) * words - 1] &= !(!0u64 << (nx % 64));
-                }
-            }
+        out.words_mut().par_chunks_mut(layer).enumerate().for_each(|(k, plane)| {
+            // The same code for the widest vectors of the machine.
+            Arch::new().dispatch(|| self.place_on_layer(set, least, k, plane));
         });
         out
     }
 
+    #[inline(always)]
+    fn place_on_layer(&self, set: &Indicator, least: u8, k: usize, plane: &mut [u64]) {
+        let [nx, ny, nz] = set.grid().dims();
+        let words = set.words_per_row();
+        let mut bits = [0u8; 64 + 2 * WIDEST];
+        for j in 0..ny {
+            let rows: Vec<(usize, &[u64])> = (k..(k + self.high).min(nz))
+                .flat_map(|z| (0..self.runs.len().min(ny - j)).map(move |dy| (dy, set.row(j + dy, z))))
+                .collect();
+            let truncated = rows.len() < self.runs.len() * self.high;
+            let ends = |w: usize| {
+                rows.iter().fold((0u64, !0u64), |(any, all), (_, row)| {
+                    let next = row.get(w + 1).copied().unwrap_or(0);
+                    let spill = (1 << WIDEST) - 1;
+                    (any | row[w] | (next & spill), all & row[w] & (next | !spill))
+                })
+            };
+            for w in 0..words {
+                let (any, all) = ends(w);
+                plane[j * words + w] = match (any, all) {
+                    (0, _) => 0,
+                    (_, u64::MAX) if !truncated => !0,
+                    _ => self.count(&rows, w, least, &mut bits),
+                };
+            }
+            if !nx.is_multiple_of(64) {
+                plane[(j + 1) * words - 1] &= !(!0u64 << (nx % 64));
+            }
+        }
+    }
+
     /// Bit i: whether the placement at sample `64·w + i` holds at least `least` cells.
+    #[inline(always)]
     fn count(&self, rows: &[(usize, &[u64])], w: usize, least: u8, bits: &mut [u8; 64 + 2 * WIDEST]) -> u64 {
         let mut counts = [0u8; 64];
         for &(dy, row) in rows {
@@ -174,6 +183,7 @@ fn smear(row: &[u64], first: isize, end: isize, target: &mut [u64]) {
 }
 
 /// Each bit of a word as a byte.
+#[inline(always)]
 fn spread(word: u64, out: &mut [u8]) {
     for (byte, eight) in word.to_le_bytes().into_iter().zip(out.chunks_exact_mut(8)) {
         // Eight copies of the byte, one bit kept in each, moved down to 1.
@@ -184,6 +194,7 @@ fn spread(word: u64, out: &mut [u8]) {
 }
 
 /// The first bits of a word as bytes, as many as there is room for.
+#[inline(always)]
 fn spread_few(word: u64, out: &mut [u8]) {
     out.iter_mut().enumerate().for_each(|(i, b)| *b = (word >> i & 1) as u8);
 }
