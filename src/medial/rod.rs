@@ -115,17 +115,18 @@ impl Search<'_> {
     ///
     /// # Cost
     /// A few rays for each place, and the curves of what is found.
-    pub fn run(&self, counts: impl Fn(usize) -> bool) -> Rods {
+    pub fn run(&self, counts: impl Fn(usize) -> bool + Sync) -> Rods {
         let cell = 0.125 * self.wanted.within;
         let mut seen: FxHashMap<([i64; 3], [i8; 3]), ()> = FxHashMap::default();
-        let places: Vec<u32> = (0..self.mesh.triangles.len())
-            .filter(|&f| counts(f) && norm2(self.mesh.area_vector(f)) > 0.0)
-            .filter(|&f| {
-                let at = self.mesh.centroid(f).map(|x| (x / cell).floor() as i64);
-                seen.insert((at, self.mesh.normal(f).map(|x| (2.0 * x).round() as i8)), ()).is_none()
-            })
-            .map(|f| f as u32)
-            .collect();
+        let key = |f: usize| {
+            let at = self.mesh.centroid(f).map(|x| (x / cell).floor() as i64);
+            let counts = counts(f) && norm2(self.mesh.area_vector(f)) > 0.0;
+            counts.then(|| (at, self.mesh.normal(f).map(|x| (2.0 * x).round() as i8)))
+        };
+        let keys: Vec<_> = (0..self.mesh.triangles.len()).into_par_iter().map(key).collect();
+        let keys = keys.into_iter().enumerate();
+        let first = keys.filter_map(|(f, key)| seen.insert(key?, ()).is_none().then_some(f as u32));
+        let places: Vec<u32> = first.collect();
         let ranks = self.distance.tree().ranks(self.mesh.triangles.len());
         let mut in_turn = places.clone();
         in_turn.par_sort_unstable_by_key(|&f| ranks[f as usize]);

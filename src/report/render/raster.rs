@@ -2,6 +2,7 @@
 
 use super::camera::Camera;
 use crate::geometry::vector::Vec3;
+use pulp::Arch;
 
 /// No facet is seen here.
 pub const NOTHING: u32 = u32::MAX;
@@ -42,9 +43,12 @@ impl Raster {
             depth: vec![f32::MIN; width * height],
             covered: vec![[usize::MAX, 0]; height],
         };
-        for (f, c) in corners.chunks_exact(3).enumerate() {
-            raster.throw(f as u32, [camera.project(c[0]), camera.project(c[1]), camera.project(c[2])], faces);
-        }
+        // The same code for the widest vectors of the machine.
+        Arch::new().dispatch(|| {
+            for (f, c) in corners.chunks_exact(3).enumerate() {
+                raster.throw(f as u32, [camera.project(c[0]), camera.project(c[1]), camera.project(c[2])], faces);
+            }
+        });
         raster
     }
 
@@ -57,10 +61,18 @@ impl Raster {
     }
 
     /// One facet by its projected corners.
+    #[inline(always)]
     fn throw(&mut self, f: u32, [a, b, c]: [Vec3; 3], faces: Faces) {
         // The screen's y runs down, so a facet that faces the eye runs clockwise here and has a negative area.
         let twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         if !twice.is_finite() || twice.abs() < 1e-12 || (twice > 0.0 && faces == Faces::Front) {
+            return;
+        }
+        let (left, right) = (a[0].min(b[0]).min(c[0]), a[0].max(b[0]).max(c[0]));
+        let (top, bottom) = (a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]));
+        let rows = (top - 0.5).ceil().max(0.0) as usize
+            ..((bottom - 0.5).floor() + 1.0).clamp(0.0, self.height as f64) as usize;
+        if right < 0.0 || left > self.width as f64 || rows.is_empty() {
             return;
         }
         let [a, b, c] = if twice > 0.0 { [a, b, c] } else { [a, c, b] };
@@ -71,9 +83,6 @@ impl Raster {
             (dab * ac[j] - dac * ab[j]) / twice * if i == 0 { 1.0 } else { -1.0 }
         };
         let (dx, dy) = (slope(0, 1), slope(1, 0));
-        let (top, bottom) = (a[1].min(b[1]).min(c[1]), a[1].max(b[1]).max(c[1]));
-        let rows = (top - 0.5).ceil().max(0.0) as usize
-            ..((bottom - 0.5).floor() + 1.0).clamp(0.0, self.height as f64) as usize;
         for j in rows {
             let y = j as f64 + 0.5;
             let (mut from, mut to) = (0.5, self.width as f64 - 0.5);
@@ -102,7 +111,7 @@ impl Raster {
     }
 
     /// One row of a facet, from a position in storage.
-    #[inline]
+    #[inline(always)]
     fn span(&mut self, start: usize, length: usize, f: u32, z0: f64, dx: f64) {
         let end = start + length;
         let (Some(facets), Some(depths)) = (self.facet.get_mut(start..end), self.depth.get_mut(start..end)) else {
