@@ -141,9 +141,16 @@ impl Part {
         self.notices.iter().map(moved).collect()
     }
 
-    /// Resolution of the file's coordinates, millimetres: what differs by less is equal.
+    /// Resolution of the file's coordinates, millimetres: none is further from what was meant.
     pub fn step(&self) -> f64 {
         self.step
+    }
+
+    /// How far a length may be from what was meant, millimetres: 2√3 steps, since both its ends may be off by one along each axis.
+    ///
+    /// What misses a limit by less meets it, so that a part that was turned before it was written is judged alike.
+    pub fn tie(&self) -> f64 {
+        2.0 * 3f64.sqrt() * self.step
     }
 
     /// Facets of one body that cross each other, or lie on each other, by more than the resolution of the file.

@@ -181,7 +181,7 @@ impl Judge<'_> {
             let width = if kind == "lost" { LAMBDA * self.bead.widest().as_mm() } else { 2.0 * self.spread.as_mm() };
             let found = Sought { part: self.part, process: self.process, context: self.context, side, width }.search();
             measured.spent += found.evaluations;
-            let tie = self.part.step();
+            let tie = self.part.tie();
             let thin = found.sheets(|t| t.diameter < self.least_width(kind, t.direction()) - tie);
             for (rank, detail) in thin.iter().take(PLACES).enumerate() {
                 measured.findings.push(self.finding(&self.place_of(detail), limits, kind, rank < TRIED)?);

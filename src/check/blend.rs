@@ -139,7 +139,7 @@ impl Notches<'_> {
         let longest = chains.first()?;
         let lead = longest.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
         let mut f =
-            Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.step());
+            Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.tie());
         let vertices = chains.iter().flat_map(|c| &c.edges).flat_map(|e| e.ends);
         let extent = bounds(vertices.map(|v| self.part.mesh().vertices[v as usize]))?;
         locate(&mut f, self.part, self.context, lead.middle, extent);
@@ -256,7 +256,7 @@ impl Notches<'_> {
         radii.sort_by(f64::total_cmp);
         let radius = *radii.get(radii.len() / 2)?;
         let bracket = Bracket::new(radius, *radii.first()?, *radii.last()? + 0.01 * self.radius);
-        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.step());
+        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.tie());
         if f.state == State::Pass {
             return None;
         }

@@ -59,7 +59,7 @@ impl Check for LostFeature {
             short(found.finest)
         );
         if let Some(limits) = lost {
-            let gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.step());
+            let gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
             let places = gone.len();
             let judge = Lost { part, context, bead, limits };
             let mut findings = Vec::new();
@@ -84,7 +84,7 @@ impl Check for LostFeature {
         if let Some(limits) = raised {
             let width = rule_width(process, "lost-feature.embossed");
             let fine = found.sheets(|s| {
-                s.diameter < width - part.step() && s.diameter >= bead.width_along(s.direction()).as_mm() - part.step()
+                s.diameter < width - part.tie() && s.diameter >= bead.width_along(s.direction()).as_mm() - part.tie()
             });
             measured.findings.extend(details(part, context, &fine, limits, "embossed-detail"));
         }
@@ -94,7 +94,7 @@ impl Check for LostFeature {
             let sought = Sought { part, process, context, side: Side::Void, width };
             let found = sought.search();
             measured.spent += found.evaluations;
-            let fine = found.sheets(|s| s.diameter < width - part.step() && s.diameter >= fused - part.step());
+            let fine = found.sheets(|s| s.diameter < width - part.tie() && s.diameter >= fused - part.tie());
             measured.findings.extend(details(part, context, &fine, limits, "engraved-detail"));
         }
         measured.cover = covered + ".";
@@ -164,7 +164,7 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
         .map(|d| {
             let t = &d.thinnest;
             let bracket = Bracket::new(t.diameter, d.low, t.diameter);
-            let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, limits, "mm", part.step());
+            let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, limits, "mm", part.tie());
             locate(&mut f, part, context, t.centre, d.extent);
             f.area_mm2 = Some(report_digits(d.area));
             let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(part, p));

@@ -87,7 +87,7 @@ pub fn diameter_finding(
     rod: &Rod,
     limits: Limits,
 ) -> Finding {
-    let tie = rod.narrowest.sagitta() + part.step();
+    let tie = rod.narrowest.sagitta() + part.tie();
     let mut f = Finding::judged(code, kind, Bracket::exact(rod.diameter()), Basis::Exact, limits, "mm", tie);
     let b = bracket(rod).rounded();
     (f.low, f.high) = (b.low, b.high);

@@ -11,13 +11,13 @@ const JOINED: f64 = 2.5;
 
 /// The question that finds everything below `limits` (millimetres): the one all checks share if it holds them.
 pub fn question(part: &Part, process: &Process, context: &Context, side: Side, limits: &[f64]) -> Question {
-    let tie = part.step();
-    let shared = asked(shared_limits(process, side), tie, context);
-    let own = asked(limits.to_vec(), tie, context);
+    let shared = asked(shared_limits(process, side), part, context);
+    let own = asked(limits.to_vec(), part, context);
     if own.limits.iter().all(|l| shared.limits.contains(l)) { shared } else { own }
 }
 
-fn asked(mut limits: Vec<f64>, tie: f64, context: &Context) -> Question {
+fn asked(mut limits: Vec<f64>, part: &Part, context: &Context) -> Question {
+    let tie = part.tie();
     limits.retain(|l| *l > 0.0);
     limits.sort_by(f64::total_cmp);
     limits.dedup();
@@ -28,7 +28,7 @@ fn asked(mut limits: Vec<f64>, tie: f64, context: &Context) -> Question {
         agree: Question::agree_for(widest - tie),
         finest: Question::finest_for(widest - tie),
         limits: limits.into_iter().map(|l| l - tie).collect(),
-        tolerance: 2.0 * tie,
+        tolerance: 2.0 * part.step(),
         // An evaluation visits some sixty-four boxes and facets.
         budget: context.refine / 64,
     }

@@ -4,7 +4,7 @@ use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::search;
-use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
+use super::sheet_shape::{Form, Sheet, parallel_sheet, runs_out, sheet_of};
 use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
 use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
@@ -113,7 +113,7 @@ impl Sheets<'_> {
             .filter(|s| !self.rods.iter().any(|r| r.holds(s.centre)))
             .copied()
             .collect();
-        let tie = self.part.step();
+        let tie = self.part.tie();
         let fail = kind.limits.fail.unwrap_or(0.0) - tie;
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
         let scale = self.part.extent().into_iter().fold(0.0, f64::max).min(warn);
@@ -141,9 +141,10 @@ impl Sheets<'_> {
             .map(|(rank, (sheet, samples))| {
                 let known = sheet.thinnest;
                 let refined = self.refined(q, sheet, &samples, rank);
-                let sheet = if !self.thins_out(&refined.thinnest) {
+                let ends = |s: &Sample| runs_out(s, scale) || self.thins_out(s);
+                let sheet = if !ends(&refined.thinnest) {
                     Some(refined)
-                } else if !self.thins_out(&known) {
+                } else if !ends(&known) {
                     // A sheet that ends in a wedge: what it is before that counts, and what may be thinner stays in the bracket.
                     Some(Sheet { thinnest: known, ..refined })
                 } else {
@@ -232,7 +233,7 @@ impl Sheets<'_> {
         let neck = blunt && sheet.area < s.diameter * s.diameter;
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
-        let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.step());
+        let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());
         if (s.diameter - sheet.low).abs() <= self.part.step() {
             f.basis = Basis::Exact;
         }
@@ -264,7 +265,7 @@ impl Sheets<'_> {
 
     /// Exact clearances between bodies, one finding for each pair.
     fn between(&self, kind: &Kind, cover: &Cover, measured: &mut Measured) {
-        let widest = kind.limits.fail.unwrap_or(0.0).max(kind.limits.warn.unwrap_or(0.0)) - self.part.step();
+        let widest = kind.limits.fail.unwrap_or(0.0).max(kind.limits.warn.unwrap_or(0.0)) - self.part.tie();
         let (touching, apart): (Vec<&BodyPair>, Vec<&BodyPair>) =
             self.part.body_pairs().iter().partition(|p| p.distance <= self.part.step());
         if let Some(first) = touching.first() {
@@ -295,7 +296,7 @@ impl Sheets<'_> {
                 Basis::Exact,
                 kind.limits,
                 "mm",
-                self.part.step(),
+                self.part.tie(),
             );
             let near: Vec<&Sample> = cover
                 .samples
@@ -338,7 +339,7 @@ impl Sheets<'_> {
             n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
         };
         let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
-        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.step());
+        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.tie());
         f.fix = match (below(f.fail), below(f.warn)) {
             (Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
             (Some(limit), None) | (None, Some(limit)) => to(limit),
@@ -356,7 +357,7 @@ impl Sheets<'_> {
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
         let bracket = Bracket { value: worst.low, low: worst.low, high: self.notice().max(worst.low) };
         let mut f =
-            Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.step());
+            Finding::judged(self.code, kind.name, bracket, Basis::Certified, kind.limits, "mm", self.part.tie());
         let extent = bounds(open.iter().map(|u| u.at)).unwrap_or((worst.at, worst.at));
         locate(&mut f, self.part, self.context, worst.at, extent);
         f.kind = format!("{}-undecided", kind.name);

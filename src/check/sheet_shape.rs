@@ -26,9 +26,14 @@ pub struct Sheet {
     pub form: Form,
 }
 
+/// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
+pub fn runs_out(sample: &Sample, scale: f64) -> bool {
+    sample.diameter < RUN_OUT * scale
+}
+
 /// Sums a group up, or says that it is a wedge: `None`.
 pub fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
-    if samples.iter().any(|s| s.low < RUN_OUT * scale) {
+    if samples.iter().any(|s| runs_out(s, scale)) {
         return parallel_sheet(samples, scale);
     }
     summed(&samples.iter().collect::<Vec<_>>())

@@ -110,8 +110,7 @@ fn topple(part: &Part, process: &Process, context: &Context) -> Option<Finding> 
         return None;
     }
     // The section moves by what half a layer and a coordinate step move it; what is within them is on the edge.
-    let mut f =
-        Finding::judged(META.code, "topple", Bracket::exact(depth), Basis::Exact, limits, "mm", 2.0 * part.step());
+    let mut f = Finding::judged(META.code, "topple", Bracket::exact(depth), Basis::Exact, limits, "mm", part.tie());
     if f.state == State::Pass {
         return None;
     }

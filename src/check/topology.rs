@@ -124,7 +124,7 @@ fn without_specks(part: &Part, printed: &AsPrinted) -> Indicator {
 
 /// Bodies that stand nearer than the gap that closes: exact distances, equal passes.
 fn fused(part: &Part, process: &Process) -> Vec<Event> {
-    let least = process.element.closing_gap_mm - part.step();
+    let least = process.element.closing_gap_mm - part.tie();
     let near = part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < least);
     near.map(|p| Event {
         kind: "fused",

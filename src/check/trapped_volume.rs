@@ -149,7 +149,7 @@ impl Judge<'_> {
         let all = vents(self.voids.solid, &order, widest, None)?;
         for (t, vent) in order.iter().zip(all) {
             let mut f =
-                Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.step());
+                Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.tie());
             if f.state == State::Pass {
                 continue;
             }
@@ -192,7 +192,7 @@ impl Judge<'_> {
         order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
         let Some(&narrowest) = order.first() else { return Ok(()) };
         let bracket = narrowest.way_out_mm;
-        let mut f = Finding::judged(META.code, "small-room", bracket, narrowest.basis, limits, "mm", self.part.step());
+        let mut f = Finding::judged(META.code, "small-room", bracket, narrowest.basis, limits, "mm", self.part.tie());
         let sum = self.locate_all(&mut f, &order, |t| t.way_out_mm);
         let [low, high] = [bracket.low, bracket.high].map(hundredths);
         f.message = match order.len() {

@@ -1,10 +1,11 @@
 //! What must not change the answer: turning, moving, the phase of the grid, what stands beside a wall.
 
 use crate::shapes::{about_z, ball, facing};
-use crate::{findings, judge_mesh, process};
+use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::State;
 use amcheck::geometry::{TriangleMesh, cuboid};
+use amcheck::io::stl;
 
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -33,6 +34,25 @@ fn a_wall_measures_the_same_however_it_is_turned_and_moved() {
         let (state, value) = thinnest(wall().transformed(facing(axis), [0.0; 3]), &options);
         assert!(state == State::Fail && (value - 0.24).abs() < 1e-9, "{axis:?}: {value}");
     }
+}
+
+#[test]
+fn a_wall_as_thick_as_the_limit_meets_it_however_it_was_turned_before_it_was_written() {
+    let mut options = Options::new(process("fdm", &["thin-wall=0.8mm,0.8mm"]));
+    options.only = vec!["thin-wall".into()];
+    let mut missed = 0.0f64;
+    for n in 0..24 {
+        // STL holds f32: near 200 mm a coordinate is up to 8e-6 mm off, and both faces of the wall are.
+        let turned = cuboid([0.0; 3], [10.0, 0.8, 8.0]).transformed(about_z(7.3 * f64::from(n)), [190.0, -80.0, 40.0]);
+        let mut bytes = Vec::new();
+        stl::write(&turned, &mut bytes).expect("memory");
+        let report = judge_bytes("wall.stl", &bytes, &options).expect("a report");
+        let check = report.checks.iter().find(|c| c.code == "AM101").expect("in the registry");
+        assert!(check.findings.is_empty(), "{n}: {:?}", check.findings);
+        missed = missed.max(0.8 - check.worst.as_ref().expect("a wall").value);
+    }
+    // Without a tie some would fail.
+    assert!(missed > 1e-6, "{missed}");
 }
 
 #[test]
