@@ -169,7 +169,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
 /// A stage of a run that begins.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stage {
-    /// What it does: `cast`, the name of a check, `mount`; `prepare` and `print` stand before and after.
+    /// What it does: `cast`, the name of a check, `thickness`, `mount`; `prepare` and `print` stand before and after.
     pub name: String,
     /// Its number from 0, and the names of all.
     pub at: usize,
@@ -177,11 +177,12 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// All stages of a run, in order.
-    pub fn all() -> Vec<Stage> {
+    /// All stages of a run with these options, in order.
+    pub fn of(options: &Options) -> Vec<Stage> {
         let checks = CHECKS.iter().map(|c| c.meta().name);
-        let names: Vec<String> =
-            ["prepare", "cast"].into_iter().chain(checks).chain(["mount", "print"]).map(String::from).collect();
+        let mapped = options.thickness.map(|_| "thickness");
+        let names = ["prepare", "cast"].into_iter().chain(checks).chain(mapped).chain(["mount", "print"]);
+        let names: Vec<String> = names.map(String::from).collect();
         names.iter().enumerate().map(|(at, name)| Stage { name: name.clone(), at, names: names.clone() }).collect()
     }
 }
@@ -241,9 +242,12 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
             Ok(())
         })
     })?;
-    let mapped = options
-        .thickness
-        .map(|widest| thickness(part, &options.process, finest(options, Length::mm(grid.h())), widest));
+    let mapped = options.thickness.map(|widest| {
+        told("thickness");
+        let maps = thickness(part, &options.process, finest(options, Length::mm(grid.h())), widest);
+        lap("thickness");
+        maps
+    });
     let (thickness, maps) = mapped.transpose()?.unzip();
     wanted.extend(maps.into_iter().flatten());
     notices.extend(part.doubt());

@@ -53,7 +53,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let folder = out_dir(a, &part);
     let delivery = Delivery::open(&folder)?;
     let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
-    let (weights, stages) = (Weights::of_last_run(&folder), Stage::all());
+    let (weights, stages) = (Weights::of_last_run(&folder), Stage::of(&options));
     let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
     told("prepare");
     let (content, mesh) = loaded(a, &part, &options)?;
