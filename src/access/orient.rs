@@ -6,7 +6,8 @@ use crate::geometry::vector::{Vec3, angle, unit};
 use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    Search, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume, supports,
+    Measuring, Search, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume,
+    supports,
 };
 use crate::process::Process;
 use crate::topology::{Falls, Passage, retained};
@@ -263,12 +264,13 @@ pub fn wanting_support(posed: &TriangleMesh, bounding: impl Fn(usize) -> bool, q
     let plate = 0.5 * q.layer_mm;
     let mut hanging = downward_facets(posed, plate, angle, q.step_mm);
     hanging.retain(|&f| bounding(f as usize));
-    let mut wanted: Vec<u32> =
-        ceilings(posed, &hanging, plate, q.self_holding.ledge_mm.unwrap_or(0.0), Search::Judge, |_| false)
-            .into_iter()
-            .filter(|c| !q.self_holding.holds(c))
-            .flat_map(|c| c.facets)
-            .collect();
+    let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
+    let how = Measuring { plate_z: plate, ledge_mm, step_mm: q.step_mm, search: Search::Judge };
+    let mut wanted: Vec<u32> = ceilings(posed, &hanging, how, &())
+        .into_iter()
+        .filter(|c| !q.self_holding.holds(c))
+        .flat_map(|c| c.facets)
+        .collect();
     wanted.sort_unstable();
     wanted
 }

@@ -25,8 +25,8 @@ static META: Meta = Meta {
           what the layer below grips; the crown of a small hole closes by itself. What is within these limits is no overhang and needs \
           no support: `overhang` and `support` leave it out.",
     how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void, \
-          where it lies on the plate, or on another body. The bridge at a place is the shortest straight line through it, inside the \
-          ceiling, with an anchor at both ends, among lines every 15 degrees and across the longest anchors; the ceiling's span is the greatest \
+          where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
+          ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, and every 15 degrees from the first of them; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: the shortest way to an anchor inside the ceiling counts, round corners \
           where a slit lies between. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \

@@ -2,8 +2,8 @@
 
 use super::contract::limits_of;
 use crate::access::self_holding;
-use crate::geometry::vector::{Vec3, along, sub};
-use crate::layer::{Ceiling, Search, ceilings, downward_facets};
+use crate::geometry::vector::{Vec3, along, bounds, sub};
+use crate::layer::{Ceiling, Ground, Measuring, Search, ceilings, downward_facets, lies_below};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -43,6 +43,37 @@ fn rests(part: &Part, facet: u32, layer_mm: f64) -> bool {
     below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
 }
 
+/// What of the part lies no more than a layer below its own facets.
+struct Below<'a> {
+    part: &'a Part,
+    layer_mm: f64,
+}
+
+impl Ground for Below<'_> {
+    fn holds(&self, facet: u32) -> bool {
+        // What looks up has its own material right below it.
+        let looks_down = self.part.mesh().normal(facet as usize)[2] < 0.0;
+        covered(self.part, facet) || looks_down && rests(self.part, facet, self.layer_mm)
+    }
+
+    fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
+        let (mesh, tie) = (self.part.mesh(), 4.0 * self.part.step());
+        let corners = mesh.corners(facet as usize);
+        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
+        let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
+        let mut found = Vec::new();
+        self.part.distance().tree().in_box(reach, |g| {
+            let carries = g != facet && mesh.normal(g as usize)[2] > 0.0 && self.part.bounds_solid(g as usize);
+            if carries && lies_below(corners, mesh.corners(g as usize), [-tie, self.layer_mm + tie]) {
+                found.push(g);
+            }
+        });
+        // In the order of the facets, whatever the tree.
+        found.sort_unstable();
+        found.into_iter().map(|g| mesh.corners(g as usize)).collect()
+    }
+}
+
 /// Up to this height a layer lies on the plate: half a layer.
 pub fn plate_z(process: &Process) -> f64 {
     0.5 * process.layer_height_mm
@@ -51,10 +82,12 @@ pub fn plate_z(process: &Process) -> f64 {
 /// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
-    let held = |f| covered(part, f) || rests(part, f, process.layer_height_mm);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, ledge];
     part.ceilings(key, || {
-        ceilings(part.mesh(), &hanging(part, process), plate_z(process), ledge, Search::Measure, held)
+        let below = Below { part, layer_mm: process.layer_height_mm };
+        let (plate_z, step_mm) = (plate_z(process), part.step());
+        let how = Measuring { plate_z, ledge_mm: ledge, step_mm, search: Search::Measure };
+        ceilings(part.mesh(), &hanging(part, process), how, &below)
     })
 }
 

@@ -148,6 +148,21 @@ impl Bvh {
         ranks
     }
 
+    /// Visits the items of the leaves whose boxes overlap a box, by its least and greatest corner.
+    ///
+    /// # Cost
+    /// O(log n + items visited).
+    pub fn in_box(&self, (lo, hi): (Vec3, Vec3), mut visit: impl FnMut(u32)) {
+        let mut stack = vec![0];
+        while let Some(at) = stack.pop() {
+            let Some(node) = self.nodes.get(at).filter(|n| n.box_distance2(lo, hi) == 0.0) else { continue };
+            match node.children() {
+                Some(children) => stack.extend(children),
+                None => self.order[node.run()].iter().for_each(|&item| visit(item)),
+            }
+        }
+    }
+
     /// Calls `visit(run, ball)` for the runs of primitives in leaves that meet an open ball given by centre and radius, nearest boxes
     /// first; `visit` returns the ball to go on with, which has to lie in the one before.
     #[inline]

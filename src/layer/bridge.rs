@@ -1,7 +1,9 @@
 //! Overhangs between anchors: bridges, arches and cantilevers.
 
+use super::beneath::{Ground, Resting, left_to_span};
 use super::line::Side;
 use super::plan::{Farthest, Plan, Search, Spans};
+use super::section::Point;
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
@@ -11,6 +13,11 @@ use rustc_hash::FxHashMap;
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// A wall steeper than this (89°) goes straight down.
 const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
+
+/// An arch over upright walls rises by this share of its width, and strands are level that rise by less between their ends.
+const SHALLOW: f64 = 0.05;
+/// The crown of a regular polygon with twelve sides rises by 0.88 of what a circle's does; one whose top is cut flat by less.
+const ROUND: f64 = 0.5;
 
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +29,14 @@ pub struct Ceiling {
     /// Share of the area that is flatter than a ceiling may be.
     pub flat_share: f64,
     pub extent: (Vec3, Vec3),
+    /// Whether strands along the greatest span are level: the ceiling is flat, or slopes only across them, as the underside of a lying
+    /// cylinder between two walls does.
+    pub is_level: bool,
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
     pub bridge: Option<Reach>,
     /// The farthest that material reaches out from its only anchor.
     pub cantilever: Option<Reach>,
-    /// The round passage whose crown this is; `None` for flat ceilings and for cantilevers.
+    /// The round passage whose crown this is; `None` for flat ceilings, for cantilevers and for what does not rise between its anchors.
     pub crown: Option<Crown>,
 }
 
@@ -71,29 +81,35 @@ impl SelfHolding {
             (Some(_), _, _) => false,
             (None, None, _) => self.ledge_mm.is_some(),
             (None, Some(_), Some(c)) => within(c.diameter_mm - c.sagitta_mm, self.crown_mm),
-            (None, Some(b), None) => ceiling.flat_share >= 0.5 && within(b.high_mm, self.bridge_mm),
+            (None, Some(b), None) => ceiling.is_level && within(b.high_mm, self.bridge_mm),
         }
     }
+}
+
+/// How ceilings are measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measuring {
+    /// What lies up to this height lies on the plate.
+    pub plate_z: f64,
+    /// Places so near an anchor hold themselves.
+    pub ledge_mm: f64,
+    /// No coordinate is further from what was meant.
+    pub step_mm: f64,
+    pub search: Search,
 }
 
 /// The ceilings that the facets `hanging` make, joined over common edges.
 ///
 /// The edge to a facet that is not hanging is an anchor where the surface folds towards the void (the dihedral angle of the void is
-/// below 180°: a wall or a self-supporting slope goes down from it), where it lies on the plate, up to `plate_z`, and where the neighbour is
-/// `resting` on another body. All other edges are free. The spans are those of the region's plan
-/// (lines every 15° and across the longest anchors); places within `ledge_mm` of an anchor hold themselves. Ceilings that overlap themselves in
+/// below 180°: a wall or a self-supporting slope goes down from it), where it lies on the plate, up to `plate_z`, and where the `ground` holds
+/// the neighbour. All other edges are free. What rests on the ground beneath spans nothing: it is taken out of the region, and its border
+/// is an anchor. The spans are those of the region's plan, along lines across the longest anchors, along the longest free edges, and every
+/// 15° from the first of them; places within `ledge_mm` of an anchor hold themselves. Ceilings that overlap themselves in
 /// plan, as in a screw, are measured as if they did not.
 ///
 /// # Cost
 /// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary as [`Search`] says.
-pub fn ceilings(
-    mesh: &TriangleMesh,
-    hanging: &[u32],
-    plate_z: f64,
-    ledge_mm: f64,
-    search: Search,
-    resting: impl Fn(u32) -> bool + Sync,
-) -> Vec<Ceiling> {
+pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &impl Ground) -> Vec<Ceiling> {
     let joined = with_slivers(mesh, hanging);
     let boundary = Boundary::of(mesh, &joined);
     let mut members: std::collections::BTreeMap<u32, Vec<usize>> = Default::default();
@@ -101,7 +117,7 @@ pub fn ceilings(
     for &(i, j) in &boundary.inner {
         sets.join(i as u32, j as u32);
     }
-    for i in 0..hanging.len() {
+    for i in 0..joined.len() {
         members.entry(sets.root(i as u32)).or_default().push(i);
     }
     let mut rims: std::collections::BTreeMap<u32, Vec<&Rim>> = Default::default();
@@ -115,7 +131,9 @@ pub fn ceilings(
             // Slivers only carry the boundary on: they come behind the hanging facets.
             let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();
             let rims = rims.get(&of).map_or(&[][..], |r| r);
-            describe(mesh, facets, rims, [plate_z, ledge_mm], search, &resting)
+            let all = members.iter().filter_map(|&i| joined.get(i)).map(|(f, _)| *f);
+            let resting = all.filter_map(|f| Resting::of(f, mesh.corners(f as usize), ground)).collect::<Vec<_>>();
+            describe(mesh, facets, rims, how, (ground, &resting))
         })
         .collect()
 }
@@ -167,8 +185,9 @@ fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
 
 /// An edge between a hanging facet and one that is not.
 struct Rim {
-    /// Place of the hanging facet in the list.
+    /// Place of the hanging facet in the list, and its number.
     member: usize,
+    facet: u32,
     normal: Vec3,
     from: Vec3,
     to: Vec3,
@@ -214,7 +233,14 @@ impl Boundary {
                 boundary.inner.extend(sharing.iter().filter(|&&j| j < i).map(|&j| (j, i)));
                 if sharing.len() == 1 {
                     let [from, to] = [a, b].map(|v| mesh.vertices[v as usize]);
-                    boundary.rims.push(Rim { member: i, normal, from, to, neighbour: others.get(&key).copied() });
+                    boundary.rims.push(Rim {
+                        member: i,
+                        facet: f,
+                        normal,
+                        from,
+                        to,
+                        neighbour: others.get(&key).copied(),
+                    });
                 }
             }
         }
@@ -231,9 +257,8 @@ fn describe(
     mesh: &TriangleMesh,
     facets: Vec<u32>,
     rims: &[&Rim],
-    [plate_z, ledge_mm]: [f64; 2],
-    search: Search,
-    resting: &impl Fn(u32) -> bool,
+    how: Measuring,
+    (ground, resting): (&impl Ground, &[Resting]),
 ) -> Option<Ceiling> {
     let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
     let area = |f: &u32| mesh.facet_area(*f as usize);
@@ -246,33 +271,31 @@ fn describe(
         if let Some(g) = folded {
             next = next.min(slope(mesh, g));
         }
-        let on_plate = rim.from[2].max(rim.to[2]) <= plate_z;
-        let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(resting);
+        let on_plate = rim.from[2].max(rim.to[2]) <= how.plate_z;
+        let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(|g| ground.holds(g));
         let plan = |p: Vec3| [p[0], p[1]];
-        sides.push(Side { from: plan(rim.from), to: plan(rim.to), anchored });
+        sides.push((rim.facet, Side { from: plan(rim.from), to: plan(rim.to), anchored }));
     }
+    let sides = left_to_span(&sides, resting);
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
-    let small = diagonal <= ledge_mm && sides.iter().any(|s| s.anchored);
-    let spans =
-        if small { Spans::default() } else { Plan::new(sides).map(|p| p.spans(ledge_mm, search)).unwrap_or_default() };
+    let small = diagonal <= how.ledge_mm && sides.iter().any(|s| s.anchored);
+    let spans = if small {
+        Spans::default()
+    } else {
+        Plan::new(sides, how.step_mm).map(|p| p.spans(how.ledge_mm, how.search)).unwrap_or_default()
+    };
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
-    let lift = |f: Farthest| reach(mesh, &facets, f);
+    let [bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(|f| reach(mesh, &facets, f)));
     let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
-    let crown = match (spans.bridge, spans.cantilever) {
-        // The border of the crown is the corner between the last facet that hangs and the first that does not.
-        (Some(b), None) if flat_share < 0.5 && steepest > FLAT => {
-            let outer = next.clamp(steepest, 0.5 * std::f64::consts::PI);
-            let upright = outer > UPRIGHT;
-            let (middle, least) = if upright { (outer, outer) } else { (0.5 * (outer + steepest), steepest) };
-            let diameter_mm = b.low / middle.sin();
-            let sagitta_mm = if upright { 0.0 } else { diameter_mm * (1.0 - (0.5 * (outer - steepest)).cos()) };
-            Some(Crown { diameter_mm, low_mm: b.low / outer.sin(), high_mm: b.high / least.sin(), sagitta_mm })
-        }
+    let flat = flat_share >= 0.5;
+    let rise = bridge.map_or(0.0, |b| rise(mesh, &facets, b.ends));
+    let crown = match (bridge, cantilever) {
+        (Some(b), None) if !flat && steepest > FLAT => crown_over(b, rise, steepest, next),
         _ => None,
     };
-    let (bridge, cantilever) = (spans.bridge.map(lift), spans.cantilever.map(lift));
-    Some(Ceiling { area_mm2, flat_share, extent, bridge, cantilever, crown, facets })
+    let is_level = flat || bridge.is_some_and(|b| rise.abs() <= SHALLOW * b.low_mm);
+    Some(Ceiling { area_mm2, flat_share, extent, is_level, bridge, cantilever, crown, facets })
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.
@@ -288,23 +311,52 @@ fn folds_to_void(mesh: &TriangleMesh, rim: &Rim, neighbour: u32) -> bool {
 
 /// A length in plan as one on the ceiling: heights are those of the facets above the points.
 fn reach(mesh: &TriangleMesh, facets: &[u32], f: Farthest) -> Reach {
-    let height = |p: [f64; 2]| {
-        let over = |f: &&u32| {
-            let [a, b, c] = mesh.corners(**f as usize);
-            let turn = |a: Vec3, b: Vec3| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-            let signs = [turn(a, b), turn(b, c), turn(c, a)];
-            // A point on the boundary may lie a rounding beside it.
-            let tie = 1e-9 * (1.0 + norm(sub(b, a)) * norm(sub(c, a)));
-            signs.iter().all(|s| *s >= -tie) || signs.iter().all(|s| *s <= tie)
-        };
-        let on = |f: &u32| {
-            let (n, a) = (mesh.area_vector(*f as usize), mesh.corners(*f as usize)[0]);
-            a[2] - (n[0] * (p[0] - a[0]) + n[1] * (p[1] - a[1])) / n[2]
-        };
-        let lowest = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
-        [p[0], p[1], facets.iter().find(over).map_or(lowest, on)]
+    let lift = |p: Point| lifted(mesh, facets, p);
+    Reach { low_mm: f.low, high_mm: f.high, at: lift(f.at), ends: f.ends.map(lift) }
+}
+
+/// The point of the facets above a place; at the height of the lowest of them where none is.
+fn lifted(mesh: &TriangleMesh, facets: &[u32], p: Point) -> Vec3 {
+    let over = |f: &&u32| {
+        let [a, b, c] = mesh.corners(**f as usize);
+        let turn = |a: Vec3, b: Vec3| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+        let signs = [turn(a, b), turn(b, c), turn(c, a)];
+        // A point on the boundary may lie a rounding beside it.
+        let tie = 1e-9 * (1.0 + norm(sub(b, a)) * norm(sub(c, a)));
+        signs.iter().all(|s| *s >= -tie) || signs.iter().all(|s| *s <= tie)
     };
-    Reach { low_mm: f.low, high_mm: f.high, at: height(f.at), ends: f.ends.map(height) }
+    let on = |f: &u32| {
+        let (n, a) = (mesh.area_vector(*f as usize), mesh.corners(*f as usize)[0]);
+        a[2] - (n[0] * (p[0] - a[0]) + n[1] * (p[1] - a[1])) / n[2]
+    };
+    let lowest = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
+    [p[0], p[1], facets.iter().find(over).map_or(lowest, on)]
+}
+
+/// How far the facets above the middle between two points lie above them.
+fn rise(mesh: &TriangleMesh, facets: &[u32], [from, to]: [Vec3; 2]) -> f64 {
+    let middle = lifted(mesh, facets, [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])]);
+    middle[2] - 0.5 * (from[2] + to[2])
+}
+
+/// The round passage that a span is the chord of, if the ceiling rises between its ends as a crown does: the slopes of its facets are at
+/// most `steepest`, and the surface goes on at a slope of `next`.
+fn crown_over(span: Reach, rise: f64, steepest: f64, next: f64) -> Option<Crown> {
+    // The border of the crown is the corner between the last facet that hangs and the first that does not.
+    let outer = next.clamp(steepest, 0.5 * std::f64::consts::PI);
+    let upright = outer > UPRIGHT;
+    let (middle, least) = if upright { (outer, outer) } else { (0.5 * (outer + steepest), steepest) };
+    let diameter_mm = span.low_mm / middle.sin();
+    let sagitta_mm = if upright { 0.0 } else { diameter_mm * (1.0 - (0.5 * (outer - steepest)).cos()) };
+    let round = 0.5 * diameter_mm * (1.0 - middle.cos());
+    // Any arch over upright walls is one; one that goes on at a slope is round.
+    let expected = if upright { SHALLOW * span.low_mm } else { ROUND * round };
+    (rise >= expected).then(|| Crown {
+        diameter_mm,
+        low_mm: span.low_mm / outer.sin(),
+        high_mm: span.high_mm / least.sin(),
+        sagitta_mm,
+    })
 }
 
 #[cfg(test)]
@@ -316,7 +368,8 @@ mod tests {
 
     fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
         let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
-        ceilings(mesh, &hanging, 1e-4, ledge, Search::Measure, |_| false)
+        let how = Measuring { plate_z: 1e-4, ledge_mm: ledge, step_mm: 1e-9, search: Search::Measure };
+        ceilings(mesh, &hanging, how, &())
     }
 
     fn turned(mesh: &TriangleMesh, turn: f64) -> TriangleMesh {
@@ -387,6 +440,33 @@ mod tests {
         let Crown { diameter_mm, low_mm: low, high_mm: high, sagitta_mm } = all[0].crown.unwrap();
         assert!(low <= 5.0 + 1e-9 && 5.0 <= high + 1e-9 && high - low < 2.5, "{low} {high}");
         assert!((diameter_mm - 5.0).abs() <= sagitta_mm + 1e-9, "{diameter_mm} {sagitta_mm}");
+    }
+
+    #[test]
+    fn the_underside_of_a_lying_cylinder_between_walls_is_bridged_layer_by_layer() {
+        let at = |i: i32, y: f64, low: bool| {
+            let (s, c) = (f64::from(i) * 14.4f64.to_radians()).sin_cos();
+            [5.0 * s, y, if low { 0.0 } else { 9.0 - 5.0 * c }]
+        };
+        let mut facets = Vec::new();
+        for i in -3..3 {
+            let quads = [
+                [at(i, 0.0, false), at(i, 3.5, false), at(i + 1, 3.5, false), at(i + 1, 0.0, false)],
+                [at(i, 0.0, true), at(i, 0.0, false), at(i + 1, 0.0, false), at(i + 1, 0.0, true)],
+                [at(i, 3.5, false), at(i, 3.5, true), at(i + 1, 3.5, true), at(i + 1, 3.5, false)],
+            ];
+            facets.extend(quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]));
+        }
+        for turn in [0.0, 0.4, 2.0] {
+            let all = found(&turned(&TriangleMesh::weld(facets.clone()), turn), 0.4);
+            assert_eq!(all.len(), 1, "{all:?}");
+            let span = all[0].bridge.unwrap();
+            assert!(span.low_mm <= 3.5 + 1e-9 && 3.5 <= span.high_mm + 1e-9 && span.high_mm < 3.6, "{span:?}");
+            assert!(all[0].is_level && all[0].crown.is_none() && all[0].flat_share < 0.5, "{all:?}");
+            let holding =
+                |bridge: f64| SelfHolding { bridge_mm: Some(bridge), crown_mm: Some(9.0), ..SelfHolding::default() };
+            assert!(holding(4.0).holds(&all[0]) && !holding(3.0).holds(&all[0]));
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a layer rests on: downward surface, islands, bridges, supports, pillars; sections, sight and liquid by layers.
 
+mod beneath;
 mod bridge;
 mod column;
 mod downward;
@@ -12,7 +13,8 @@ mod support;
 mod tall;
 mod walk;
 
-pub use bridge::{Ceiling, Crown, Reach, SelfHolding, ceilings};
+pub use beneath::{Ground, lies_below};
+pub use bridge::{Ceiling, Crown, Measuring, Reach, SelfHolding, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};

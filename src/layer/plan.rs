@@ -60,6 +60,8 @@ pub struct Plan {
     around: f64,
     /// Area, positive where the region lies left of its sides.
     area: f64,
+    /// What is narrower is not seen.
+    tiny: f64,
     ways: OnceCell<Ways>,
 }
 
@@ -79,16 +81,21 @@ enum Centre {
     Inside(f64),
 }
 
-/// Lines are tried every 15°, and across the longest anchored sides.
+/// Lines are tried every 15°, counted from the direction that most of the boundary asks for.
 const TURNS: usize = 12;
-/// Sides whose directions are tried as well, the longest first.
-const LONG_SIDES: usize = 8;
+/// Directions that the boundary asks for: across anchored sides and along free ones, those of the greatest length first.
+const ASKED: usize = 8;
+/// Directions that differ by less are one, radians.
+const ALIKE: f64 = 1e-3;
+/// Two sides along which strands run may each be off by a step at both ends along both axes: a strip between a strand and a side that is
+/// narrower than so many steps is none.
+const UNTOLD: f64 = 8.0;
 /// A bracket narrower than this share of its value is left as it is.
 const CLOSE: f64 = 0.01;
 
 impl Plan {
-    /// A region from its boundary; `None` without sides or extent.
-    pub fn new(sides: Vec<Side>) -> Option<Self> {
+    /// A region from its boundary, whose coordinates are within `step` of what was meant; `None` without sides or extent.
+    pub fn new(sides: Vec<Side>, step: f64) -> Option<Self> {
         let points = || sides.iter().flat_map(|s| [s.from, s.to]);
         let lo = points().fold([f64::INFINITY; 2], |m, p| [m[0].min(p[0]), m[1].min(p[1])]);
         let hi = points().fold([f64::NEG_INFINITY; 2], |m, p| [m[0].max(p[0]), m[1].max(p[1])]);
@@ -96,31 +103,21 @@ impl Plan {
         if !(extent > 0.0 && extent.is_finite()) {
             return None;
         }
-        let mut long: Vec<(f64, Point)> = sides
-            .iter()
-            .map(|s| (length(s.from, s.to), s))
-            .filter(|(l, s)| *l > 0.0 && s.anchored)
-            .map(|(l, s)| (l, [(s.to[1] - s.from[1]) / l, (s.from[0] - s.to[0]) / l]))
-            .collect();
-        long.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut lines: Vec<Point> = Vec::new();
-        let turns = (0..TURNS).map(|n| (std::f64::consts::PI * n as f64 / TURNS as f64).sin_cos()).map(|(s, c)| [c, s]);
-        for d in long.into_iter().take(LONG_SIDES).map(|(_, d)| d).chain(turns) {
-            if lines.iter().all(|e| (d[0] * e[1] - d[1] * e[0]).abs() > 1e-6) {
-                lines.push(d);
-            }
-        }
+        let lines = lines(&sides);
         let turned = |s: &Side| (s.from[0] - lo[0]) * (s.to[1] - lo[1]) - (s.from[1] - lo[1]) * (s.to[0] - lo[0]);
         let area = 0.5 * sides.iter().map(turned).sum::<f64>();
         let around = sides.iter().map(|s| length(s.from, s.to)).sum();
-        Some(Plan { sides, lines, lo, extent, around, area, ways: OnceCell::new() })
+        let tiny = (1e-9 * extent).max(UNTOLD * step);
+        Some(Plan { sides, lines, lo, extent, around, area, tiny, ways: OnceCell::new() })
     }
 
     /// The spans of the region; places within `ledge` of an anchor need none and are left out.
     ///
     /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
-    /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: every 15° and across the
-    /// longest anchored sides. Branch and bound over squares: a square's bound is the longest chord of all lines that meet
+    /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: across anchored sides and
+    /// along free ones, those of the greatest length, and every 15° from the first of them. What is narrower than a few steps of the
+    /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
+    /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
     /// The cantilever at x is the shortest way from x to an anchored side inside the region: straight, or by corners whose shortest
@@ -179,7 +176,8 @@ impl Plan {
         let walk = self.walk(x);
         // Nobody walks farther inside the region than along its whole boundary.
         let most = walk.map_or(f64::INFINITY, |w| w.most).min(self.around);
-        if most <= ledge {
+        // Lines along a side may or may not meet the anchors at its ends: a place on it shows nothing that no place beside it shows.
+        if most <= ledge || self.sides.iter().any(|s| length(x, foot(x, s)) <= self.tiny) {
             return Centre::Inside(most);
         }
         let mut shortest: Option<(f64, [Point; 2])> = None;
@@ -239,7 +237,7 @@ impl Plan {
     /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
     /// anchored; then how many sides lines were held against.
     fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool, usize) {
-        let tiny = 1e-9 * self.extent;
+        let tiny = self.tiny;
         // Only sides that reach into the strip are met by its lines.
         let turned = self.sides.iter().map(|s| Turned::new(s, x, d));
         let mut local: Vec<Turned> = turned.filter(|s| s.lo() <= reach + tiny && s.hi() >= -reach - tiny).collect();
@@ -307,6 +305,37 @@ impl Plan {
     }
 }
 
+/// The directions of the lines that are tried: those that the boundary asks for, and turns from the first of them.
+fn lines(sides: &[Side]) -> Vec<Point> {
+    let asked = |s: &Side| {
+        let l = length(s.from, s.to);
+        let d = [(s.to[0] - s.from[0]) / l, (s.to[1] - s.from[1]) / l];
+        let d = if s.anchored { [d[1], -d[0]] } else { d };
+        let angle = d[1].atan2(d[0]).rem_euclid(std::f64::consts::PI);
+        // Just below half a turn is just above none.
+        let angle = if angle > std::f64::consts::PI - ALIKE { angle - std::f64::consts::PI } else { angle };
+        (l > 0.0).then_some((angle, l, d))
+    };
+    let mut all: Vec<(f64, f64, Point)> = sides.iter().filter_map(asked).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let of_group = |g: &[(f64, f64, Point)]| {
+        let longest = g.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((longest.2, g.iter().map(|(_, l, _)| l).sum::<f64>()))
+    };
+    let mut groups: Vec<(Point, f64)> = all.chunk_by(|a, b| b.0 - a.0 < ALIKE).filter_map(of_group).collect();
+    groups.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let first = groups.first().map_or([1.0, 0.0], |g| g.0);
+    let turns = (0..TURNS).map(|n| (std::f64::consts::PI * n as f64 / TURNS as f64).sin_cos());
+    let turns = turns.map(|(s, c)| [c * first[0] - s * first[1], s * first[0] + c * first[1]]);
+    let mut lines: Vec<Point> = Vec::new();
+    for d in groups.iter().take(ASKED).map(|g| g.0).chain(turns) {
+        if lines.iter().all(|e| (d[0] * e[1] - d[1] * e[0]).abs() > 1e-6) {
+            lines.push(d);
+        }
+    }
+    lines
+}
+
 /// A length with the bound of all squares; one that no sample showed, but that is not ruled out, has a low of 0.
 fn raised(found: Option<Farthest>, high: f64, least: f64, at: Point) -> Option<Farthest> {
     match found {
@@ -347,7 +376,7 @@ mod tests {
                 anchored: anchored[i % anchored.len()],
             })
             .collect();
-        Plan::new(sides).unwrap()
+        Plan::new(sides, 1e-9).unwrap()
     }
 
     fn rectangle(a: f64, b: f64) -> [Point; 4] {
@@ -380,6 +409,33 @@ mod tests {
             assert_eq!(spans.bridge, None);
             holds(spans.cantilever, a, 0.05);
             assert!(held(&[true]).cantilever.is_none());
+        }
+    }
+
+    #[test]
+    fn a_region_that_was_turned_before_it_was_written_has_the_same_spans() {
+        // A comb of two teeth between anchors, wider than long, and a long narrow strip held at its ends.
+        let comb = [[0.0, 0.0], [9.0, 0.0], [9.0, 4.0], [6.0, 4.0], [6.0, 1.0], [3.0, 1.0], [3.0, 4.0], [0.0, 4.0]];
+        let comb_held = [false, false, true, false, true, false, true, false].map(|held| !held);
+        let strip = rectangle(40.0, 1.5);
+        let step = f64::powi(2.0, -24) * 200.0;
+        for n in 0..60 {
+            let (turn, shift) = (0.11 * f64::from(n), [120.0, -77.0]);
+            let written = |p: Point| p.map(|c| f64::from(c as f32));
+            let spans = |corners: &[Point], held: &[bool]| {
+                let sides = region(corners, held, turn, shift).sides;
+                let sides = sides.into_iter().map(|s| Side { from: written(s.from), to: written(s.to), ..s });
+                Plan::new(sides.collect(), step).unwrap().spans(0.0, Search::Measure)
+            };
+            let found = spans(&strip, &[false, true]);
+            holds(found.bridge, 40.0, 1e-5);
+            assert_eq!(found.cantilever, None, "{n}");
+            let (found, plain) =
+                (spans(&comb, &comb_held), region(&comb, &comb_held, 0.0, [0.0; 2]).spans(0.0, Search::Measure));
+            let value = |f: Option<Farthest>| f.map(|f| (1e3 * f.low).round());
+            assert_eq!(found.cantilever.is_some(), plain.cantilever.is_some(), "{n}");
+            let lengths = [found.bridge, plain.bridge].map(value);
+            assert!(lengths[0].zip(lengths[1]).is_none_or(|(a, b)| (a - b).abs() <= 0.05 * b), "{n}: {lengths:?}");
         }
     }
 

@@ -131,3 +131,33 @@ fn nothing_that_is_no_part_passes() {
         );
     }
 }
+
+#[test]
+fn a_ceiling_that_rests_on_another_body_in_part_spans_only_what_is_left() {
+    // An arm of 10 × 8 mm at z = 20, held on its left; under it a block one layer lower, from 6 mm on.
+    let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 20.0], [14.0, 20.0], [14.0, 24.0], [0.0, 24.0]];
+    let arm = extruded(&outline, &ears(&outline), 8.0);
+    let mut options = Options::new(process("fdm", &["bridge.ledge=0.5mm"]));
+    options.only = vec!["bridge".into()];
+    let spans = |mesh: TriangleMesh| -> Vec<(String, f64, f64)> {
+        let report = judge_mesh(mesh, &options);
+        findings(&report, "AM203").iter().map(|f| (f.kind.clone(), f.low, f.high)).collect()
+    };
+    let holds = |found: &[(String, f64, f64)], kind: &str, truth: f64| {
+        found.len() == 1
+            && found
+                .iter()
+                .all(|(k, low, high)| k == kind && *low <= truth && truth <= *high && high - low < 0.05 * truth)
+    };
+    let alone = spans(arm.clone());
+    assert!(holds(&alone, "ledge", 10.0), "{alone:?}");
+    // Beneath the far end, with what reaches beyond it: what is left is held on both sides, and a bridge of 6 mm is none too long.
+    let held = spans(arm.clone().joined(&cuboid([10.0, -3.0, 0.0], [17.0, 11.0, 19.8])));
+    assert!(held.is_empty(), "{held:?}");
+    // Beside the column: 4 mm are left.
+    let near = spans(arm.clone().joined(&cuboid([4.5, -3.0, 0.0], [10.0, 11.0, 19.8])));
+    assert!(holds(&near, "ledge", 4.0), "{near:?}");
+    // Two layers lower it holds nothing.
+    let low = spans(arm.joined(&cuboid([10.0, -3.0, 0.0], [17.0, 11.0, 19.6])));
+    assert!(holds(&low, "ledge", 10.0), "{low:?}");
+}

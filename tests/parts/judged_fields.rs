@@ -48,9 +48,7 @@ fn matches(row: &Row, f: &Finding) -> bool {
 fn every_finding_of_the_field_checks_was_judged_and_is_true() {
     let rows = rows();
     assert!(rows.iter().all(|r| r.judged.is_finite()), "a row without a measure");
-    // One ledge is longer than it is: it rests on another body over most of its width.
-    let known: Vec<&str> = rows.iter().filter(|r| r.verdict == "false").map(|r| r.part.as_str()).collect();
-    assert_eq!(known, ["voron0_x_carriage_support.stl"]);
+    assert!(rows.iter().all(|r| r.verdict != "false"), "a finding known to be false");
     let Some(folder) = crate::models::corpus() else { return };
     let mut checks: Vec<String> = rows.iter().map(|r| r.check.clone()).collect();
     checks.extend(["AM102", "AM302", "AM401", "AM601"].map(String::from));

@@ -1,0 +1,311 @@
+//! What a ceiling rests on from below, and what of it is left to span.
+
+use super::line::Side;
+use super::section::Point;
+use crate::geometry::vector::Vec3;
+use rustc_hash::FxHashMap;
+
+/// What holds hanging facets up that is no neighbour of theirs.
+pub trait Ground: Sync {
+    /// Whether all of a facet rests on something, so that what adjoins it is held.
+    fn holds(&self, facet: u32) -> bool;
+
+    /// The triangles closely below a facet on which a part of it rests.
+    fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]>;
+}
+
+/// Nothing but neighbours.
+impl Ground for () {
+    fn holds(&self, _: u32) -> bool {
+        false
+    }
+
+    fn beneath(&self, _: u32) -> Vec<[Vec3; 3]> {
+        Vec::new()
+    }
+}
+
+/// Whether a triangle lies below a facet, on some area in plan, everywhere there by a height within the limits.
+///
+/// { (x, y) : in both in plan }: its corners are those of a convex polygon, and the height between two planes is greatest and least at corners.
+pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2]) -> bool {
+    let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return false };
+    let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return false };
+    let mut polygon: Vec<Point> = under.map(in_plan).to_vec();
+    for n in 0..3 {
+        polygon = kept_left(&polygon, over[n], over[(n + 1) % 3]);
+    }
+    let turned = |w: &[Point]| match w {
+        [a, b] => cross(*a, *b),
+        _ => 0.0,
+    };
+    let origin = polygon.first().copied().unwrap_or_default();
+    let own: Vec<Point> = polygon.iter().map(|p| [p[0] - origin[0], p[1] - origin[1]]).collect();
+    let area = 0.5 * own.windows(2).map(turned).sum::<f64>();
+    let sides = own.iter().fold(0.0f64, |m, p| m.max(p[0].hypot(p[1])));
+    let gap = |p: &Point| plane.height(*p) - ground.height(*p);
+    area.abs() > 1e-9 * sides * sides && polygon.iter().map(gap).all(|g| least <= g && g <= most)
+}
+
+/// A plane that is not upright, as a height over each place.
+struct Plane {
+    at: Vec3,
+    slope: Point,
+}
+
+impl Plane {
+    fn of([a, b, c]: [Vec3; 3]) -> Option<Self> {
+        let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let (du, dv, area) = (b[2] - a[2], c[2] - a[2], cross(u, v));
+        (area != 0.0).then(|| Plane { at: a, slope: [(du * v[1] - dv * u[1]) / area, (dv * u[0] - du * v[0]) / area] })
+    }
+
+    fn height(&self, p: Point) -> f64 {
+        self.at[2] + self.slope[0] * (p[0] - self.at[0]) + self.slope[1] * (p[1] - self.at[1])
+    }
+}
+
+/// A hanging facet in plan with what it rests on in part; all triangles run counter-clockwise.
+pub(super) struct Resting {
+    facet: u32,
+    outline: [Point; 3],
+    under: Vec<[Point; 3]>,
+}
+
+impl Resting {
+    /// `None` for a facet that rests nowhere, or has no area in plan.
+    pub fn of(facet: u32, corners: [Vec3; 3], ground: &impl Ground) -> Option<Self> {
+        let outline = counter_clockwise(corners)?;
+        let under: Vec<_> = ground.beneath(facet).into_iter().filter_map(counter_clockwise).collect();
+        (!under.is_empty()).then_some(Resting { facet, outline, under })
+    }
+}
+
+/// The boundary of a region less what rests, from the region's own sides with the facets that they belong to.
+///
+/// ∂(R ∖ U), U the union of all that lies beneath: of R's sides what has R ∖ U on its right, and of the sides of U what has R ∖ U on its
+/// right and U within R on its left; these are anchored. R lies on the right of its sides, as it does of facets that look down. A result
+/// that does not close, as where a facet without area lies between, is given up for R itself: it spans more.
+///
+/// # Cost
+/// O(sides + Σ over facets of (triangles beneath)² + anchored sides · sides).
+pub(super) fn left_to_span(sides: &[(u32, Side)], resting: &[Resting]) -> Vec<Side> {
+    let whole: Vec<Side> = sides.iter().map(|(_, s)| *s).collect();
+    if resting.is_empty() {
+        return whole;
+    }
+    let extent = whole.iter().flat_map(|s| [s.from, s.to]).flatten().fold(0.0f64, |m, c| m.max(c.abs()));
+    let aside = 1e-9 * extent;
+    let of: FxHashMap<u32, &Resting> = resting.iter().map(|r| (r.facet, r)).collect();
+    let mut left = Vec::new();
+    for (facet, s) in sides {
+        let of = of.get(facet).map_or(&[][..], |r| &r.under);
+        let covered = stretches([s.from, s.to], aside, of.iter()).collect();
+        let pieces = bare([s.from, s.to], [0.0, 1.0], covered);
+        left.extend(pieces.map(|[from, to]| Side { from, to, ..*s }));
+    }
+    for r in resting {
+        for (n, t) in r.under.iter().enumerate() {
+            for e in 0..3 {
+                let edge = [t[e], t[(e + 1) % 3]];
+                let Some(within) = stretch_in(shifted(edge, aside), &r.outline) else { continue };
+                let others = r.under.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, t)| t);
+                // An edge that several triangles have is the first one's: the others find that one on their left too.
+                let earlier = stretches(edge, -aside, r.under.iter().take(n));
+                let pieces = bare(edge, within, stretches(edge, aside, others).chain(earlier).collect());
+                let inner = pieces.filter(|p| holds(&whole, middle(shifted(*p, -aside))));
+                left.extend(inner.map(|[from, to]| Side { from, to, anchored: true }));
+            }
+        }
+    }
+    let sum = left.iter().fold([0.0; 2], |m, s| [m[0] + s.to[0] - s.from[0], m[1] + s.to[1] - s.from[1]]);
+    if sum[0].hypot(sum[1]) <= 1e-6 * extent { left } else { whole }
+}
+
+/// Where along a segment, moved to its right, it lies in triangles.
+fn stretches<'a>(
+    segment: [Point; 2],
+    aside: f64,
+    triangles: impl Iterator<Item = &'a [Point; 3]>,
+) -> impl Iterator<Item = [f64; 2]> {
+    let beside = shifted(segment, aside);
+    triangles.filter_map(move |t| stretch_in(beside, t))
+}
+
+/// What is left of a segment between two of its places without the covered stretches.
+fn bare([a, b]: [Point; 2], [from, to]: [f64; 2], mut covered: Vec<[f64; 2]>) -> impl Iterator<Item = [Point; 2]> {
+    covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    covered.push([to, to]);
+    let mut at = from;
+    let free = covered.into_iter().filter_map(move |[start, end]| {
+        let stretch = [at, start.min(to)];
+        at = at.max(end);
+        (stretch[1] - stretch[0] > 1e-12).then_some(stretch)
+    });
+    // Ends stay those of the segment, to the bit, where nothing cuts it.
+    let place = move |t: f64| match t {
+        0.0 => a,
+        1.0 => b,
+        _ => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])],
+    };
+    free.map(move |stretch| stretch.map(place))
+}
+
+/// Where along a segment, from 0 to 1, it lies in a counter-clockwise triangle.
+fn stretch_in([a, b]: [Point; 2], triangle: &[Point; 3]) -> Option<[f64; 2]> {
+    let (mut from, mut to) = (0.0f64, 1.0f64);
+    for n in 0..3 {
+        let (p, q) = (triangle[n], triangle[(n + 1) % 3]);
+        let [at_a, at_b] = [a, b].map(|x| left_of(p, q, x));
+        match (at_a >= 0.0, at_b >= 0.0) {
+            (false, false) => return None,
+            (true, true) => {}
+            (false, true) => from = from.max(at_a / (at_a - at_b)),
+            (true, false) => to = to.min(at_a / (at_a - at_b)),
+        }
+    }
+    (from < to).then_some([from, to])
+}
+
+/// Whether a place lies in a region, by the sides that a line from it to the right crosses.
+fn holds(sides: &[Side], x: Point) -> bool {
+    let crosses = |s: &&Side| {
+        let (a, b) = (s.from, s.to);
+        (a[1] < x[1]) != (b[1] < x[1]) && a[0] + (b[0] - a[0]) * (x[1] - a[1]) / (b[1] - a[1]) > x[0]
+    };
+    sides.iter().filter(crosses).count() % 2 == 1
+}
+
+/// A segment moved to its right.
+fn shifted([a, b]: [Point; 2], by: f64) -> [Point; 2] {
+    let d = [b[0] - a[0], b[1] - a[1]];
+    let l = d[0].hypot(d[1]).max(f64::MIN_POSITIVE);
+    [a, b].map(|p| [p[0] + by * d[1] / l, p[1] - by * d[0] / l])
+}
+
+fn middle([a, b]: [Point; 2]) -> Point {
+    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+}
+
+/// The part of a convex polygon on the left of a line.
+fn kept_left(polygon: &[Point], p: Point, q: Point) -> Vec<Point> {
+    let mut out = Vec::with_capacity(polygon.len() + 1);
+    for (n, &a) in polygon.iter().enumerate() {
+        let b = polygon[(n + 1) % polygon.len()];
+        let (at_a, at_b) = (left_of(p, q, a), left_of(p, q, b));
+        if at_a >= 0.0 {
+            out.push(a);
+        }
+        if (at_a >= 0.0) != (at_b >= 0.0) {
+            let t = at_a / (at_a - at_b);
+            out.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
+        }
+    }
+    out
+}
+
+/// A triangle in plan, turned if it has to be; `None` for one without area.
+fn counter_clockwise(corners: [Vec3; 3]) -> Option<[Point; 3]> {
+    let [a, b, c] = corners.map(in_plan);
+    let turn = left_of(a, b, c);
+    (turn != 0.0).then_some(if turn > 0.0 { [a, b, c] } else { [a, c, b] })
+}
+
+fn in_plan(p: Vec3) -> Point {
+    [p[0], p[1]]
+}
+
+/// Positive where x lies left of the line from p to q.
+fn left_of(p: Point, q: Point, x: Point) -> f64 {
+    cross([q[0] - p[0], q[1] - p[1]], [x[0] - p[0], x[1] - p[1]])
+}
+
+fn cross(a: Point, b: Point) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Lcg;
+
+    /// A ceiling over [0, 12] × [0, 8] of triangles that look down, and a ground of boxes.
+    struct Boxes(Vec<[f64; 4]>);
+
+    const CEILING: [[Vec3; 3]; 2] =
+        [[[0.0, 0.0, 5.0], [12.0, 8.0, 5.0], [12.0, 0.0, 5.0]], [[0.0, 0.0, 5.0], [0.0, 8.0, 5.0], [12.0, 8.0, 5.0]]];
+
+    impl Boxes {
+        fn tops(&self) -> Vec<[Vec3; 3]> {
+            let top = |&[x0, x1, y0, y1]: &[f64; 4]| {
+                let p = |x: f64, y: f64| [x, y, 4.9];
+                [[p(x0, y0), p(x1, y0), p(x1, y1)], [p(x0, y0), p(x1, y1), p(x0, y1)]]
+            };
+            self.0.iter().flat_map(top).collect()
+        }
+    }
+
+    impl Ground for Boxes {
+        fn holds(&self, _: u32) -> bool {
+            false
+        }
+
+        fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
+            let near = |t: &[Vec3; 3]| lies_below(CEILING[facet as usize], *t, [0.0, 0.2]);
+            self.tops().into_iter().filter(near).collect()
+        }
+    }
+
+    fn left(ground: &Boxes) -> Vec<Side> {
+        let rim = |facet: u32, from: Point, to: Point| (facet, Side { from, to, anchored: false });
+        let (a, b, c, d) = ([0.0, 0.0], [12.0, 0.0], [12.0, 8.0], [0.0, 8.0]);
+        // The region lies right of its sides.
+        let sides = [rim(0, c, b), rim(0, b, a), rim(1, a, d), rim(1, d, c)];
+        let resting: Vec<Resting> = (0..2).filter_map(|f| Resting::of(f, CEILING[f as usize], ground)).collect();
+        left_to_span(&sides, &resting)
+    }
+
+    #[test]
+    fn what_is_left_is_the_ceiling_less_what_lies_below_it_and_is_anchored_there() {
+        let mut random = Lcg(5);
+        for case in 0..400 {
+            // Every other ground lies on a lattice: flush with the ceiling and with itself.
+            let coordinate = |random: &mut Lcg, lo: f64, hi: f64| {
+                let x = lo + random.unit() * (hi - lo);
+                if case % 2 == 0 { x.round() } else { x }
+            };
+            let mut boxes = Vec::new();
+            for _ in 0..1 + case % 3 {
+                let (x, y) = (coordinate(&mut random, -3.0, 12.0), coordinate(&mut random, -3.0, 8.0));
+                let (w, d) = (coordinate(&mut random, 1.0, 6.0), coordinate(&mut random, 1.0, 6.0));
+                boxes.push([x, x + w, y, y + d]);
+            }
+            let ground = Boxes(boxes);
+            let sides = left(&ground);
+            let within = |p: Point| ground.0.iter().any(|b| b[0] < p[0] && p[0] < b[1] && b[2] < p[1] && p[1] < b[3]);
+            for _ in 0..200 {
+                let p = [14.0 * random.unit() - 1.0, 10.0 * random.unit() - 1.0];
+                let inside = p[0] > 0.0 && p[0] < 12.0 && p[1] > 0.0 && p[1] < 8.0;
+                assert_eq!(holds(&sides, p), inside && !within(p), "{case} {p:?} {:?}", ground.0);
+            }
+            let rim = |s: &Side| {
+                let m = middle([s.from, s.to]);
+                m[0].min(12.0 - m[0]).min(m[1]).min(8.0 - m[1]).abs() < 1e-9
+            };
+            assert!(sides.iter().all(|s| s.anchored != rim(s)), "{case} {sides:?} {:?}", ground.0);
+        }
+    }
+
+    #[test]
+    fn only_what_is_close_below_everywhere_is_rested_on() {
+        let facet = CEILING[0];
+        let at = |z: f64| [[6.0, 1.0, z], [9.0, 1.0, z], [9.0, 2.0, z]];
+        assert!(lies_below(facet, at(4.9), [0.0, 0.2]) && lies_below(facet, at(5.0), [0.0, 0.2]));
+        assert!(!lies_below(facet, at(4.7), [0.0, 0.2]) && !lies_below(facet, at(5.1), [0.0, 0.2]));
+        // One corner lies too low where the facet still is above it.
+        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 2.0, 4.7]], [0.0, 0.2]));
+        // Beside the facet in plan, and upright.
+        assert!(!lies_below(facet, at(4.9).map(|p| [p[0] - 6.0, p[1] + 5.0, p[2]]), [0.0, 0.2]));
+        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0, 3.0]], [0.0, 0.2]));
+    }
+}
