@@ -414,7 +414,7 @@ mod tests {
 
     #[test]
     fn a_region_that_was_turned_before_it_was_written_has_the_same_spans() {
-        // A comb of two teeth between anchors, wider than long, and a long narrow strip held at its ends.
+        // A region with a notch, held on some of its sides, and a long narrow strip held at its ends.
         let comb = [[0.0, 0.0], [9.0, 0.0], [9.0, 4.0], [6.0, 4.0], [6.0, 1.0], [3.0, 1.0], [3.0, 4.0], [0.0, 4.0]];
         let comb_held = [false, false, true, false, true, false, true, false].map(|held| !held);
         let strip = rectangle(40.0, 1.5);
