@@ -50,18 +50,20 @@ impl Near {
     /// The signed distances less `level`, in millimetres: exact within [`EXACT`] spacings of zero, farther from it
     /// and of the right sign everywhere else; and the facets there for further points.
     ///
-    /// `shell2` are squared distances, in spacings, to the cubes that facets touch.
+    /// `shell2` are squared distances, in spacings, to the cubes that facets touch. Samples `known` otherwise are not
+    /// measured exactly.
     pub(super) fn of(
         exact: MeshDistance,
         centres: &Indicator,
         shell2: &Field<u32>,
         level: f64,
+        known: Option<&Indicator>,
     ) -> Result<(Field<f32>, Self)> {
         let grid = *centres.grid();
         let [nx, ny, _] = grid.dims();
         let (mut values, mut facets) = (vec![0f32; grid.samples()], vec![0u32; grid.samples()]);
         let thick = BLOCK * nx * ny;
-        let band = Band { exact: &exact, centres, grid, level };
+        let band = Band { exact: &exact, centres, grid, level, known };
         let slabs = (values.par_chunks_mut(thick), facets.par_chunks_mut(thick), shell2.values().par_chunks(thick))
             .into_par_iter()
             .enumerate()
@@ -72,6 +74,27 @@ impl Near {
             .collect();
         let near = Near { exact, grid, blocks: [nx, ny].map(|n| n.div_ceil(BLOCK)), slabs, facets };
         Ok((Field::from_values(grid, values, f32::MAX)?, near))
+    }
+
+    /// The spacing of the samples, millimetres.
+    pub(super) fn h(&self) -> f64 {
+        self.grid.h()
+    }
+
+    /// The distances to the mesh.
+    pub(super) fn mesh(&self) -> &MeshDistance {
+        &self.exact
+    }
+
+    /// The distances to the mesh, for other samples or another level.
+    pub(super) fn into_mesh(self) -> MeshDistance {
+        self.exact
+    }
+
+    /// The point of the mesh nearest to a sample that was measured exactly.
+    pub(super) fn nearest_of_sample(&self, index: [usize; 3]) -> Option<Nearest> {
+        let facet = self.facets[self.grid.offset(index)].checked_sub(1)?;
+        Some(self.exact.nearest_of(self.grid.position(index), facet))
     }
 
     /// The slope of the signed distance at a sample whose value is exact: outwards, of length 1.
@@ -133,6 +156,7 @@ struct Band<'a> {
     centres: &'a Indicator,
     grid: Grid,
     level: f64,
+    known: Option<&'a Indicator>,
 }
 
 impl Band<'_> {
@@ -166,8 +190,9 @@ impl Band<'_> {
                 for k in 0..layers {
                     for j in y.clone() {
                         let row = (k * ny + j) * nx;
-                        samples
-                            .extend(x.clone().filter(|i| values[row + i].abs() <= near).map(|i| (row + i, [i, j, k])));
+                        let known = |i| self.known.is_some_and(|known| known.contains([i, j, BLOCK * slab + k]));
+                        let asked = x.clone().filter(|&i| values[row + i].abs() <= near && !known(i));
+                        samples.extend(asked.map(|i| (row + i, [i, j, k])));
                     }
                 }
                 if samples.is_empty() {
@@ -286,7 +311,7 @@ mod tests {
             (0..mesh.triangles.len() as u32).map(|f| exact.nearest_of(p, f).distance).fold(f64::INFINITY, f64::min)
         };
         for level in [-0.7, 0.0, 1.3] {
-            let (field, near) = Near::of(exact.clone(), &sides.centres, &shell2, level).unwrap();
+            let (field, near) = Near::of(exact.clone(), &sides.centres, &shell2, level, None).unwrap();
             let (kept, searched): (Vec<_>, Vec<_>) =
                 near.facets.iter().enumerate().filter(|f| *f.1 > 0).map(|(at, _)| grid.index(at)).partition(|index| {
                     let block = index.map(|i| i / BLOCK);

@@ -20,8 +20,8 @@ const PANEL: [usize; 2] = [300, 240];
 struct Row {
     name: String,
     operation: String,
-    /// User seconds: OpenSCAD, amcheck at [`FINE_MM`], amcheck at its default spacing.
-    seconds: [f64; 3],
+    /// User seconds: OpenSCAD, amcheck at [`FINE_MM`], amcheck at its default spacing and at twice that.
+    seconds: [f64; 4],
     /// OpenSCAD's volume; amcheck's estimate and bracket.
     volume: f64,
     found: [f64; 3],
@@ -54,12 +54,14 @@ fn row(case: &Case, folder: &Path) -> Row {
     let before = processor_seconds()[0];
     let fine = case.made(FINE_MM);
     let spent = processor_seconds()[0] - before;
-    // The default of the commands: the longest side over 128. The mean of ten, since a tick is a hundredth of a second.
+    // The default of the commands is the longest side over 128. The mean of twenty, since a tick is a hundredth of a second.
     let (lo, hi) = case.a.bounds().unwrap();
-    let default = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max) / 128.0;
-    let before = processor_seconds()[0];
-    (0..10).for_each(|_| drop(case.made(default)));
-    let quick = (processor_seconds()[0] - before) / 10.0;
+    let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
+    let coarser = [128.0, 64.0].map(|samples| {
+        let before = processor_seconds()[0];
+        (0..20).for_each(|_| drop(case.made(longest / samples)));
+        (processor_seconds()[0] - before) / 20.0
+    });
     let (found, path) = match &fine {
         Ok(made) => ([made.volume, made.bracket[0], made.bracket[1]].map(|v| v.as_mm3()), made.path.clone()),
         // The one refusal that is a result: nothing remains, or the element fits nowhere, and OpenSCAD says the same.
@@ -79,7 +81,16 @@ fn row(case: &Case, folder: &Path) -> Row {
     let facets = [truth.triangles.len(), mesh.triangles.len()];
     let operation = format!("{:?}", case.fixture.operation).to_lowercase();
     eprintln!("{name}: {spent:.2} s");
-    Row { name, operation, seconds: [case.entry.seconds, spent, quick], volume, found, facets, differing, path }
+    Row {
+        name,
+        operation,
+        seconds: [case.entry.seconds, spent, coarser[0], coarser[1]],
+        volume,
+        found,
+        facets,
+        differing,
+        path,
+    }
 }
 
 /// Samples that are inside one result and not the other: their volume, and the surface around them.
@@ -102,8 +113,8 @@ fn most_left(case: &Case) -> f64 {
 /// The rows as Markdown.
 fn table(rows: &[Row]) -> String {
     let mut text = String::from(
-        "| fixture | operation | OpenSCAD, s | amcheck, s | at L/128, s | certified, mm³ | OpenSCAD, mm³ | inside |\n\
-         |---|---|---|---|---|---|---|---|\n",
+        "| fixture | operation | OpenSCAD, s | amcheck, s | at L/128, s | at L/64, s | certified, mm³ | OpenSCAD, mm³ | inside |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
     );
     for r in rows {
         let _ = writeln!(text, "| {} |", cells(r, &format!("`{}`", r.name)).join(" | "));
@@ -112,9 +123,9 @@ fn table(rows: &[Row]) -> String {
 }
 
 /// A row of the table, for a name as it is to be shown.
-fn cells(r: &Row, name: &str) -> [String; 8] {
+fn cells(r: &Row, name: &str) -> [String; 9] {
     let [_, low, high] = r.found;
-    let seconds = [2, 2, 3].iter().zip(r.seconds).map(|(&digits, s)| format!("{s:.digits$}")).collect::<Vec<_>>();
+    let seconds = [2, 2, 3, 3].iter().zip(r.seconds).map(|(&digits, s)| format!("{s:.digits$}")).collect::<Vec<_>>();
     let bracket = format!("{low:.1} … {high:.1}");
     [
         name.into(),
@@ -122,6 +133,7 @@ fn cells(r: &Row, name: &str) -> [String; 8] {
         seconds[0].clone(),
         seconds[1].clone(),
         seconds[2].clone(),
+        seconds[3].clone(),
         bracket,
         format!("{:.2}", r.volume),
         inside(r).into(),
@@ -148,7 +160,7 @@ fn html(rows: &[Row]) -> String {
         "<p>Each fixture is rendered by OpenSCAD's <code>minkowski()</code> from <code>fixtures/openscad/*.scad</code> and \
          made by amcheck from the rendered operands A and B. Left OpenSCAD's result, in the middle amcheck's surface, right \
          the samples that lie in one and not in the other; all at {SHOWN_MM} mm. The numbers are those at {FINE_MM} mm, \
-         in user seconds of all threads; certified is the bracket that the exact volume lies in; L is the longest side, L/128 the default spacing of the commands. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>"
+         in user seconds of all threads; certified is the bracket that the exact volume lies in; L is the longest side, L/128 the default spacing of the commands, L/64 twice that. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>"
     );
     let heads = [
         "fixture",
@@ -156,6 +168,7 @@ fn html(rows: &[Row]) -> String {
         "OpenSCAD, s",
         "amcheck, s",
         "at L/128, s",
+        "at L/64, s",
         "certified, mm³",
         "OpenSCAD, mm³",
         "inside",

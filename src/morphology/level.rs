@@ -1,0 +1,91 @@
+//! Where the distance to a mesh has a value: crossings, normals and points of that surface.
+
+use super::near::Near;
+use crate::geometry::distance::Nearest;
+use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+
+/// The level set `{ x : d(x) = r }` of the signed distance d to a mesh, seen from the samples of a grid.
+pub(super) struct Level {
+    pub(super) near: Near,
+    pub(super) r: f64,
+}
+
+/// What is known of a level at a point beside it.
+pub(super) struct Seen {
+    /// `d − r` there, with its slope, where the side is certain.
+    pub(super) value: Option<(f64, Vec3)>,
+    /// Outward normal of the level.
+    pub(super) normal: Vec3,
+}
+
+impl Level {
+    /// The slope of `d − r` at a sample where that is exact: outwards, of length 1.
+    pub(super) fn slope(&self, index: [isize; 3], value: f64) -> Option<Vec3> {
+        self.near.slope(index, value + self.r)
+    }
+
+    /// The level as seen from a point near it.
+    pub(super) fn seen(&self, p: Vec3) -> Option<Seen> {
+        let n = self.near.nearest(p)?;
+        Some(Seen { value: self.value(p, &n), normal: self.normal_over(p, &n) })
+    }
+
+    /// Outward normal of the level at a point on it.
+    pub(super) fn normal(&self, p: Vec3) -> Option<Vec3> {
+        Some(self.normal_over(p, &self.near.nearest(p)?))
+    }
+
+    /// `d − r` at a point near the level, with its slope: the side is that of the level, or where the level is too near to
+    /// the mesh, that of the facet the point stands over.
+    fn value(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
+        let (off, facing, r) = (sub(p, n.point), self.near.facing(n), self.r);
+        let over = dot(off, facing);
+        if r.abs() > 1.5 * self.near.h() {
+            return Some((r.signum() * n.distance - r, scale(off, r.signum() / n.distance)));
+        }
+        (over.abs() >= 0.99 * n.distance).then_some((over - r, facing))
+    }
+
+    /// Outward normal of the level at a point on it, whose nearest point of the mesh is given.
+    fn normal_over(&self, p: Vec3, n: &Nearest) -> Vec3 {
+        let apart = self.r.abs() > 0.05 * self.near.h() && n.distance > 0.5 * self.r.abs();
+        if apart { scale(sub(p, n.point), self.r.signum() / n.distance) } else { self.near.facing(n) }
+    }
+
+    /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
+    pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
+        let (n, h) = (self.near.nearest(p)?, self.near.h());
+        let beside = (n.distance - self.r.abs()).abs() < 0.25 * h;
+        if beside && self.r == 0.0 {
+            return Some(n.point);
+        }
+        (beside && n.distance > 0.5 * h).then(|| along(n.point, sub(p, n.point), self.r.abs() / distance(p, n.point)))
+    }
+}
+
+/// The root in [0, 1] of the cubic with given values, of different signs, and slopes at 0 and 1; sought from `t`.
+pub(super) fn root_of_cubic([a, b]: [f64; 2], [m, n]: [f64; 2], mut t: f64) -> f64 {
+    let (square, cube) = (3.0 * (b - a) - 2.0 * m - n, 2.0 * (a - b) + m + n);
+    for _ in 0..3 {
+        let value = a + t * (m + t * (square + t * cube));
+        t = (t - value / (m + t * (2.0 * square + t * 3.0 * cube))).clamp(0.0, 1.0);
+    }
+    t
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_root_of_a_cubic_is_found_from_the_linear_one() {
+        // s = √(1 + x²) − c along a line past a ball's centre, and the plain line.
+        let (f, slope) = (|x: f64| (1.0 + x * x).sqrt() - 1.1, |x: f64| x / (1.0 + x * x).sqrt());
+        let (from, to) = (0.3, 0.6);
+        let (a, b) = (f(from), f(to));
+        let ends = [from, to].map(|x| (to - from) * slope(x));
+        let x = from + (to - from) * root_of_cubic([a, b], ends, a / (a - b));
+        assert!(f(x).abs() < 2e-5, "{}", f(x));
+        assert_eq!(root_of_cubic([-1.0, 3.0], [4.0, 4.0], 0.25), 0.25);
+    }
+}

@@ -1,0 +1,230 @@
+//! Openings and closings of meshes by a ball, from exact distances.
+
+use super::level::Level;
+use super::near::Near;
+use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
+use super::traced::Traced;
+use super::walls::{Distances, Walls};
+use crate::distance::squared_distance;
+use crate::error::{Error, Result};
+use crate::field::{Field, Indicator};
+use crate::geometry::TriangleMesh;
+use crate::units::{Length, Volume};
+use rayon::prelude::*;
+
+/// The opening of a solid by a ball: everything that a ball of the radius, moved about inside, covers.
+///
+/// Where the ball touches the part the surface is the part's own, exactly, however thin the part is there; elsewhere it is at
+/// the radius from the surface of what the ball's centre reaches.
+///
+/// # Errors
+/// As [`super::offset()`]; a radius must not be negative.
+///
+/// # Cost
+/// An offset, the ball's contacts (two distances to the part for each sample near it), and where it does not touch an
+/// offset of the first one's surface.
+pub fn open_by_ball(mesh: &TriangleMesh, radius: Length, spacing: Length) -> Result<Shaped> {
+    roll(mesh, -check_radius(radius)?, spacing)
+}
+
+/// The closing of a solid by a ball: everything that a ball of the radius, moved about outside, cannot reach.
+///
+/// # Errors
+/// As [`open_by_ball`].
+pub fn close_by_ball(mesh: &TriangleMesh, radius: Length, spacing: Length) -> Result<Shaped> {
+    roll(mesh, check_radius(radius)?, spacing)
+}
+
+/// Offset there and back.
+fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
+    let Measured { exact, sides, shell2 } = {
+        let part = Measured::around(mesh, there, spacing)?;
+        if there.as_mm() < 0.0 {
+            part.refuse_buried_facets(mesh)?;
+        }
+        part
+    };
+    let (values, near) = Near::of(exact, &sides.centres, &shell2, there.as_mm(), None)?;
+    let covered = Covered::of(&values, there)?;
+    let reached = Traced { values, level: Some(Level { near, r: there.as_mm() }), walls: None };
+    let between = reached.surface()?;
+    let Some(Level { near, .. }) = reached.level else {
+        return Err(Error::Internal { problem: "an offset without its level".into() });
+    };
+    let (distances, walls) = Walls::of(near.into_mesh(), &sides.centres, &shell2, there, &covered.surely)?;
+    drop(shell2);
+    let volume = covered.bracket(&distances, &walls, there);
+    let traced = back(&between, distances, walls, there)?;
+    Ok(Shaped { mesh: traced.surface()?, volume, field: traced.values })
+}
+
+/// The field on the way back: distances to walls where the ball touches them, elsewhere to the surface of what its centre
+/// reaches.
+fn back(between: &TriangleMesh, distances: Distances, mut walls: Walls, there: Length) -> Result<Traced> {
+    let grid = *distances.grid();
+    let (mut values, level) = if between.triangles.is_empty() {
+        // Its centre reaches nothing (or everything) by these samples: the ball covers no sample but at walls.
+        let far = 2.0 * grid.h() as f32;
+        let values = vec![far.copysign(-there.as_mm() as f32); grid.samples()];
+        (Field::from_values(grid, values, f32::MAX)?, None)
+    } else {
+        let body = Measured::on(between, &grid)?;
+        let r = -there.as_mm();
+        let (values, near) = Near::of(body.exact, &body.sides.centres, &body.shell2, r, Some(walls.held()))?;
+        (values, Some(Level { near, r }))
+    };
+    let words = walls.held().words_per_row();
+    let rows = values.values_mut().par_chunks_mut(grid.dims()[0]).zip(distances.values().par_chunks(grid.dims()[0]));
+    rows.zip(walls.held().words().par_chunks(words)).for_each(|((values, distances), bits)| {
+        for (i, (value, &distance)) in values.iter_mut().zip(distances).enumerate() {
+            if bits[i / 64] >> (i % 64) & 1 == 1 {
+                *value = distance;
+            }
+        }
+    });
+    walls.press(&mut values, &distances);
+    Ok(Traced { values, level, walls: Some(walls) })
+}
+
+/// What balls cover whose centres are samples: for an opening cubes of the part, for a closing cubes of its complement.
+struct Covered {
+    /// Cubes that balls surely cover.
+    surely: Indicator,
+    /// Cubes that they possibly touch.
+    possibly: Indicator,
+}
+
+impl Covered {
+    /// From the offset field `s` there: where `s ≤ 0` for an opening, `s ≥ 0` for a closing, a ball's centre may stand.
+    ///
+    /// A point x is in the opening by ρ iff some y with d(y) ≤ −ρ is no further than ρ. Sample y with s(y) ≤ 0 is such a
+    /// point, so cubes within ρ − ε of it lie inside, and its own cube if s(y) ≤ −ε; and each such point lies in the cube of
+    /// a sample with s ≤ ε, so the opening lies in cubes within ρ + 2ε of those. The closing is the same for the complement.
+    fn of(s: &Field<f32>, there: Length) -> Result<Self> {
+        let grid = *s.grid();
+        let (rho, slack) = (there.as_mm().abs() / grid.h(), HALF_DIAGONAL);
+        let outward = if there.as_mm() > 0.0 { -1.0 } else { 1.0 };
+        let at_most = |level: f64| {
+            let level = (level * grid.h()) as f32;
+            Indicator::from_predicate(grid, |at| outward * s.values()[at] <= level)
+        };
+        let covered = |set: Indicator, reach: f64| -> Result<Indicator> {
+            if reach < 0.0 || set.is_empty() {
+                return Ok(Indicator::empty(grid));
+            }
+            let near = (reach * reach).floor();
+            let d2 = squared_distance(&set)?;
+            Ok(Indicator::from_predicate(grid, |at| f64::from(d2.values()[at]) <= near))
+        };
+        Ok(Covered {
+            surely: covered(at_most(-1e-6), rho - slack)?.union(&at_most(-slack - 1e-6))?,
+            possibly: covered(at_most(slack + 1e-6), rho + 2.0 * slack)?,
+        })
+    }
+
+    /// Bounds on the volume of the result.
+    ///
+    /// A ball of radius |d| about a sample lies on the sample's side of the part. On the ball's side it is covered where the
+    /// sample was measured to a wall: it touches the wall at the same point, from inside the ball that rolls there.
+    fn bracket(&self, distances: &Distances, walls: &Walls, there: Length) -> [Volume; 2] {
+        let grid = *distances.grid();
+        let ([nx, ny, nz], h) = (grid.dims(), grid.h());
+        let rolls_inside = there.as_mm() < 0.0;
+        let of_row = |row: usize| {
+            let (j, k) = (row % ny, row / ny);
+            (0..nx).fold([0.0, 0.0], |[low, high], i| {
+                let d = f64::from(distances.values()[row * nx + i]);
+                let balls_side = (d < 0.0) == rolls_inside;
+                let held = balls_side && walls.held().contains([i, j, k]);
+                let within = if held { ball_in_cube(d.abs() / h - super::walls::REACH_IN) } else { 0.0 };
+                let beyond = if balls_side { 0.0 } else { ball_in_cube(d.abs() / h) };
+                let surely = if self.surely.contains([i, j, k]) { 1.0 } else { within };
+                let possibly = if self.possibly.contains([i, j, k]) || held { 1.0 - beyond } else { 0.0 };
+                [low + surely, high + possibly.max(surely)]
+            })
+        };
+        let rows: Vec<[f64; 2]> = (0..ny * nz).into_par_iter().map(of_row).collect();
+        let [low, high] = [0, 1].map(|side| rows.iter().map(|row| row[side]).sum::<f64>());
+        // A closing is what is left.
+        let all = grid.samples() as f64;
+        let cubes = if rolls_inside { [low, high] } else { [all - high, all - low] };
+        cubes.map(|n| grid.sample_volume() * n)
+    }
+}
+
+fn check_radius(radius: Length) -> Result<Length> {
+    if radius.as_mm() >= 0.0 && radius.as_mm().is_finite() {
+        return Ok(radius);
+    }
+    Err(Error::Operand {
+        operation: "opening or closing",
+        problem: format!("a radius of {} mm", radius.as_mm()),
+        remedy: "give a finite radius, not below zero".into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Primitive;
+    use crate::geometry::generate::extruded;
+    use std::f64::consts::PI;
+
+    /// Steiner's volume of a box grown by r.
+    fn steiner([a, b, c]: [f64; 3], r: f64) -> f64 {
+        a * b * c + 2.0 * (a * b + b * c + c * a) * r + PI * (a + b + c) * r * r + 4.0 / 3.0 * PI * r * r * r
+    }
+
+    fn inside_bracket(shape: &Shaped, volume: f64) {
+        let [low, high] = shape.volume.map(|v| v.as_mm3());
+        assert!(low <= volume && volume <= high, "{volume} not in {low} … {high}");
+    }
+
+    #[test]
+    fn opening_rounds_convex_edges_and_closing_leaves_a_convex_part_alone() {
+        let r = 2.0;
+        let cube = Primitive::parse("box:20x20x20mm").unwrap().mesh(Length::mm(1.0));
+        let open = open_by_ball(&cube, Length::mm(r), Length::mm(0.4)).unwrap();
+        let rounded = steiner([20.0 - 2.0 * r; 3], r);
+        inside_bracket(&open, rounded);
+        println!("cube opened by 2 mm: {} of {rounded}", open.mesh.signed_volume());
+        assert!((open.mesh.signed_volume() / rounded - 1.0).abs() < 1e-3, "{}", open.mesh.signed_volume());
+        let closed = close_by_ball(&cube, Length::mm(r), Length::mm(0.4)).unwrap();
+        inside_bracket(&closed, 8000.0);
+        println!("cube closed by 2 mm: {} of 8000", closed.mesh.signed_volume());
+        assert!((closed.mesh.signed_volume() / 8000.0 - 1.0).abs() < 1e-3, "{}", closed.mesh.signed_volume());
+    }
+
+    #[test]
+    fn a_plate_whose_middle_is_thinner_than_the_samples_is_opened_to_what_it_is() {
+        let (sides, r) = ([12.0, 8.0, 1.2], 0.5);
+        let plate = Primitive::parse("box:12x8x1.2mm").unwrap().mesh(Length::mm(1.0));
+        let truth = steiner(sides.map(|s: f64| s - 2.0 * r), r);
+        for h in [0.6, 0.45, 0.3, 0.17] {
+            let open = open_by_ball(&plate, Length::mm(r), Length::mm(h)).unwrap();
+            inside_bracket(&open, truth);
+            let missing = truth - open.mesh.signed_volume();
+            println!("plate at {h}: {missing:.3} of {truth:.3} missing, {:?}", open.volume);
+            // Rims are rounded where two or three samples lie across the ball: chords of a quarter circle.
+            assert!(missing.abs() < 40.0 * 0.25 * h * h, "{missing}");
+        }
+    }
+
+    #[test]
+    fn a_slot_in_which_the_ball_just_fits_stays_open() {
+        // Two blocks 1.2 mm apart on a base, joined as one profile.
+        let profile = [[0.0, 0.0], [9.2, 0.0], [9.2, 6.0], [5.2, 6.0], [5.2, 2.0], [4.0, 2.0], [4.0, 6.0], [0.0, 6.0]];
+        let r = 0.5;
+        let caps = [[1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7], [0, 1, 4], [0, 4, 5]];
+        let part = extruded(&profile, &caps, 10.0);
+        let truth: f64 = 10.0 * (9.2 * 6.0 - 1.2 * 4.0 + 2.0 * r * r * (1.0 - PI / 4.0));
+        for h in [0.6, 0.45, 0.3, 0.17] {
+            let closed = close_by_ball(&part, Length::mm(r), Length::mm(h)).unwrap();
+            inside_bracket(&closed, truth);
+            let filled = closed.mesh.signed_volume() - truth;
+            println!("slot at {h}: {filled:.3} mm³ too much, {:?}", closed.volume);
+            // Two grooves of 10 mm, and 34 mm of mouth that is left sharp.
+            assert!(filled.abs() < 44.0 * 0.25 * h * h, "{filled}");
+        }
+    }
+}

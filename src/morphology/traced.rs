@@ -1,0 +1,131 @@
+//! The surface where a field of exact distances vanishes.
+
+use super::level::{Level, Seen, root_of_cubic};
+use super::walls::Walls;
+use crate::error::Result;
+use crate::field::{Field, Indicator};
+use crate::geometry::TriangleMesh;
+use crate::geometry::contour::{Edge, linear_crossing, sharp_surface};
+use crate::geometry::refine::split_curved_edges;
+use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
+
+/// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
+const SMOOTH_COSINE: f64 = 0.906;
+
+/// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
+const SMOOTH_SLOPE: f64 = 0.1;
+
+/// Facets are inscribed no deeper than this, in spacings, as far as normals tell.
+const SAGITTA: f64 = 0.003;
+
+/// A field that is exact within a spacing of zero, of the right sign elsewhere, and what it was measured to.
+pub(super) struct Traced {
+    /// Millimetres, negative inside.
+    pub(super) values: Field<f32>,
+    /// The level that the zeros lie on; none if there is no such surface.
+    pub(super) level: Option<Level>,
+    /// Where they lie on the part itself instead.
+    pub(super) walls: Option<Walls>,
+}
+
+impl Traced {
+    /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept.
+    pub(super) fn surface(&self) -> Result<TriangleMesh> {
+        let grid = *self.values.grid();
+        let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
+        let normals = |_, corners: &[Vec3], seen: &[Option<Vec3>]| self.normals(corners, seen);
+        let mesh = sharp_surface(&inside, |edge| self.crossing(edge), normals)?;
+        Ok(split_curved_edges(&mesh, SAGITTA * grid.h(), |p| self.on_surface(p)))
+    }
+
+    /// The level that a sample was measured to, if it was to one.
+    fn level_of(&self, index: [isize; 3]) -> Option<&Level> {
+        match &self.walls {
+            Some(walls) if walls.hold(index) => Some(walls.level()),
+            Some(walls) if walls.pressed(index) => None,
+            _ => self.level.as_ref(),
+        }
+    }
+
+    /// The surface as seen from a point near it.
+    fn seen(&self, p: Vec3) -> Option<Seen> {
+        let on_wall = self.walls.as_ref().and_then(|walls| walls.seen(p));
+        on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
+    }
+
+    fn on_surface(&self, p: Vec3) -> Vec3 {
+        let on_wall = self.walls.as_ref().and_then(|walls| walls.project(p));
+        let on_ball = || {
+            let (s, slope) = self.walls.as_ref()?.seen_pressed(p)?.value?;
+            (s.abs() < 0.25 * self.values.grid().h()).then(|| along(p, slope, -s))
+        };
+        on_wall.or_else(on_ball).or_else(|| self.level.as_ref()?.project(p)).unwrap_or(p)
+    }
+
+    /// Where `s` vanishes along an edge, and the normal if it was taken near there: the root of the cubic through the
+    /// exact values and slopes at both ends; where these tell of a crease, by the distance at the linear crossing.
+    fn crossing(&self, edge: Edge) -> (f64, Option<Vec3>) {
+        let h = self.values.grid().h();
+        let mut next = edge.from;
+        next[edge.axis] += 1;
+        let (a, b) = (f64::from(self.values.at(edge.from)), f64::from(self.values.at(next)));
+        let t = linear_crossing(&self.values, edge, 0.0);
+        if !(0.0..=1.0).contains(&t) {
+            return (t, None);
+        }
+        let slope = |index, value| self.level_of(index)?.slope(index, value);
+        if let (Some(m), Some(n)) = (slope(edge.from, a), slope(next, b)) {
+            let ends = [m, n].map(|slope| h * slope[edge.axis]);
+            if ends.iter().all(|slope| (slope - (b - a)).abs() < SMOOTH_SLOPE * h) {
+                let root = root_of_cubic([a, b], ends, t);
+                return (root, Some(unit(add(scale(m, 1.0 - root), scale(n, root)))));
+            }
+        }
+        self.stepped_crossing(edge, t, [a, b])
+    }
+
+    /// Where `s` vanishes along an edge: one step of Newton's from the linear crossing with the exact distance there,
+    /// which ends on a plane; of regula falsi where that leaves the edge.
+    fn stepped_crossing(&self, edge: Edge, t: f64, [a, b]: [f64; 2]) -> (f64, Option<Vec3>) {
+        let grid = self.values.grid();
+        let p = [0, 1, 2].map(|i| {
+            let step = if i == edge.axis { t } else { 0.0 };
+            grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
+        });
+        let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else {
+            return (t, None);
+        };
+        let newton = t - s / (grid.h() * slope[edge.axis]);
+        let found = if s == 0.0 {
+            t
+        } else if (0.0..=1.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0 {
+            newton
+        } else if (s > 0.0) == (a > 0.0) {
+            t + (1.0 - t) * s / (s - b)
+        } else {
+            t * a / (a - s)
+        };
+        let beside = (found - t).abs() < 0.1;
+        (found, beside.then_some(normal))
+    }
+
+    /// Outward normals at points of the surface, unless those seen beside them tell that it is not creased there.
+    fn normals(&self, corners: &[Vec3], seen: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
+        let pairs = || (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
+        let smooth = |[i, j]: [usize; 2]| matches!((seen[i], seen[j]), (Some(m), Some(n)) if dot(m, n) > SMOOTH_COSINE);
+        if pairs().all(smooth) {
+            return None;
+        }
+        let on_walls: Vec<Option<Vec3>> =
+            corners.iter().map(|&p| self.walls.as_ref().and_then(|walls| walls.normal(p))).collect();
+        let pressed = |p| Some(self.walls.as_ref()?.seen_pressed(p)?.normal);
+        let normal =
+            |(&p, wall): (&Vec3, &Option<Vec3>)| wall.or_else(|| pressed(p)).or_else(|| self.level.as_ref()?.normal(p));
+        let normals: Vec<Vec3> = corners.iter().zip(&on_walls).map(normal).collect::<Option<_>>()?;
+        // Outwards every convex edge is rounded and inwards every concave one: only the other kind is a crease, but on
+        // walls, which keep theirs.
+        let r = self.level.as_ref().filter(|_| on_walls.iter().any(Option::is_none)).map_or(0.0, |level| level.r);
+        let opening: f64 = pairs().map(|[i, j]| dot(sub(corners[i], corners[j]), sub(normals[i], normals[j]))).sum();
+        (opening * r <= 0.0).then_some(normals)
+    }
+}

@@ -1,0 +1,223 @@
+//! Where a rolling ball touches the part: there its surface stays as it is.
+//!
+//! Let E be the positions of the ball's centre, `{ d ≤ −ρ }` for an opening. A ball that touches the part at the foot q of a
+//! point x, and holds no other point of its surface, has its centre c in E, and |x − c| = ρ + d(x), which no point of E is
+//! nearer than: the distance from x to E, less ρ, is d(x). So the opening is known there from distances to the part, however
+//! thin E is. Closings are the same from outside.
+
+use super::level::{Level, Seen};
+use super::near::{EXACT, Near};
+use super::offset::HALF_DIAGONAL;
+use super::press::nearest_place;
+use crate::error::Result;
+use crate::field::{Field, Indicator};
+use crate::geometry::MeshDistance;
+use crate::geometry::distance::Nearest;
+use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+use crate::units::Length;
+use rayon::prelude::*;
+
+/// How far facets may reach into a ball that touches, in spacings: rounding, and the facets of round walls, whose edges stand
+/// out between its contacts. The surface is off by no more.
+pub(super) const REACH_IN: f64 = 0.005;
+
+/// A place of the ball counts where it is nearer by this than what was known, in spacings.
+const BETTER: f64 = 0.02;
+
+/// The walls of a part that a ball touches, rolling on one side of them.
+pub(super) struct Walls {
+    level: Level,
+    /// The samples that were measured to walls.
+    held: Indicator,
+    /// Those measured to the nearest place of the ball.
+    pressed: Indicator,
+    /// The sign tells the side: below zero the ball rolls inside.
+    ball: f64,
+    centres: Indicator,
+}
+
+/// The signed distances to the part: exact where [`Walls::hold`] and within [`EXACT`] spacings of zero; elsewhere farther
+/// from zero and of the right sign.
+pub(super) type Distances = Field<f32>;
+
+impl Walls {
+    /// The walls of the part that a ball touches whose centre is `ball` from them, outwards. Samples are asked that are within
+    /// [`EXACT`] spacings of the surface, or on the ball's side and not known to be `covered` by balls.
+    ///
+    /// # Cost
+    /// Two distances to the mesh for each of those samples.
+    pub(super) fn of(
+        exact: MeshDistance,
+        centres: &Indicator,
+        shell2: &Field<u32>,
+        ball: Length,
+        covered: &Indicator,
+    ) -> Result<(Distances, Self)> {
+        let (mut distances, near) = Near::of(exact, centres, shell2, 0.0, None)?;
+        let (grid, ball) = (*centres.grid(), ball.as_mm());
+        let level = Level { near, r: 0.0 };
+        let mut walls = Walls {
+            level,
+            held: Indicator::empty(grid),
+            pressed: Indicator::empty(grid),
+            ball,
+            centres: centres.clone(),
+        };
+        let ([nx, ny, _], words) = (grid.dims(), walls.held.words_per_row());
+        let mut held = std::mem::replace(&mut walls.held, Indicator::empty(grid));
+        let rows = distances.values_mut().par_chunks_mut(nx).zip(held.words_mut().par_chunks_mut(words)).enumerate();
+        rows.for_each(|(row, (distances, bits))| {
+            for (i, distance) in distances.iter_mut().enumerate() {
+                if walls.holds_sample([i, row % ny, row / ny], distance, covered) {
+                    bits[i / 64] |= 1 << (i % 64);
+                }
+            }
+        });
+        walls.held = held;
+        Ok((distances, walls))
+    }
+
+    /// Whether a sample is measured to a wall; its distance becomes exact then.
+    fn holds_sample(&self, index: [usize; 3], distance: &mut f32, covered: &Indicator) -> bool {
+        let (grid, near) = (self.centres.grid(), &self.level.near);
+        let d = f64::from(*distance);
+        let beside = d.abs() <= EXACT * grid.h();
+        let balls_side = self.centres.contains(index) == (self.ball < 0.0);
+        if !(beside || balls_side && !covered.contains(index)) {
+            return false;
+        }
+        let p = grid.position(index);
+        let found = if beside { near.nearest_of_sample(index) } else { near.mesh().nearest(p, self.ball.abs()) };
+        let Some(n) = found else {
+            return false;
+        };
+        let outwards = match n.distance > 1e-6 * grid.h() {
+            true => scale(sub(p, n.point), 1f64.copysign(d) / n.distance),
+            false => near.facing(&n),
+        };
+        if !self.ball_touches(&n, outwards) {
+            return false;
+        }
+        *distance = n.distance.copysign(d) as f32;
+        true
+    }
+
+    /// Whether the ball fits that touches the part in a point, seen from the direction given.
+    fn ball_touches(&self, n: &Nearest, outwards: Vec3) -> bool {
+        let free = self.ball.abs() - REACH_IN * self.centres.grid().h();
+        let centre = along(n.point, outwards, self.ball);
+        self.may_stand(centre, free) && self.level.near.mesh().nearest(centre, free).is_none()
+    }
+
+    /// Whether the centre of a ball that no facet reaches into is on its side, as far as samples tell: one that lies in the
+    /// ball is on the same side of all facets.
+    fn may_stand(&self, centre: Vec3, radius: f64) -> bool {
+        let grid = self.centres.grid();
+        let side = || grid.sample_at(centre).map(|sample| self.centres.contains(sample));
+        radius > 0.0 && (radius <= HALF_DIAGONAL * grid.h() || side() == Some(self.ball < 0.0))
+    }
+
+    /// Lessens what the distances say is left over by the ball, at samples near the part that no wall holds, where a place
+    /// of the ball is found that covers them better: `values` are of the result, negative inside.
+    ///
+    /// # Cost
+    /// A distance to the mesh for each plane that stops the ball, at samples that it seems not to cover.
+    pub(super) fn press(&mut self, values: &mut Field<f32>, distances: &Distances) {
+        let grid = *self.centres.grid();
+        let ([nx, ny, _], words, h) = (grid.dims(), self.held.words_per_row(), grid.h());
+        let side = -self.ball.signum();
+        let mut pressed = std::mem::replace(&mut self.pressed, Indicator::empty(grid));
+        let rows = values.values_mut().par_chunks_mut(nx).zip(distances.values().par_chunks(nx));
+        rows.zip(pressed.words_mut().par_chunks_mut(words)).enumerate().for_each(
+            |(row, ((values, distances), bits))| {
+                for (i, (value, &d)) in values.iter_mut().zip(distances).enumerate() {
+                    let index = [i, row % ny, row / ny];
+                    let left = side * f64::from(*value);
+                    let near = f64::from(d.abs()) <= EXACT * h || self.centres.contains(index) == (self.ball < 0.0);
+                    if left <= BETTER * h || !near || self.held.contains(index) {
+                        continue;
+                    }
+                    if let Some(found) =
+                        self.pressed_value(grid.position(index)).filter(|s| side * s.0 < left - BETTER * h)
+                    {
+                        *value = found.0 as f32;
+                        bits[i / 64] |= 1 << (i % 64);
+                    }
+                }
+            },
+        );
+        self.pressed = pressed;
+    }
+
+    /// The distance to the surface of the ball in its place nearest to a point, negative in the result, with its slope.
+    fn pressed_value(&self, p: Vec3) -> Option<(f64, Vec3)> {
+        let (h, side) = (self.centres.grid().h(), -self.ball.signum());
+        let free = self.ball.abs() - REACH_IN * h;
+        let reach = self.ball.abs() + 2.0 * h;
+        let centre =
+            (free > 0.0).then(|| nearest_place(self.level.near.mesh(), free * self.ball.signum(), p, reach))??;
+        let (off, apart) = (sub(p, centre), distance(p, centre));
+        (apart > 1e-9 * h).then(|| (side * (apart - self.ball.abs()), scale(off, side / apart)))
+    }
+
+    /// Whether a sample was measured to a wall.
+    pub(super) fn hold(&self, index: [isize; 3]) -> bool {
+        holds(&self.held, index)
+    }
+
+    /// Whether a sample was measured to the nearest place of the ball.
+    pub(super) fn pressed(&self, index: [isize; 3]) -> bool {
+        holds(&self.pressed, index)
+    }
+
+    /// The ball's surface as seen from a point, in its place nearest to it, if one of the samples about the point was
+    /// measured so.
+    pub(super) fn seen_pressed(&self, p: Vec3) -> Option<Seen> {
+        let first = self.centres.grid().continuous_index(p).map(|i| i.floor() as isize);
+        let mut about = (0..8).map(|at| [0, 1, 2].map(|a| first[a] + (at >> a & 1)));
+        let value = about.any(|index| self.pressed(index)).then(|| self.pressed_value(p))??;
+        Some(Seen { value: Some(value), normal: value.1 })
+    }
+
+    /// The samples that were measured to walls.
+    pub(super) fn held(&self) -> &Indicator {
+        &self.held
+    }
+
+    /// The part's own surface.
+    pub(super) fn level(&self) -> &Level {
+        &self.level
+    }
+
+    /// The wall as seen from a point near it, if the ball touches it there.
+    pub(super) fn seen(&self, p: Vec3) -> Option<Seen> {
+        self.touched(p)?;
+        self.level.seen(p)
+    }
+
+    /// The point of a wall nearest to a point near it, if the ball touches it there.
+    pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
+        Some(self.touched(p)?.point)
+    }
+
+    /// Outward normal of the wall that a point lies on.
+    pub(super) fn normal(&self, p: Vec3) -> Option<Vec3> {
+        let n = self.level.near.nearest(p)?;
+        let facing = self.level.near.facing(&n);
+        (n.distance < 0.02 * self.centres.grid().h() && self.ball_touches(&n, facing)).then_some(facing)
+    }
+
+    /// The foot of a point on a facet within a quarter of a spacing, if the ball touches there.
+    fn touched(&self, p: Vec3) -> Option<Nearest> {
+        let n = self.level.near.nearest(p)?;
+        let facing = self.level.near.facing(&n);
+        let over = dot(sub(p, n.point), facing).abs() >= 0.99 * n.distance;
+        (over && n.distance < 0.25 * self.centres.grid().h() && self.ball_touches(&n, facing)).then_some(n)
+    }
+}
+
+/// Whether a set has a sample, which may be off the grid.
+fn holds(set: &Indicator, index: [isize; 3]) -> bool {
+    let (dims, index) = (set.grid().dims(), index.map(|i| usize::try_from(i).unwrap_or(usize::MAX)));
+    (0..3).all(|a| index[a] < dims[a]) && set.contains(index)
+}
