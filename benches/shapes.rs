@@ -42,17 +42,17 @@ fn ball(radius: f64) -> Element {
     Element::BuiltIn(Primitive::Ball { radius: Length::mm(radius) })
 }
 
-#[divan::bench(args = [64, 96, 128, 160, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
 fn offset_by_2mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| offset(mesh, Length::mm(2.0), h));
 }
 
-#[divan::bench(args = [64, 96, 128, 160, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
 fn open_by_half_a_mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| open(mesh, &ball(0.5), h));
 }
 
-#[divan::bench(args = [64, 96, 128, 160, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
 fn close_by_half_a_mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| close(mesh, &ball(0.5), h));
 }
