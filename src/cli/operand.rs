@@ -70,12 +70,49 @@ fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Noti
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
     let health = Health::of(&mesh);
     if !health.is_solid() {
-        return Err(Error::NotSolid {
-            problem: format!("{} of its edges are open; shapes are made from closed ones", health.open_edges.count),
-            at_mm: health.open_edges.at_mm,
-            remedy: "close the holes with a mesh repair, or export a closed solid".into(),
-        });
+        return Err(why_no_solid(&health));
     }
     let notices = loaded.notices.into_iter().chain(health.notices()).collect();
     Ok((health.outward(&mesh).into_owned(), notices))
+}
+
+/// What keeps a surface from being a solid's, with a place and a way out.
+fn why_no_solid(health: &Health) -> Error {
+    let (open, miswound) = (health.open_edges, health.miswound_edges);
+    let repair = "`amcheck PART --repair` leaves repaired.3mf, if turning facets and closing cracks is enough";
+    let (problem, at_mm, remedy) = if open.count > 0 {
+        let problem = format!("{} of its edges are open; shapes are made from closed ones", open.count);
+        (problem, open.at_mm, format!("close the holes, or export a closed solid; {repair}"))
+    } else if miswound.count > 0 {
+        let problem = format!("along {} of its edges facets face opposite sides", miswound.count);
+        (problem, miswound.at_mm, format!("turn the facets to face outwards; {repair}"))
+    } else if health.unbalanced_edges > 0 {
+        let problem = format!("along {} of its edges more facets run one way than the other", health.unbalanced_edges);
+        (problem, health.non_manifold_edges.at_mm, format!("leave out facets that are there twice; {repair}"))
+    } else {
+        ("it encloses no volume".into(), None, "export a closed solid".into())
+    };
+    Error::NotSolid { problem, at_mm, remedy }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(corners: &[[usize; 3]]) -> String {
+        let at = [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]];
+        let mesh = TriangleMesh::weld(corners.iter().map(|t| t.map(|v| at[v])).collect::<Vec<_>>());
+        why_no_solid(&Health::of(&mesh)).to_string()
+    }
+
+    #[test]
+    fn what_keeps_a_surface_from_being_a_solid_is_said() {
+        let sides = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        assert!(refusal(&sides[..3]).contains("3 of its edges are open"), "{}", refusal(&sides[..3]));
+        let turned = [[0, 1, 2], sides[1], sides[2], sides[3]];
+        assert!(refusal(&turned).contains("along 3 of its edges facets face opposite sides"), "{}", refusal(&turned));
+        let twice = [sides[0], sides[0], sides[1], sides[2], sides[3]];
+        assert!(refusal(&twice).contains("more facets run one way than the other"), "{}", refusal(&twice));
+        assert!(refusal(&[sides[0], [0, 1, 2]]).contains("encloses no volume"));
+    }
 }

@@ -166,8 +166,9 @@ fn check_radius(radius: Length) -> Result<Length> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Primitive;
     use crate::geometry::generate::extruded;
+    use crate::geometry::{Primitive, cuboid};
+    use crate::random::Lcg;
     use std::f64::consts::PI;
 
     /// Steiner's volume of a box grown by r.
@@ -225,6 +226,27 @@ mod tests {
             println!("slot at {h}: {filled:.3} mm³ too much, {:?}", closed.volume);
             // Two grooves of 10 mm, and 34 mm of mouth that is left sharp.
             assert!(filled.abs() < 44.0 * 0.25 * h * h, "{filled}");
+        }
+    }
+
+    #[test]
+    fn turned_plates_and_blocks_are_opened_to_their_closed_forms() {
+        let mut random = Lcg(5);
+        for case in 0..60 {
+            let r = 0.3 + 0.7 * random.unit();
+            let room = [random.unit() * 4.0, 2.0 + random.unit() * 4.0, 2.0 + random.unit() * 4.0].map(|x| x + 1e-3);
+            let room = if case % 2 == 0 { [0.3 * random.unit() * r + 1e-3, room[1], room[2]] } else { room };
+            let sides = room.map(|x| 0.5 * x + r);
+            let part = cuboid(sides.map(|x| -x), sides).transformed(random.rotation(), [0.0; 3]);
+            let h = r * (0.3 + 0.7 * random.unit());
+            let open = open_by_ball(&part, Length::mm(r), Length::mm(h)).unwrap();
+            let (truth, perimeter) = (steiner(room, r), 4.0 * room.iter().sum::<f64>());
+            inside_bracket(&open, truth);
+            // Rims are chords of quarter circles on cells of the spacing: sagittas of h²/8r, twice for the cells' diagonals,
+            // and the facets that may reach into the ball.
+            let off = (open.mesh.signed_volume() - truth).abs();
+            let rims = (perimeter + 8.0 * r) * 1.6 * r * (h * h / (4.0 * r) + 0.01 * h);
+            assert!(off < rims, "case {case}: r {r}, h {h}, {room:?}: off by {off} of {truth}, allowed {rims}");
         }
     }
 }
