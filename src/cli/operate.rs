@@ -21,6 +21,9 @@ use std::path::{Path, PathBuf};
 /// Bytes for each sample of the result of an operation with a ball: sets, distances, the surface.
 pub(super) const BYTES_BY_DISTANCES: u128 = 24;
 
+/// Bytes for each sample of an opening or closing by a ball: distances to the part and to what the ball reaches.
+const BYTES_BY_ROLLING: u128 = 32;
+
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
 
@@ -39,13 +42,12 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         Operation::Open { part, radius, how } => {
             let (ball, _) = ball(radius)?;
             Job::new("open", part, how)?
-                .run([0.0; 3], BYTES_BY_DISTANCES, |part, h| operate::open(&part.mesh(h), &ball, h))
+                .run([0.0; 3], BYTES_BY_ROLLING, |part, h| operate::open(&part.mesh(h), &ball, h))
         }
         Operation::Close { part, radius, how } => {
             let (ball, radius) = ball(radius)?;
             let room = [2.0 * radius.as_mm(); 3];
-            Job::new("close", part, how)?
-                .run(room, BYTES_BY_DISTANCES, |part, h| operate::close(&part.mesh(h), &ball, h))
+            Job::new("close", part, how)?.run(room, BYTES_BY_ROLLING, |part, h| operate::close(&part.mesh(h), &ball, h))
         }
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;

@@ -3,7 +3,7 @@
 use super::buried::refuse_buried_facets;
 use super::level::Level;
 use super::near::{Near, squared_distance_to_shell};
-use super::traced::Traced;
+use super::traced::{FINE, Traced};
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::{Enclosure, InsideRule, MeshDistance, TriangleMesh, enclose};
@@ -48,7 +48,7 @@ pub fn offset(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Shaped
     }
     let (values, near) = Near::of(part.exact, &part.sides.centres, &part.shell2, by.as_mm(), None)?;
     let traced = Traced { values, level: Some(Level { near, r: by.as_mm() }), walls: None };
-    let (mesh, volume) = (traced.surface()?, bracket(&traced.values));
+    let (mesh, volume) = (traced.surface(FINE)?, bracket(&traced.values));
     Ok(Shaped { mesh, volume, field: traced.values })
 }
 

@@ -3,12 +3,12 @@
 use super::level::Level;
 use super::near::Near;
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
-use super::traced::Traced;
+use super::traced::{BETWEEN, FINE, Traced};
 use super::walls::{Distances, Walls};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::TriangleMesh;
+use crate::geometry::{MeshDistance, TriangleMesh};
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
 
@@ -46,16 +46,20 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
     };
     let (values, near) = Near::of(exact, &sides.centres, &shell2, there.as_mm(), None)?;
     let covered = Covered::of(&values, there)?;
-    let reached = Traced { values, level: Some(Level { near, r: there.as_mm() }), walls: None };
-    let between = reached.surface()?;
-    let Some(Level { near, .. }) = reached.level else {
-        return Err(Error::Internal { problem: "an offset without its level".into() });
-    };
-    let (distances, walls) = Walls::of(near.into_mesh(), &sides.centres, &shell2, there, &covered.surely)?;
+    let (between, exact) = reached(values, near, there)?;
+    let (distances, walls) = Walls::of(exact, &sides.centres, &shell2, there, &covered.surely)?;
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
     let traced = back(&between, distances, walls, there)?;
-    Ok(Shaped { mesh: traced.surface()?, volume, field: traced.values })
+    Ok(Shaped { mesh: traced.surface(FINE)?, volume, field: traced.values })
+}
+
+/// The surface of what the ball's centre reaches, from the offset field there; and the distances to the part.
+fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMesh, MeshDistance)> {
+    let traced = Traced { values, level: Some(Level { near, r: there.as_mm() }), walls: None };
+    let surface = traced.surface(BETWEEN)?;
+    let level = traced.level.ok_or_else(|| Error::Internal { problem: "an offset without its level".into() })?;
+    Ok((surface, level.near.into_mesh()))
 }
 
 /// The field on the way back: distances to walls where the ball touches them, elsewhere to the surface of what its centre

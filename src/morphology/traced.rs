@@ -15,8 +15,11 @@ const SMOOTH_COSINE: f64 = 0.906;
 /// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
 const SMOOTH_SLOPE: f64 = 0.1;
 
-/// Facets are inscribed no deeper than this, in spacings, as far as normals tell.
-const SAGITTA: f64 = 0.003;
+/// The facets of a result are inscribed no deeper than this, in spacings, as far as normals tell.
+pub(super) const FINE: f64 = 0.003;
+
+/// Those of what another surface is measured to.
+pub(super) const BETWEEN: f64 = 0.01;
 
 /// A field that is exact within a spacing of zero, of the right sign elsewhere, and what it was measured to.
 pub(super) struct Traced {
@@ -29,13 +32,14 @@ pub(super) struct Traced {
 }
 
 impl Traced {
-    /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept.
-    pub(super) fn surface(&self) -> Result<TriangleMesh> {
+    /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept, its facets inscribed by no more than
+    /// `sagitta` spacings.
+    pub(super) fn surface(&self, sagitta: f64) -> Result<TriangleMesh> {
         let grid = *self.values.grid();
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
         let normals = |_, corners: &[Vec3], seen: &[Option<Vec3>]| self.normals(corners, seen);
         let mesh = sharp_surface(&inside, |edge| self.crossing(edge), normals)?;
-        Ok(split_curved_edges(&mesh, SAGITTA * grid.h(), |p| self.on_surface(p)))
+        Ok(split_curved_edges(&mesh, sagitta * grid.h(), |p| self.on_surface(p)))
     }
 
     /// The level that a sample was measured to, if it was to one.
