@@ -117,8 +117,8 @@ impl Walls {
         radius > 0.0 && (radius <= HALF_DIAGONAL * grid.h() || side() == Some(self.ball < 0.0))
     }
 
-    /// Lessens what the distances say is left over by the ball, at samples near the part that no wall holds, where a place
-    /// of the ball is found that covers them better: `values` are of the result, negative inside.
+    /// Brings `values` of the result nearer to what the ball covers, at samples near the part that no wall holds, where a
+    /// place of the ball is found that covers them better. Only what fits is found, so that nothing is covered in vain.
     ///
     /// # Cost
     /// A distance to the mesh for each plane that stops the ball, at samples that it seems not to cover.
@@ -157,7 +157,8 @@ impl Walls {
         let centre =
             (free > 0.0).then(|| nearest_place(self.level.near.mesh(), free * self.ball.signum(), p, reach))??;
         let (off, apart) = (sub(p, centre), distance(p, centre));
-        (apart > 1e-9 * h).then(|| (side * (apart - self.ball.abs()), scale(off, side / apart)))
+        let stands = apart > 1e-9 * h && self.may_stand(centre, free);
+        stands.then(|| (side * (apart - self.ball.abs()), scale(off, side / apart)))
     }
 
     /// Whether a sample was measured to a wall.
