@@ -15,7 +15,7 @@ const SMOOTH_COSINE: f64 = 0.906;
 /// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
 const SMOOTH_SLOPE: f64 = 0.1;
 
-/// The facets of a result are inscribed no deeper than this, in spacings, as far as normals tell.
+/// Edges of a result that are inscribed deeper than this, in spacings, are split.
 pub(super) const FINE: f64 = 0.003;
 
 /// Those of what another surface is measured to.
@@ -32,8 +32,8 @@ pub(super) struct Traced {
 }
 
 impl Traced {
-    /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept, its facets inscribed by no more than
-    /// `sagitta` spacings.
+    /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept, its edges split where they are
+    /// inscribed by more than `sagitta` spacings.
     pub(super) fn surface(&self, sagitta: f64) -> Result<TriangleMesh> {
         let grid = *self.values.grid();
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
