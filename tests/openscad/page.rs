@@ -151,8 +151,8 @@ fn html(rows: &[Row]) -> String {
          <title>amcheck against OpenSCAD</title>\n<style>body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;\
          max-width:60rem;padding:0 1rem;color:#18212b;background:#fff}figure{margin:0 0 2.5rem}img{width:100%;height:auto;\
          border:1px solid #cdd4da}h2{margin:0 0 .25rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:0 1rem;\
-         margin:.5rem 0}dt{color:#586370}dd{margin:0}a{color:#0b5394}table{border-collapse:collapse;margin:1rem 0 2.5rem}\
-         td,th{padding:.15rem .75rem .15rem 0;text-align:left;white-space:nowrap;border-bottom:1px solid #e3e8ec;\
+         margin:.5rem 0}dt{color:#586370}dd{margin:0}a{color:#0b5394}div{overflow-x:auto}table{border-collapse:collapse;margin:1rem 0 2.5rem;font-size:.875rem}\
+         td,th{padding:.15rem .6rem .15rem 0;text-align:left;white-space:nowrap;border-bottom:1px solid #e3e8ec;\
          font-variant-numeric:tabular-nums}</style>\n<h1>amcheck against OpenSCAD</h1>\n",
     );
     let _ = writeln!(
@@ -173,12 +173,12 @@ fn html(rows: &[Row]) -> String {
         "OpenSCAD, mm³",
         "inside",
     ];
-    let _ = writeln!(text, "<table><tr><th>{}</th></tr>", heads.join("</th><th>"));
+    let _ = writeln!(text, "<div><table><tr><th>{}</th></tr>", heads.join("</th><th>"));
     for r in rows {
         let name = format!("<a href=\"#{name}\">{name}</a>", name = r.name);
         let _ = writeln!(text, "<tr><td>{}</td></tr>", cells(r, &name).join("</td><td>"));
     }
-    text += "</table>\n";
+    text += "</table></div>\n";
     for r in rows {
         let [estimate, low, high] = r.found;
         let share = if r.volume > 0.0 { 100.0 * r.differing / r.volume } else { 0.0 };
