@@ -130,7 +130,8 @@ impl Covered {
     /// Bounds on the volume of the result.
     ///
     /// A ball of radius |d| about a sample lies on the sample's side of the part. On the ball's side it is covered where the
-    /// sample was measured to a wall: it touches the wall at the same point, from inside the ball that rolls there.
+    /// sample was measured to a wall and no facet reaches into the ball: it touches the wall at the same point, from inside
+    /// the ball that rolls there, or is larger than that.
     fn bracket(&self, distances: &Distances, walls: &Walls, there: Length) -> [Volume; 2] {
         let grid = *distances.grid();
         let ([nx, ny, nz], h) = (grid.dims(), grid.h());
@@ -140,11 +141,11 @@ impl Covered {
             (0..nx).fold([0.0, 0.0], |[low, high], i| {
                 let d = f64::from(distances.values()[row * nx + i]);
                 let balls_side = (d < 0.0) == rolls_inside;
-                let held = balls_side && walls.held().contains([i, j, k]);
-                let within = if held { ball_in_cube(d.abs() / h - super::walls::REACH_IN) } else { 0.0 };
+                let clear = balls_side && walls.clear().contains([i, j, k]);
+                let within = if clear { ball_in_cube(d.abs() / h) } else { 0.0 };
                 let beyond = if balls_side { 0.0 } else { ball_in_cube(d.abs() / h) };
                 let surely = if self.surely.contains([i, j, k]) { 1.0 } else { within };
-                let possibly = if self.possibly.contains([i, j, k]) || held { 1.0 - beyond } else { 0.0 };
+                let possibly = if self.possibly.contains([i, j, k]) || clear { 1.0 - beyond } else { 0.0 };
                 [low + surely, high + possibly.max(surely)]
             })
         };

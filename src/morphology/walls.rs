@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 /// How far facets may reach into a ball that touches, in spacings: rounding, and the facets of round walls, whose edges stand
 /// out between its contacts. The surface is off by no more.
-pub(super) const REACH_IN: f64 = 0.005;
+const REACH_IN: f64 = 0.005;
 
 /// A place of the ball counts where it is nearer by this than what was known, in spacings.
 const BETTER: f64 = 0.02;
@@ -29,6 +29,8 @@ pub(super) struct Walls {
     level: Level,
     /// The samples that were measured to walls.
     held: Indicator,
+    /// Those of them where no facet reaches into the ball.
+    clear: Indicator,
     /// Those measured to the nearest place of the ball.
     pressed: Indicator,
     /// The sign tells the side: below zero the ball rolls inside.
@@ -36,7 +38,7 @@ pub(super) struct Walls {
     centres: Indicator,
 }
 
-/// The signed distances to the part: exact where [`Walls::hold`] and within [`EXACT`] spacings of zero; elsewhere farther
+/// The signed distances to the part: exact where [`Walls::held`] and within [`EXACT`] spacings of zero; elsewhere farther
 /// from zero and of the right sign.
 pub(super) type Distances = Field<f32>;
 
@@ -59,54 +61,66 @@ impl Walls {
         let mut walls = Walls {
             level,
             held: Indicator::empty(grid),
+            clear: Indicator::empty(grid),
             pressed: Indicator::empty(grid),
             ball,
             centres: centres.clone(),
         };
         let ([nx, ny, _], words) = (grid.dims(), walls.held.words_per_row());
-        let mut held = std::mem::replace(&mut walls.held, Indicator::empty(grid));
-        let rows = distances.values_mut().par_chunks_mut(nx).zip(held.words_mut().par_chunks_mut(words)).enumerate();
-        rows.for_each(|(row, (distances, bits))| {
+        let (mut held, mut clear) = (walls.held.clone(), walls.clear.clone());
+        let rows = held.words_mut().par_chunks_mut(words).zip(clear.words_mut().par_chunks_mut(words));
+        let rows = distances.values_mut().par_chunks_mut(nx).zip(rows).enumerate();
+        rows.for_each(|(row, (distances, (held, clear)))| {
             for (i, distance) in distances.iter_mut().enumerate() {
-                if walls.holds_sample([i, row % ny, row / ny], distance, covered) {
-                    bits[i / 64] |= 1 << (i % 64);
+                if let Some(reach_in) = walls.holds_sample([i, row % ny, row / ny], distance, covered) {
+                    held[i / 64] |= 1 << (i % 64);
+                    clear[i / 64] |= u64::from(reach_in == 0.0) << (i % 64);
                 }
             }
         });
-        walls.held = held;
+        (walls.held, walls.clear) = (held, clear);
         Ok((distances, walls))
     }
 
-    /// Whether a sample is measured to a wall; its distance becomes exact then.
-    fn holds_sample(&self, index: [usize; 3], distance: &mut f32, covered: &Indicator) -> bool {
+    /// How far facets reach into the ball that touches at a sample's foot, if the sample is measured to a wall; its distance
+    /// becomes exact then.
+    fn holds_sample(&self, index: [usize; 3], distance: &mut f32, covered: &Indicator) -> Option<f64> {
         let (grid, near) = (self.centres.grid(), &self.level.near);
         let d = f64::from(*distance);
         let beside = d.abs() <= EXACT * grid.h();
         let balls_side = self.centres.contains(index) == (self.ball < 0.0);
         if !(beside || balls_side && !covered.contains(index)) {
-            return false;
+            return None;
         }
         let p = grid.position(index);
         let found = if beside { near.nearest_of_sample(index) } else { near.mesh().nearest(p, self.ball.abs()) };
-        let Some(n) = found else {
-            return false;
-        };
+        let n = found?;
         let outwards = match n.distance > 1e-6 * grid.h() {
             true => scale(sub(p, n.point), 1f64.copysign(d) / n.distance),
             false => near.facing(&n),
         };
-        if !self.ball_touches(&n, outwards) {
-            return false;
-        }
+        let reach_in = self.reach_in(&n, outwards)?;
         *distance = n.distance.copysign(d) as f32;
-        true
+        Some(reach_in)
     }
 
     /// Whether the ball fits that touches the part in a point, seen from the direction given.
     fn ball_touches(&self, n: &Nearest, outwards: Vec3) -> bool {
-        let free = self.ball.abs() - REACH_IN * self.centres.grid().h();
+        self.reach_in(n, outwards).is_some()
+    }
+
+    /// How far facets reach into that ball, millimetres, if no further than [`REACH_IN`]; 0 but for rounding.
+    fn reach_in(&self, n: &Nearest, outwards: Vec3) -> Option<f64> {
+        let radius = self.ball.abs();
+        let free = radius - REACH_IN * self.centres.grid().h();
         let centre = along(n.point, outwards, self.ball);
-        self.may_stand(centre, free) && self.level.near.mesh().nearest(centre, free).is_none()
+        if !self.may_stand(centre, free) {
+            return None;
+        }
+        match self.level.near.mesh().nearest(centre, radius * (1.0 - 1e-9)) {
+            None => Some(0.0),
+            Some(facet) => (facet.distance >= free).then_some(radius - facet.distance),
+        }
     }
 
     /// Whether the centre of a ball that no facet reaches into is on its side, as far as samples tell: one that lies in the
@@ -183,6 +197,11 @@ impl Walls {
     /// The samples that were measured to walls.
     pub(super) fn held(&self) -> &Indicator {
         &self.held
+    }
+
+    /// Those of them whose ball no facet reaches into.
+    pub(super) fn clear(&self) -> &Indicator {
+        &self.clear
     }
 
     /// The part's own surface.
