@@ -2,6 +2,7 @@
 
 use super::orient::Question;
 use crate::geometry::TriangleMesh;
+use crate::geometry::bvh::{Bvh, bounds_of};
 use crate::geometry::vector::{Vec3, add, angle, dot, norm, scale, unit};
 use rayon::prelude::*;
 
@@ -150,18 +151,36 @@ fn outermost(points: &[Vec3]) -> Vec<Vec3> {
     if points.len() <= MANY {
         return points.to_vec();
     }
-    let mut kept: Vec<usize> = sphere(1500)
-        .par_iter()
-        .filter_map(|d| {
-            // The last of the farthest, each looked at once.
-            let far = |(i, p): (usize, &Vec3)| (i, dot(*p, *d));
-            let farther = |a: (usize, f64), b: (usize, f64)| if b.1.total_cmp(&a.1).is_ge() { b } else { a };
-            points.iter().enumerate().map(far).reduce(farther).map(|(i, _)| i)
-        })
-        .collect();
+    let tree = Bvh::new(&bounds_of(points.len(), |i| (points[i], points[i])));
+    let mut kept: Vec<usize> = sphere(1500).par_iter().filter_map(|d| farthest(points, &tree, *d)).collect();
     kept.sort_unstable();
     kept.dedup();
     kept.into_iter().map(|i| points[i]).collect()
+}
+
+/// The last of the points that are farthest in a direction.
+fn farthest(points: &[Vec3], tree: &Bvh, d: Vec3) -> Option<usize> {
+    // The corner of a box that is farthest.
+    let most = |node: usize| tree.nodes()[node].farthest_corner(d);
+    let mut best: Option<(f64, u32)> = None;
+    let mut stack: Vec<(f64, usize)> = tree.nodes().first().map(|_| (f64::INFINITY, 0)).into_iter().collect();
+    while let Some((bound, node)) = stack.pop() {
+        if best.is_some_and(|(far, _)| bound < far) {
+            continue;
+        }
+        let Some([left, right]) = tree.nodes()[node].children() else {
+            for &i in &tree.order()[tree.nodes()[node].run()] {
+                let far = (dot(points[i as usize], d), i);
+                let farther = |b: (f64, u32)| far.0.total_cmp(&b.0).then(far.1.cmp(&b.1)).is_gt();
+                best = if best.is_none_or(farther) { Some(far) } else { best };
+            }
+            continue;
+        };
+        let (left, right) = ((most(left), left), (most(right), right));
+        // The farther one first.
+        stack.extend(if left.0 < right.0 { [left, right] } else { [right, left] });
+    }
+    best.map(|(_, i)| i as usize)
 }
 
 #[cfg(test)]

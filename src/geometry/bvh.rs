@@ -1,34 +1,22 @@
-//! A tree of boxes over primitives, each box with a cone that holds the primitives' normals.
+//! A tree of boxes over primitives.
 
-use super::vector::{Vec3, add, angle, dot, greatest, hull, least, unit};
+use super::vector::{Vec3, add, greatest, hull, least};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Primitives in a leaf, at most.
 pub const LEAF: usize = 4;
 
-/// What the tree needs to know of a primitive.
-#[derive(Debug, Clone, Copy)]
-pub struct Bounds {
-    pub lo: Vec3,
-    pub hi: Vec3,
-    /// Axis and half-angle (radians) of a cone that holds every normal of the primitive.
-    pub axis: Vec3,
-    pub spread: f64,
-}
+/// The box of a primitive, by its least and greatest corner.
+pub type Bounds = (Vec3, Vec3);
 
-/// One node: a box, a cone of normals, and its two children or its run of primitives; 64 bytes.
+/// One node: a box, and its two children or its run of primitives.
 ///
 /// The box has a fourth component of 0, so that all are worked on at once.
 #[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
 pub struct Node {
     lo: [f32; 4],
     hi: [f32; 4],
-    axis: [f32; 3],
-    spread: f32,
-    /// Sine and cosine of the half-angle.
-    turn: [f32; 2],
     first: u32,
     count: u32,
 }
@@ -73,25 +61,18 @@ impl Node {
         ([self.lo[0], self.lo[1], self.lo[2]], [self.hi[0], self.hi[1], self.hi[2]])
     }
 
+    /// The height of the box in a direction: no point in it is higher.
+    #[inline]
+    pub fn farthest_corner(&self, d: Vec3) -> f64 {
+        let (lo, hi) = self.extent();
+        let of = |a: usize| d[a] * if d[a] > 0.0 { hi[a] } else { lo[a] };
+        of(0) + of(1) + of(2)
+    }
+
     /// The box in f64.
     #[inline]
     pub fn extent(&self) -> (Vec3, Vec3) {
         (wide(&self.lo), wide(&self.hi))
-    }
-
-    /// Whether the cone may hold a normal at an angle of at least `least` to the unit vector `direction`.
-    ///
-    /// `least` comes as (sine, cosine, value) so that no angle is computed in the walk; rounding only lets more through.
-    #[inline]
-    pub fn may_turn_from(&self, direction: Vec3, (sin, cos, least): (f64, f64, f64)) -> bool {
-        let spread = f64::from(self.spread);
-        if spread >= least {
-            return true;
-        }
-        // angle(direction, axis) ≥ least − spread
-        let bound = cos * f64::from(self.turn[1]) + sin * f64::from(self.turn[0]);
-        let axis = [f64::from(self.axis[0]), f64::from(self.axis[1]), f64::from(self.axis[2])];
-        dot(direction, axis) <= bound + 1e-5
     }
 }
 
@@ -133,6 +114,26 @@ impl Bvh {
     /// Primitives in the order of the leaves.
     pub fn order(&self) -> &[u32] {
         &self.order
+    }
+
+    /// The same, and nothing else of the tree.
+    pub fn into_order(self) -> Vec<u32> {
+        self.order
+    }
+
+    /// The run of [`Bvh::order`] below a node.
+    ///
+    /// # Cost
+    /// A step for each level below.
+    pub fn span(&self, node: usize) -> Range<usize> {
+        let (mut first, mut last) = (node, node);
+        while let Some([left, _]) = self.nodes[first].children() {
+            first = left;
+        }
+        while let Some([_, right]) = self.nodes[last].children() {
+            last = right;
+        }
+        self.nodes[first].run().start..self.nodes[last].run().end
     }
 
     /// Where each primitive below `count` stands in [`Bvh::order`]; at the end, if it is not in the tree.
@@ -217,8 +218,8 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (
     if order.len() <= LEAF {
         return leaf(bounds, order, offset);
     }
-    let centre = |i: u32, a: usize| bounds[i as usize].lo[a] + bounds[i as usize].hi[a];
-    let middles = order.iter().map(|&i| add(bounds[i as usize].lo, bounds[i as usize].hi));
+    let centre = |i: u32, a: usize| bounds[i as usize].0[a] + bounds[i as usize].1[a];
+    let middles = order.iter().map(|&i| add(bounds[i as usize].0, bounds[i as usize].1));
     let (lo, hi) = middles.fold(EMPTY, |(lo, hi), m| (least(m, lo), greatest(m, hi)));
     let axis = (0..3).max_by(|&a, &b| (hi[a] - lo[a]).total_cmp(&(hi[b] - lo[b]))).unwrap_or(0);
     let middle = order.len() / 2;
@@ -233,17 +234,8 @@ fn build(bounds: &[Bounds], order: &mut [u32], offset: usize, (below, number): (
     let mut right = || build(bounds, right, offset + middle, (below_r, number_r));
     let (l, r) = if parallel { rayon::join(left, right) } else { (left(), right()) };
     (children[0], children[1]) = (l, r);
-    let (axis, spread) = joined_cone((wide(&l.axis), f64::from(l.spread)), (wide(&r.axis), f64::from(r.spread)));
     let extent = hull(l.extent(), r.extent());
-    Node {
-        lo: narrow(extent.0, |x| x),
-        hi: narrow(extent.1, |x| x),
-        axis: [axis[0] as f32, axis[1] as f32, axis[2] as f32],
-        spread: spread as f32 + 1e-6,
-        turn: turn(spread),
-        first: number as u32,
-        count: 0,
-    }
+    Node { lo: narrow(extent.0, |x| x), hi: narrow(extent.1, |x| x), first: number as u32, count: 0 }
 }
 
 /// The box that holds nothing.
@@ -265,47 +257,13 @@ fn narrow(v: Vec3, round: impl Fn(f32) -> f32) -> [f32; 4] {
 }
 
 fn leaf(bounds: &[Bounds], order: &[u32], offset: usize) -> Node {
-    let mut extent = EMPTY;
-    let mut cone: Option<(Vec3, f64)> = None;
-    for &i in order {
-        let b = &bounds[i as usize];
-        extent = hull(extent, (b.lo, b.hi));
-        cone = Some(cone.map_or((b.axis, b.spread), |c| joined_cone(c, (b.axis, b.spread))));
-    }
-    let (axis, spread) = cone.unwrap_or(([0.0; 3], std::f64::consts::PI));
+    let extent = order.iter().fold(EMPTY, |extent, &i| hull(extent, bounds[i as usize]));
     Node {
         lo: narrow(extent.0, f32::next_down),
         hi: narrow(extent.1, f32::next_up),
-        axis: [axis[0] as f32, axis[1] as f32, axis[2] as f32],
-        spread: spread as f32 + 1e-6,
-        turn: turn(spread),
         first: offset as u32,
         count: order.len() as u32,
     }
-}
-
-fn turn(spread: f64) -> [f32; 2] {
-    let (sin, cos) = (spread + 1e-6).sin_cos();
-    [sin as f32, cos as f32]
-}
-
-/// A cone that holds both cones.
-fn joined_cone(a: (Vec3, f64), b: (Vec3, f64)) -> (Vec3, f64) {
-    let between = angle(a.0, b.0);
-    if a.1 >= std::f64::consts::PI || b.1 >= std::f64::consts::PI || between + a.1.max(b.1) > 3.0 {
-        return ([0.0, 0.0, 1.0], std::f64::consts::PI);
-    }
-    if between + b.1 <= a.1 {
-        return a;
-    }
-    if between + a.1 <= b.1 {
-        return b;
-    }
-    let axis = unit(add(a.0, b.0));
-    if dot(axis, axis) == 0.0 {
-        return ([0.0, 0.0, 1.0], std::f64::consts::PI);
-    }
-    (axis, (angle(axis, a.0) + a.1).max(angle(axis, b.0) + b.1))
 }
 
 /// Bounds of many primitives, computed on all cores.
@@ -321,7 +279,7 @@ mod tests {
     fn boxes(random: &mut Lcg, count: usize) -> Vec<Bounds> {
         let some = |_| {
             let lo = random.point(-9.0, 9.0);
-            Bounds { lo, hi: add(lo, random.point(0.0, 0.5)), axis: [0.0, 0.0, 1.0], spread: 0.0 }
+            (lo, add(lo, random.point(0.0, 0.5)))
         };
         (0..count).map(some).collect()
     }
@@ -359,7 +317,7 @@ mod tests {
                 last
             });
             let away = |b: &Bounds| {
-                let gap = |a: usize| (b.lo[a] - last.0[a]).max(last.0[a] - b.hi[a]).max(0.0);
+                let gap = |a: usize| (b.0[a] - last.0[a]).max(last.0[a] - b.1[a]).max(0.0);
                 (0..3).map(|a| gap(a) * gap(a)).sum::<f64>().sqrt()
             };
             assert!(bounds.iter().zip(visited).all(|(b, seen)| seen || away(b) >= last.1));

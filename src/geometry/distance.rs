@@ -1,6 +1,6 @@
 //! Exact distances from points to a mesh, rays through it, and maximal balls that touch it.
 
-use super::bvh::{Bounds, Bvh, LEAF, bounds_of};
+use super::bvh::{Bvh, LEAF, bounds_of};
 use super::facet_bounds::{FacetBounds, LANES};
 use super::mesh::TriangleMesh;
 use super::triangle::{closest_pair, closest_point, ray_hit};
@@ -62,13 +62,8 @@ impl MeshDistance {
 
     /// The distances to the triangles of these numbers.
     fn over(triangles: Vec<[Vec3; 3]>, normals: Vec<Vec3>, numbers: &[u32]) -> Self {
-        let tree = Bvh::new(&bounds_of(numbers.len(), |n| {
-            let f = numbers[n] as usize;
-            let (lo, hi) = bounds(triangles[f]).unwrap_or(([0.0; 3], [0.0; 3]));
-            let spread = if norm2(normals[f]) > 0.0 { 0.0 } else { std::f64::consts::PI };
-            Bounds { lo, hi, axis: normals[f], spread }
-        }));
-        let tree = tree.renamed(numbers);
+        let of = |n: usize| bounds(triangles[numbers[n] as usize]).unwrap_or_default();
+        let tree = Bvh::new(&bounds_of(numbers.len(), of)).renamed(numbers);
         let (leaves, numbers) = leaves(&triangles, &tree);
         MeshDistance { wide: Wide::over(tree.nodes()), triangles, normals, tree, leaves, numbers }
     }

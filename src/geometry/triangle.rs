@@ -113,14 +113,19 @@ impl Pair {
         Pair { triangles: [s, t], normals: [m, n], heights: [heights(s, t[0], n), heights(t, s[0], m)] }
     }
 
-    /// Whether the plane of one is farther than `within` from all of the other; `false` does not say that they are near.
+    /// Whether they are farther apart than `within` along the normal of one, or along the line between their centroids; `false`
+    /// does not say that they are near.
     #[inline]
     pub fn is_farther_than(&self, within: f64) -> bool {
-        let far = |h: [f64; 3], n: Vec3| {
-            let least = clear_of(h);
-            least * least > within * within * norm2(n)
-        };
-        far(self.heights[0], self.normals[1]) || far(self.heights[1], self.normals[0])
+        let far = |least: f64, n: Vec3| least * least > within * within * norm2(n);
+        if far(clear_of(self.heights[0]), self.normals[1]) || far(clear_of(self.heights[1]), self.normals[0]) {
+            return true;
+        }
+        // What is small and stands aside is told apart along the line between them rather than along a normal.
+        let [s, t] = self.triangles;
+        let between = sub(add(add(t[0], t[1]), t[2]), add(add(s[0], s[1]), s[2]));
+        let [to, from] = [t, s].map(|of| heights(of, s[0], between));
+        far((smallest(to) - largest(from)).max(0.0), between)
     }
 
     /// The nearest points; equal points where the triangles cross.
@@ -188,10 +193,24 @@ impl Pair {
 
 /// The least height of three corners that lie on one side of a plane; 0 where they do not.
 #[inline]
-fn clear_of([a, b, c]: [f64; 3]) -> f64 {
+fn clear_of(heights: [f64; 3]) -> f64 {
+    let (up, down) = (smallest(heights), -largest(heights));
+    let clear = if down > up { down } else { up };
+    if clear > 0.0 { clear } else { 0.0 }
+}
+
+/// The least of three numbers.
+#[inline]
+fn smallest([a, b, c]: [f64; 3]) -> f64 {
     let least = |a: f64, b: f64| if b < a { b } else { a };
+    least(least(a, b), c)
+}
+
+/// The greatest of three numbers.
+#[inline]
+fn largest([a, b, c]: [f64; 3]) -> f64 {
     let greatest = |a: f64, b: f64| if b > a { b } else { a };
-    greatest(greatest(least(least(a, b), c), -greatest(greatest(a, b), c)), 0.0)
+    greatest(greatest(a, b), c)
 }
 
 /// Twice the area vector.

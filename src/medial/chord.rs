@@ -1,11 +1,11 @@
 //! The nearest opposing feature: a lower bound of the thickness at a patch of surface.
 
+use super::facing::{Query, Visit};
 use super::feature::{Feature, Features};
 use super::reach::{Reach, Slabs, closest_polygons};
-use crate::geometry::bvh::Node;
 use crate::geometry::triangle::Pair;
 use crate::geometry::vector::{self, Vec3, along, cross, distance, dot, norm2, sub};
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
 pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
@@ -15,6 +15,9 @@ pub const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
 pub(super) const MARGIN: f64 = 1e-6;
 /// What rounding may do to a squared distance: what is farther than known by less is still measured.
 const ROUNDED: f64 = 1.0 + 1e-9;
+/// What rounding may do to a length of nothing, millimetres.
+const ROUNDED_LENGTH: f64 = 1e-9;
+
 /// A flat patch of surface, or an edge or vertex, that chords start from.
 #[derive(Debug, Clone, Copy)]
 pub struct Patch {
@@ -88,111 +91,96 @@ impl Features {
     /// # Cost
     /// One best-first walk of the tree, pruned by distance, cone of normals and reach of the patch.
     pub fn nearest_chord(&self, patch: &Patch, within: f64) -> Option<Chord> {
-        self.nearest_chord_where(patch, within, |_| true)
+        self.nearest_chord_from(patch, within, None)
     }
 
-    /// The same for the opposing features that are accepted.
+    /// The same, sought from a feature that should be near its end: the chord is the same whatever that is.
+    pub fn nearest_chord_from(&self, patch: &Patch, within: f64, feature: Option<u32>) -> Option<Chord> {
+        self.search(patch, within, feature, |_| true)
+    }
+
+    /// The chord of least bound to the opposing features that are accepted.
     pub fn nearest_chord_where(&self, patch: &Patch, within: f64, accept: impl Fn(&Feature) -> bool) -> Option<Chord> {
+        self.search(patch, within, None, accept)
+    }
+
+    fn search(
+        &self,
+        patch: &Patch,
+        within: f64,
+        from: Option<u32>,
+        accept: impl Fn(&Feature) -> bool,
+    ) -> Option<Chord> {
         let least_angle = WALL_SEPARATION - MARGIN - patch.spread - patch.slack;
         let reach = Reach::new(patch);
-        let least = (least_angle.sin(), least_angle.cos(), least_angle);
-        let slabs = Slabs::new(&reach, self.tree.nodes().first()?.extent());
-        let walk = Walk { features: self, patch, reach, slabs, least, bounds: vector::bounds(patch.corners)? };
+        let slabs = Slabs::new(&reach, self.facing.extent()?);
+        let query = Query::new(vector::bounds(patch.corners)?, patch.axis, least_angle, slabs);
+        let walk = Walk { features: self, patch, reach, least_angle, accept, best: None };
         // The same code for the widest vectors of the machine.
-        Arch::new().dispatch(|| walk.nearest(within, accept))
+        Arch::new().dispatch(Search { walk, query, start: (within * within, from) })
+    }
+}
+
+/// A walk to be made.
+struct Search<'a, A> {
+    walk: Walk<'a, A>,
+    query: Query,
+    start: (f64, Option<u32>),
+}
+
+impl<A: Fn(&Feature) -> bool> NullaryFnOnce for Search<'_, A> {
+    type Output = Option<Chord>;
+
+    #[inline(always)]
+    fn call(mut self) -> Self::Output {
+        self.walk.features.facing.opposing(&self.query, self.start, &mut self.walk);
+        self.walk.best
     }
 }
 
 /// One search for the nearest chord.
-struct Walk<'a> {
+struct Walk<'a, A> {
     features: &'a Features,
     patch: &'a Patch,
     reach: Reach,
-    slabs: Slabs,
-    /// Sine and cosine of the least angle of the normals, and the angle.
-    least: (f64, f64, f64),
-    /// Box of the patch.
-    bounds: (Vec3, Vec3),
+    /// Least angle of the normals.
+    least_angle: f64,
+    accept: A,
+    best: Option<Chord>,
 }
 
-impl Walk<'_> {
+impl<A: Fn(&Feature) -> bool> Visit for Walk<'_, A> {
     #[inline(always)]
-    fn nearest(&self, within: f64, accept: impl Fn(&Feature) -> bool) -> Option<Chord> {
-        let (tree, (lo, hi)) = (&self.features.tree, self.bounds);
-        let nodes = tree.nodes();
-        let mut best: Option<Chord> = None;
-        let mut best2 = within * within;
-        // One waits for each step down, of which there are fewer than 32 for all facets that have a number.
-        let mut stack = [(0usize, 0.0f64); 64];
-        let mut depth = usize::from(nodes.first().is_some_and(|root| self.may_hold(root)));
-        while depth > 0 {
-            depth -= 1;
-            let (at, bound) = stack[depth];
-            if bound >= best2 {
-                continue;
-            }
-            if let Some([l, r]) = nodes[at].children() {
-                let (dl, dr) = (nodes[l].box_distance2(lo, hi), nodes[r].box_distance2(lo, hi));
-                let order = if dl <= dr { [(r, dr), (l, dl)] } else { [(l, dl), (r, dr)] };
-                for child in order {
-                    if child.1 < best2 && self.may_hold(&nodes[child.0]) && depth < stack.len() {
-                        stack[depth] = child;
-                        depth += 1;
-                    }
-                }
-                continue;
-            }
-            for &i in tree.order()[nodes[at].run()].iter().filter(|&&i| accept(&self.features.list[i as usize])) {
-                if let Some(c) = self.chord_to(i, best2) {
-                    let c2 = c.bound * c.bound;
-                    if c2 < best2 || (c2 == best2 && best.is_some_and(|b| i < b.feature)) {
-                        best2 = c2;
-                        best = Some(c);
-                    }
-                }
-            }
+    fn visit(&mut self, feature: u32, best2: f64) -> f64 {
+        let of = self.features.list.get(feature as usize).filter(|f| (self.accept)(f));
+        let Some(chord) = of.and_then(|f| self.chord_to((feature, f), best2)) else { return best2 };
+        let squared = chord.bound * chord.bound;
+        if squared < best2 || (squared == best2 && self.best.is_some_and(|b| feature < b.feature)) {
+            self.best = Some(chord);
+            return squared;
         }
-        best
+        best2
     }
+}
 
-    /// Whether a node may hold a feature that faces the patch and lies in its reach.
-    #[inline(always)]
-    fn may_hold(&self, node: &Node) -> bool {
-        node.may_turn_from(self.patch.axis, self.least) && self.slabs.may_meet(node.box_f32())
-    }
-
-    /// Whether the normal of a facet may be far enough from the patch's; `false` is certain. Edges and vertices are not told.
-    ///
-    /// An angle to the axis below least − s, s the slack of the facet, has a cosine above cos(least − s), which is at most
-    /// cos(least) + s·sin(least) + s²/2·|cos(least)|: no angle is computed.
-    #[inline(always)]
-    fn may_face(&self, feature: &Feature) -> bool {
-        let (sin, cos, least) = self.least;
-        let s = feature.slack;
-        let most = cos + s * sin + 0.5 * s * s * cos.abs() + 1e-9;
-        feature.spread > 0.0 || s > least || dot(feature.axis, self.patch.axis) <= most
-    }
-
+impl<A> Walk<'_, A> {
     /// The shortest chord from the patch to one feature, if there can be one whose bound is not above √`best2`.
     ///
     /// What rules most features out for the least work comes first.
     #[inline(always)]
-    fn chord_to(&self, index: u32, best2: f64) -> Option<Chord> {
-        let (patch, reach, (_, _, least_angle)) = (self.patch, &self.reach, self.least);
-        let feature = &self.features.list[index as usize];
-        if !self.may_face(feature) {
-            return None;
-        }
-        if boxes_apart2(&patch.corners, &feature.corners) > best2 * ROUNDED || !reach.meets_corners(&feature.corners) {
+    fn chord_to(&self, (index, feature): (u32, &Feature), best2: f64) -> Option<Chord> {
+        let (patch, reach) = (self.patch, &self.reach);
+        if !reach.meets_corners(&feature.corners) {
             return None;
         }
         let pair = Pair::of(patch.corners, feature.corners);
         // No bound is below the length.
-        if pair.is_farther_than(best2.sqrt()) || !faces(patch, feature) {
+        let within = (best2.sqrt() * ROUNDED).max(ROUNDED_LENGTH);
+        if pair.is_farther_than(within) || !faces(patch, feature) {
             return None;
         }
         let widest = feature.widest_angle(patch.axis) + feature.slack;
-        if widest < least_angle {
+        if widest < self.least_angle {
             return None;
         }
         let stretch = 1.0 / (0.5 * (widest + patch.spread + patch.slack).min(std::f64::consts::PI)).sin();
@@ -200,7 +188,7 @@ impl Walk<'_> {
         if meets(&patch.whole, &feature.corners) && widest < PARALLEL {
             return None;
         }
-        if pair.is_farther_than(best2.sqrt() / stretch) {
+        if pair.is_farther_than(within / stretch) {
             return None;
         }
         let chord = |(p, q): (Vec3, Vec3)| {
@@ -231,16 +219,6 @@ fn faces(patch: &Patch, feature: &Feature) -> bool {
         && (feature.spread > 0.0 || below(&patch.corners, &feature.corners, feature.axis))
 }
 
-/// Squared distance between the boxes of two triangles.
-#[inline]
-fn boxes_apart2(s: &[Vec3; 3], t: &[Vec3; 3]) -> f64 {
-    let least = |t: &[Vec3; 3]| vector::least(vector::least(t[0], t[1]), t[2]);
-    let greatest = |t: &[Vec3; 3]| vector::greatest(vector::greatest(t[0], t[1]), t[2]);
-    let ahead = sub(least(s), greatest(t));
-    let gap = vector::greatest(vector::greatest(ahead, sub(least(t), greatest(s))), [0.0; 3]);
-    norm2(gap)
-}
-
 /// Whether two features have a vertex in common.
 pub fn meets(a: &[Vec3; 3], b: &[Vec3; 3]) -> bool {
     a.iter().any(|p| b.contains(p))
@@ -259,24 +237,22 @@ mod tests {
         let (s, c) = 0.7f64.sin_cos();
         let inner = ball(2.5).transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.05, 0.11, 0.02]);
         let mesh = ball(3.0).joined(&inner.flipped());
-        let mut found = 0;
+        let (mut found, mut random) = (0, crate::random::Lcg(5));
         for (side, within) in [(Side::Material, 0.55), (Side::Void, 5.5)] {
             let features = Features::new(&mesh, side, |_| true);
             for feature in features.list.iter().step_by(7) {
                 let patch = Patch::from(feature);
                 let least_angle = WALL_SEPARATION - MARGIN - patch.spread - patch.slack;
-                let least = (least_angle.sin(), least_angle.cos(), least_angle);
                 let reach = Reach::new(&patch);
-                let all = 0..features.list.len() as u32;
-                let bounds = vector::bounds(patch.corners).unwrap();
-                let slabs = Slabs::new(&reach, ([-9.0; 3], [9.0; 3]));
-                let walk = Walk { features: &features, patch: &patch, reach, slabs, least, bounds };
-                let turned = |f: &Feature| f.widest_angle(patch.axis) + f.slack >= least_angle;
-                assert!(features.list.iter().all(|f| walk.may_face(f) || !turned(f)));
-                let chords = all.filter_map(|i| walk.chord_to(i, f64::INFINITY));
+                let walk = Walk { features: &features, patch: &patch, reach, least_angle, accept: (), best: None };
+                let all = (0u32..).zip(&features.list);
+                let chords = all.filter_map(|f| walk.chord_to(f, f64::INFINITY));
                 let plain = chords.map(|c| c.bound).filter(|b| *b < within).fold(f64::INFINITY, f64::min);
                 let walked = features.nearest_chord(&patch, within).map_or(f64::INFINITY, |c| c.bound);
                 assert!(walked == plain || (walked - plain).abs() < 1e-12, "{walked} {plain}");
+                let chord = |from| features.nearest_chord_from(&patch, within, from).map(|c| (c.feature, c.from, c.to));
+                let from = random.below(features.list.len() as u64) as u32;
+                assert_eq!(chord(Some(from)), chord(None));
                 found += usize::from(plain.is_finite());
             }
         }

@@ -151,10 +151,13 @@ impl Cover {
     /// O(log n) for a feature without an opposing one; a thin region costs its area over the resolution squared.
     /// Runs on all cores; the result does not depend on their number.
     pub fn search(mesh: &MeshDistance, features: &Features, question: &Question) -> Cover {
-        let seek = |feature: usize, budget: u64| Seeker::new(mesh, features, question, budget).seek(feature as u32);
+        let seek = |opposite: &mut Option<u32>, feature: u32, budget: u64| {
+            Seeker::new(mesh, features, question, budget).seek(feature, opposite)
+        };
         // In the order of the tree, so that one search finds in the cache what the one before has read.
-        let order = features.tree.order();
-        let first: Vec<Cover> = order.par_iter().with_min_len(64).map(|&f| seek(f as usize, FIRST_LOOK)).collect();
+        let order = features.facing.order();
+        let first: Vec<Cover> =
+            order.par_iter().with_min_len(64).map_init(|| None, |near, &f| seek(near, f, FIRST_LOOK)).collect();
         let mut found: Vec<Cover> = (0..features.list.len()).map(|_| Cover::default()).collect();
         order.iter().zip(first).for_each(|(&f, cover)| found[f as usize] = cover);
         // What a look left open shares the rest of the budget; the shares do not depend on the order of work.
@@ -168,7 +171,7 @@ impl Cover {
                 break;
             }
             last = share;
-            let again: Vec<Cover> = open.par_iter().map(|&i| seek(i, share)).collect();
+            let again: Vec<Cover> = open.par_iter().map_init(|| None, |near, &i| seek(near, i as u32, share)).collect();
             for (i, mut cover) in open.into_iter().zip(again) {
                 spent += cover.evaluations;
                 cover.evaluations += found[i].evaluations;

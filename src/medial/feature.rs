@@ -1,12 +1,15 @@
 //! The features a maximal ball can touch: facets, and the edges and vertices that bend towards the ball.
 
+use super::facing::Facing;
 use crate::geometry::TriangleMesh;
-use crate::geometry::bvh::{Bounds, Bvh, bounds_of};
-use crate::geometry::vector::{Vec3, add, angle, bounds, cross, dot, norm2, scale, sub, unit};
+use crate::geometry::vector::{Vec3, add, angle, cross, dot, norm2, scale, sub, unit};
 use rayon::prelude::*;
 
 /// Edges bent by less than this are covered by the margin of their facets' cones, radians (5°).
 pub const SHARP: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// The foot of a unit vector on a plane that is at right angles to it is rounding, and shorter than this.
+const SHORT: f64 = 1e-10;
 
 /// The side of the surface on which balls are grown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +60,8 @@ impl Feature {
         // The antipode, dropped onto the plane of the arc: the widest angle is there if it falls inside the arc.
         let foot = sub(opposite, scale(across, dot(opposite, across)));
         let inside = dot(cross(m, foot), across) >= 0.0 && dot(cross(foot, n), across) >= 0.0;
-        if inside && norm2(foot) > 0.0 {
+        // A shorter foot is rounding: the direction is at right angles to all of the arc.
+        if inside && norm2(foot) > SHORT * SHORT {
             std::f64::consts::PI - angle(opposite, foot)
         } else {
             angle(direction, m).max(angle(direction, n))
@@ -74,7 +78,7 @@ impl Feature {
 pub struct Features {
     /// Facets first, in increasing order, then vertices and edges.
     pub list: Vec<Feature>,
-    pub tree: Bvh,
+    pub(super) facing: Facing,
     pub side: Side,
     /// Body of each facet of the mesh; empty if all are one.
     bodies: Vec<u32>,
@@ -109,12 +113,7 @@ impl Features {
         let mut list: Vec<Feature> = bends.facets.par_iter().map(of_facet).collect();
         list.extend(vertices(mesh, &sharp, &edges, &reflex));
         list.extend(edges.into_iter().zip(reflex).filter_map(|(e, reflex)| reflex.then_some(e)));
-        let tree = Bvh::new(&bounds_of(list.len(), |i| {
-            let f = &list[i];
-            let (lo, hi) = bounds(f.corners).unwrap_or(([0.0; 3], [0.0; 3]));
-            Bounds { lo, hi, axis: f.axis, spread: f.spread + f.slack }
-        }));
-        Features { list, tree, side, bodies: Vec::new() }
+        Features { facing: Facing::of(&list), list, side, bodies: Vec::new() }
     }
 }
 

@@ -32,8 +32,8 @@ pub(super) struct Slabs {
 
 impl Slabs {
     /// The half-spaces for boxes that lie in one.
-    pub(super) fn new(reach: &Reach, (lo, hi): (Vec3, Vec3)) -> Self {
-        let largest: f64 = (0..3).map(|a| lo[a].abs().max(hi[a].abs())).sum();
+    pub(super) fn new(reach: &Reach, (lo, hi): ([f32; 3], [f32; 3])) -> Self {
+        let largest: f64 = (0..3).map(|a| f64::from(lo[a].abs().max(hi[a].abs()))).sum();
         let margin = ROUNDING_F32 * largest;
         Slabs {
             out: reach.out.map(|parts| parts.map(|lanes| lanes.map(|x| x as f32))),

@@ -34,12 +34,12 @@ pub fn thinnest_on(
     budget: u64,
 ) -> Thinnest {
     let mut known = Thinnest { sample: None, low: 0.0 };
-    let (mut least, mut spent) = (best, 0);
+    let (mut least, mut spent, mut opposite) = (best, 0, None);
     for _ in 0..LOOKS {
         let below = least - GAIN;
         let (notice, finest) = (1.25 * least, question.finest / FINER);
         let narrower = Question { limits: vec![below], notice, agree: GAIN, finest, ..question.clone() };
-        let cover = Seeker::new(mesh, features, &narrower, budget.saturating_sub(spent)).seek(feature);
+        let cover = Seeker::new(mesh, features, &narrower, budget.saturating_sub(spent)).seek(feature, &mut opposite);
         spent += cover.evaluations;
         let sheets = cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below);
         let open = cover.unresolved.iter().filter(|u| u.extent > question.finest);

@@ -7,6 +7,7 @@ use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, along, distance, norm2, scale, sub};
+use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// A ball whose contacts are at least this far apart, but less than a wall's, lies in a wedge (120°).
@@ -21,6 +22,9 @@ const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const SAME: f64 = 0.95;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
+/// Patches whose chords are sought at once, in a search that may cost more than a first look.
+const WAVE: usize = 64;
+
 /// The search on one feature.
 pub(super) struct Seeker<'a> {
     mesh: &'a MeshDistance,
@@ -58,40 +62,21 @@ impl<'a> Seeker<'a> {
 
     /// Looks at a feature, halving what is open, and returns what was found.
     ///
-    /// The feature is an index into the list of all; one that is not there has nothing on it.
-    pub(super) fn seek(mut self, feature: u32) -> Cover {
+    /// The feature is an index into the list of all; one that is not there has nothing on it. `opposite` is a feature that chords may
+    /// lead to, and becomes the last that one led to: it saves work on the next feature, and changes nothing else.
+    pub(super) fn seek(mut self, feature: u32, opposite: &mut Option<u32>) -> Cover {
         let Some(of) = self.features.list.get(feature as usize) else { return self.cover };
         let whole = Patch::from(of);
         (self.feature, self.facet, self.extent) = (feature, of.facet, whole.longest_edge().0);
         let mut queue = VecDeque::from([whole]);
-        while let Some(patch) = queue.pop_front() {
-            let Some(chord) = self.features.nearest_chord(&patch, self.question.notice) else {
-                self.cover.evaluations += 1;
-                continue;
-            };
-            self.cover.evaluations += 2;
-            if self.cover.facets.is_empty() {
-                self.cover.facets.push(FacetSheet { low: chord.bound, ..FacetSheet::FREE });
-            }
-            let look =
-                if patch.spread > 0.0 { self.look_at_edge(&patch, &chord) } else { self.look_at_facet(&patch, &chord) };
-            if let Look::Open { low } | Look::Coarse { low } = look {
-                // Coarse patches are sampled for their area as long as that is cheap.
-                let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
-                if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
-                    // Its bound takes this one in.
-                    self.passed = self.passed.min(low);
-                    continue;
-                }
-                if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
-                    queue.extend(patch.halves());
-                } else if self.question.is_thin(low) {
-                    self.cover.unresolved.push(Unresolved {
-                        at: patch.centroid(),
-                        low,
-                        extent: patch.longest_edge().0,
-                        facet: self.facet,
-                    });
+        // Chords depend on nothing that is found: in a search that may cost much they are sought for many patches at once.
+        let wave = if self.budget > FIRST_LOOK { WAVE } else { 1 };
+        while !queue.is_empty() {
+            let patches: Vec<Patch> = queue.drain(..wave.min(queue.len())).collect();
+            for (patch, chord) in patches.iter().zip(self.chords(&patches, opposite)) {
+                match chord {
+                    Some(chord) => self.look(patch, &chord, &mut queue),
+                    None => self.cover.evaluations += 1,
                 }
             }
         }
@@ -101,6 +86,41 @@ impl<'a> Seeker<'a> {
             thinnest.low = thinnest.low.min(self.passed);
         }
         self.cover
+    }
+
+    /// The nearest chord of each patch.
+    fn chords(&self, patches: &[Patch], opposite: &mut Option<u32>) -> Vec<Option<Chord>> {
+        let (features, notice) = (self.features, self.question.notice);
+        let nearest = |near: &mut Option<u32>, patch: &Patch| {
+            let chord = features.nearest_chord_from(patch, notice, *near);
+            *near = chord.map(|c| c.feature).or(*near);
+            chord
+        };
+        if let [patch] = patches {
+            return vec![nearest(opposite, patch)];
+        }
+        patches.par_iter().with_min_len(4).map_init(|| *opposite, nearest).collect()
+    }
+
+    /// Looks at one patch along its nearest chord; passes over, halves or leaves open what that does not decide.
+    fn look(&mut self, patch: &Patch, chord: &Chord, queue: &mut VecDeque<Patch>) {
+        self.cover.evaluations += 2;
+        if self.cover.facets.is_empty() {
+            self.cover.facets.push(FacetSheet { low: chord.bound, ..FacetSheet::FREE });
+        }
+        let look = if patch.spread > 0.0 { self.look_at_edge(patch, chord) } else { self.look_at_facet(patch, chord) };
+        let (Look::Open { low } | Look::Coarse { low }) = look else { return };
+        // Coarse patches are sampled for their area as long as that is cheap.
+        let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
+        if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
+            // Its bound takes this one in.
+            self.passed = self.passed.min(low);
+        } else if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
+            queue.extend(patch.halves());
+        } else if self.question.is_thin(low) {
+            let (at, extent) = (patch.centroid(), patch.longest_edge().0);
+            self.cover.unresolved.push(Unresolved { at, low, extent, facet: self.facet });
+        }
     }
 
     /// Whether something as thin is already known on this very feature, which a small facet is all of.

@@ -131,8 +131,10 @@ fn side_of(kind: MapKind) -> Option<Side> {
 
 fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[Piece], &[u32])) -> SurfaceMap {
     let features = side_of(map.kind).map(|side| part.features(side));
-    let found: Vec<[f32; 3]> =
-        in_turn.par_iter().map(|&p| values_on(part, map, features, &pieces[p as usize])).collect();
+    let found: Vec<[f32; 3]> = in_turn
+        .par_iter()
+        .map_init(|| None, |near, &p| values_on(part, map, (features, near), &pieces[p as usize]))
+        .collect();
     let mut values = vec![[f32::NAN; 3]; pieces.len()];
     in_turn.iter().zip(found).for_each(|(&p, found)| values[p as usize] = found);
     SurfaceMap {
@@ -148,7 +150,13 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[
     }
 }
 
-fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &Piece) -> [f32; 3] {
+/// `opposite` is a feature opposite a piece nearby.
+fn values_on(
+    part: &Part,
+    map: &MapWanted,
+    (features, opposite): (Option<&Features>, &mut Option<u32>),
+    piece: &Piece,
+) -> [f32; 3] {
     if let (MapKind::Sampled, Some(field)) = (map.kind, &map.field) {
         return piece.corners.map(|p| interpolated(field, p));
     }
@@ -161,7 +169,7 @@ fn values_on(part: &Part, map: &MapWanted, features: Option<&Features>, piece: &
         (Shown::Varies, Some(features), Some(side)) => {
             let axis = normal.map(|x| x * side.sign());
             let whole = part.mesh().corners(piece.facet);
-            inside.map(|p| opposing_distance(features, p, axis, map.open_end, whole) as f32)
+            inside.map(|p| opposing_distance(features, (p, axis), map.open_end, whole, opposite) as f32)
         }
         (Shown::Varies, None, _) => {
             let ray = |p| part.distance().first_hit(p, normal.map(|x| -x), part.step().max(1e-6), map.open_end);

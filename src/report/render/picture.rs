@@ -42,7 +42,8 @@ pub fn pictures(report: &Report, exhibit: &Exhibit) -> Vec<Picture> {
         Job::CloseUp(finding) => scene.close_up(finding),
         Job::Section(slice) => section::picture(report, slice, &findings, &letters),
     };
-    jobs.par_iter().map(draw).collect()
+    // One by one: a thread that is done takes the next, not half of what is left.
+    jobs.par_iter().with_max_len(1).map(draw).collect()
 }
 
 /// A small picture of the part for a list of parts.

@@ -3,6 +3,7 @@
 use super::camera::{Camera, SIDES};
 use super::raster::{Faces, NOTHING, Raster};
 use crate::geometry::vector::Vec3;
+use rayon::prelude::*;
 
 /// Width and height of the small buffers.
 const SMALL: [usize; 2] = [192, 144];
@@ -24,7 +25,7 @@ impl Sides {
             let camera = Camera::from_side(*side).fitted(corners.iter().copied(), frame);
             (camera, Raster::new(corners, &camera, w, h, faces))
         };
-        Sides { seen: SIDES.iter().map(look).collect() }
+        Sides { seen: SIDES.par_iter().map(look).collect() }
     }
 
     /// The side that shows most of the marked facets and, above that, does not hide the place.
