@@ -125,9 +125,10 @@ fn the_exit_code_is_the_verdict() {
         ("wall_111_024", &["--fail-on", "never"], 0),
         ("wall_080", &[], 0),
         ("wall_080", &["--fail-on", "warn"], 1),
-        ("ramp_30", &["--refine", "1"], 3),
-        ("ramp_30", &["--refine", "1", "--fail-on", "undecided"], 1),
-        ("ramp_30", &["--refine", "1", "--fail-on", "never"], 0),
+        ("pin_060", &["--only", "thin-wall", "--refine", "1"], 3),
+        ("block_open", &[], 3),
+        ("block_open", &["--fail-on", "undecided"], 1),
+        ("block_open", &["--fail-on", "never"], 0),
     ] {
         let part = fixture(part);
         let ran = s.run(&[&[part.as_str(), "--format", "json", "--quiet"], more].concat());
@@ -346,7 +347,7 @@ fn json_is_one_document_that_the_schema_accepts() {
         ("block", &[][..]),
         ("block_open", &[]),
         ("wall_111_024", &["--process", "lpbf", "--up", "-y"]),
-        ("ramp_30", &["--refine", "1"]),
+        ("pin_060", &["--refine", "1"]),
         ("bar_300", &["--only", "build-volume", "--units", "in"]),
     ] {
         let part = fixture(part);
