@@ -18,9 +18,13 @@ pub fn split_curved_edges(mesh: &TriangleMesh, sagitta: f64, project: impl Fn(Ve
     let curved = |[a, b]: [u32; 2]| {
         let [p, q] = [a, b].map(|v| mesh.vertices[v as usize]);
         let (m, n, rise) = (normals[a as usize], normals[b as usize], 8.0 * sagitta / distance(p, q));
-        // Below a right angle it is at most π/2 of its sine, which is cheaper.
-        let flat = dot(m, n) > 0.0 && norm2(cross(m, n)) < (0.63 * rise).powi(2) * norm2(m) * norm2(n);
-        !flat && angle(m, n) > rise
+        // Below a right angle it is at least its sine and at most π/2 of it, which is cheaper.
+        let (sine2, rise2) = (norm2(cross(m, n)), rise * rise * norm2(m) * norm2(n));
+        match dot(m, n) > 0.0 {
+            true if sine2 < 0.39 * rise2 => false,
+            true if sine2 > 1.001 * rise2 => true,
+            _ => angle(m, n) > rise,
+        }
     };
     let marked: Vec<[bool; 3]> = mesh
         .triangles

@@ -67,6 +67,7 @@ impl Near {
         let slabs = (values.par_chunks_mut(thick), facets.par_chunks_mut(thick), shell2.values().par_chunks(thick))
             .into_par_iter()
             .enumerate()
+            .with_max_len(1)
             .map(|(slab, (values, facets, shell2))| {
                 band.about(slab, shell2, values);
                 band.exactly(slab, values, facets)
@@ -162,14 +163,14 @@ struct Band<'a> {
 impl Band<'_> {
     /// The values from the distances to the shell's cubes, which touch the surface: right by half a diagonal.
     fn about(&self, slab: usize, shell2: &[u32], values: &mut [f32]) {
-        let ([nx, ny, _], h) = (self.grid.dims(), self.grid.h());
+        let ([nx, ny, _], h, level) = (self.grid.dims(), self.grid.h() as f32, self.level as f32);
         let rows = values.chunks_mut(nx).zip(shell2.chunks(nx)).enumerate();
         for (row, (values, shell2)) in rows {
             let bits = self.centres.row(row % ny, BLOCK * slab + row / ny);
             for ((values, shell2), &bits) in values.chunks_mut(64).zip(shell2.chunks(64)).zip(bits) {
                 for (i, (value, &d2)) in values.iter_mut().zip(shell2).enumerate() {
                     let sign = if bits >> i & 1 == 1 { -h } else { h };
-                    *value = (sign * f64::from(d2).sqrt() - self.level) as f32;
+                    *value = sign * (d2 as f32).sqrt() - level;
                 }
             }
         }
@@ -199,17 +200,15 @@ impl Band<'_> {
                     continue;
                 }
                 let (middle, corner) = middle(&self.grid, [block_x, block_y, slab]);
-                let seed = self.gather(middle, corner, last, &mut list);
-                last = Some(seed);
-                let mut facet = seed;
+                let Some(mut found) = self.gather(middle, corner, last, &mut list) else { continue };
+                last = Some(found.facet);
                 for &(at, [i, j, k]) in &samples {
                     let p = self.grid.position([i, j, BLOCK * slab + k]);
                     let side = if self.centres.contains([i, j, BLOCK * slab + k]) { -1.0 } else { 1.0 };
                     let kept = nearest_kept(self.exact, p, distance(p, middle), &list);
-                    let found = kept.unwrap_or_else(|| self.searched(p, facet, side * self.level));
-                    facet = found.facet;
+                    found = kept.unwrap_or_else(|| self.searched(p, found.facet, side * self.level));
                     values[at] = (side * found.distance - self.level) as f32;
-                    facets[at] = facet + 1;
+                    facets[at] = found.facet + 1;
                 }
                 out.kept.extend_from_slice(&list);
             }
@@ -235,13 +234,12 @@ impl Band<'_> {
 
     /// The facet nearest to the middle of a block; and in `list` all that can be nearest to a point of it, or none if
     /// these are many.
-    fn gather(&self, middle: Vec3, corner: f64, last: Option<u32>, list: &mut Vec<(f64, u32)>) -> u32 {
+    fn gather(&self, middle: Vec3, corner: f64, last: Option<u32>, list: &mut Vec<(f64, u32)>) -> Option<Nearest> {
         list.clear();
         let found = match last {
-            Some(facet) => Some(self.exact.nearest_from(middle, facet)),
-            None => self.exact.nearest(middle, f64::INFINITY),
+            Some(facet) => self.exact.nearest_from(middle, facet),
+            None => self.exact.nearest(middle, f64::INFINITY)?,
         };
-        let Some(found) = found else { return 0 };
         let reach = (found.distance + 2.0 * corner) * (1.0 + 1e-9);
         self.exact.within(middle, reach, |n| {
             list.push((n.distance, n.facet));
@@ -251,7 +249,7 @@ impl Band<'_> {
             list.clear();
         }
         list.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        found.facet
+        Some(found)
     }
 }
 

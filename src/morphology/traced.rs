@@ -38,7 +38,11 @@ impl Traced {
         let grid = *self.values.grid();
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
         let normals = |_, corners: &[Vec3], seen: &[Option<Vec3>]| self.normals(corners, seen);
-        let mesh = sharp_surface(&inside, |edge| self.crossing(edge), normals)?;
+        let bend = |[p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]| match normals {
+            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
+            _ => 0.0,
+        };
+        let mesh = sharp_surface(&inside, |edge| self.crossing(edge), normals, bend)?;
         Ok(split_curved_edges(&mesh, sagitta * grid.h(), |p| self.on_surface(p)))
     }
 

@@ -1,10 +1,11 @@
 //! The polygons that cut a cell, for each of the 256 ways in which its corners can be inside.
 
-/// The corners of a polygon as edges of the cell, and how to cut it: from which corner, or from its centre.
+/// The corners of a polygon as edges of the cell, and how to cut it: from which corners it can be; if from none, from
+/// its centre.
 #[derive(Debug, Clone)]
 pub(super) struct Polygon {
     pub(super) edges: Vec<usize>,
-    pub(super) fan: Option<usize>,
+    pub(super) fans: Vec<usize>,
 }
 
 /// The twelve edges of a cell: first corner (bits x, y, z) and axis.
@@ -57,8 +58,8 @@ fn polygons_of_cell(config: usize) -> Vec<Polygon> {
         if !edges.is_empty() {
             let n = edges.len();
             let clean = |from: usize| (2..n - 1).all(|d| !share_a_face(edges[from], edges[(from + d) % n]));
-            let fan = (0..n).find(|&from| clean(from));
-            polygons.push(Polygon { edges, fan });
+            let fans = (0..n).filter(|&from| clean(from)).collect();
+            polygons.push(Polygon { edges, fans });
         }
     }
     polygons
