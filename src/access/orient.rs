@@ -158,7 +158,7 @@ pub fn orientations(
     let whole = Whole { volume, area, diagonal };
     let candidates = candidates(&facets, question.directions);
     let mut scores: Vec<Score> =
-        candidates.into_par_iter().map(|(up, from)| facets.score(up, from, question, &whole)).collect();
+        candidates.into_par_iter().with_max_len(1).map(|(up, from)| facets.score(up, from, question, &whole)).collect();
     let scored = scores.len();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut chosen: Vec<Score> =
@@ -169,7 +169,7 @@ pub fn orientations(
         }
     }
     let list: Result<Vec<Orientation>> =
-        chosen.par_iter().map(|s| measure(mesh, &bounding, s, question, &whole)).collect();
+        chosen.par_iter().with_max_len(1).map(|s| measure(mesh, &bounding, s, question, &whole)).collect();
     let mut list = list?;
     mark_unbeaten(&mut list);
     list.sort_by(|a, b| b.fits.cmp(&a.fits).then(a.cost.total_cmp(&b.cost)));

@@ -127,7 +127,8 @@ pub fn remove(
     while !open.is_empty() {
         let left = cut.intersection(&found.select(|c| standing[c as usize]))?;
         let stations = with_supports(&bare, &left)?;
-        let missed: Vec<bool> = open.par_iter().map(|c| !reached(c, &stations, stand_off, view)).collect();
+        let missed: Vec<bool> =
+            open.par_iter().with_max_len(16).map(|c| !reached(c, &stations, stand_off, view)).collect();
         let mut keeps = vec![false; found.count()];
         open.iter().zip(&missed).filter(|(_, m)| **m).for_each(|(c, _)| keeps[c.component as usize] = true);
         let freed: Vec<u32> =
@@ -141,7 +142,7 @@ pub fn remove(
         result.rounds.push(freed);
     }
     result.remaining = found.select(|c| standing[c as usize]);
-    result.stuck = open.par_iter().map(|c| stuck(c, &bare, stand_off, view)).collect();
+    result.stuck = open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect();
     Ok(result)
 }
 

@@ -42,17 +42,18 @@ pub fn least_hanging(
     let turned = |(up, _): &(Vec3, &str)| angle(*up, [0.0, 0.0, 1.0]) > apart;
     let list: Vec<(Vec3, &str)> = candidates(&facets, 0).into_iter().filter(turned).collect();
     let mut scores: Vec<Score> =
-        list.into_par_iter().map(|(up, from)| facets.score(up, from, question, &whole)).collect();
+        list.into_par_iter().with_max_len(1).map(|(up, from)| facets.score(up, from, question, &whole)).collect();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let measured = scores.iter().take(MEASURED).collect::<Vec<_>>().into_par_iter().filter_map(|score| {
-        let posed = standing(mesh, &upright(score.up));
-        if !question.fits(posed.bounds()?.1) {
-            return None;
-        }
-        let hanging = wanting_support(&posed, &bounding, question);
-        let hanging_mm2 = hanging.iter().map(|&f| posed.facet_area(f as usize)).sum();
-        Some(Turn { up: score.up, hanging_mm2 })
-    });
+    let measured =
+        scores.iter().take(MEASURED).collect::<Vec<_>>().into_par_iter().with_max_len(1).filter_map(|score| {
+            let posed = standing(mesh, &upright(score.up));
+            if !question.fits(posed.bounds()?.1) {
+                return None;
+            }
+            let hanging = wanting_support(&posed, &bounding, question);
+            let hanging_mm2 = hanging.iter().map(|&f| posed.facet_area(f as usize)).sum();
+            Some(Turn { up: score.up, hanging_mm2 })
+        });
     measured.collect::<Vec<_>>().into_iter().min_by(|a, b| a.hanging_mm2.total_cmp(&b.hanging_mm2))
 }
 

@@ -68,7 +68,7 @@ fn untouched_by_coaxial(
         };
         !tips.is_empty() && tips.iter().all(|t| t.are_blocked(&surely))
     };
-    Ok(left.into_par_iter().filter(untouched).collect())
+    Ok(left.into_par_iter().with_max_len(64).filter(untouched).collect())
 }
 
 /// The set on a grid that also holds the tips, far below it, of a tool that touches with the upper end of its cutter.
@@ -92,7 +92,7 @@ fn untouched_by_points(station: &Station, setup: &Setup, patches: &[Patch], left
     let around = |t: Tips| [t.low.map(|c| c - half), t.high.map(|c| c + half)];
     let boxes: Vec<[Vec3; 2]> = left.iter().flat_map(|&p| tips(p).map(around)).collect();
     let Some(surely) = station.surely_hits_of(setup.inner_descent(), &boxes)? else { return Ok(Vec::new()) };
-    Ok(left.into_par_iter().filter(|&p| tips(p).all(|t| t.are_blocked(&surely))).collect())
+    Ok(left.into_par_iter().with_max_len(64).filter(|&p| tips(p).all(|t| t.are_blocked(&surely))).collect())
 }
 
 /// Where tips may be: the points of a box, millimetres, that lie between two distances from a vertical.

@@ -28,6 +28,7 @@ fn hanging(part: &Part, process: &Process) -> Vec<u32> {
     let Some(angle) = support_angle(process) else { return Vec::new() };
     downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step())
         .into_par_iter()
+        .with_max_len(64)
         .filter(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm))
         .collect()
 }

@@ -138,6 +138,7 @@ impl Sheets<'_> {
         let judged: Vec<(usize, Option<Finding>)> = sheets
             .into_par_iter()
             .enumerate()
+            .with_max_len(1)
             .map(|(rank, (sheet, samples))| {
                 let known = sheet.thinnest;
                 let refined = self.refined(q, sheet, &samples, rank);

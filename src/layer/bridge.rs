@@ -127,6 +127,7 @@ pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &i
     let pieces: Vec<(u32, Vec<usize>)> = members.into_iter().collect();
     pieces
         .into_par_iter()
+        .with_max_len(1)
         .filter_map(|(of, members)| {
             // Slivers only carry the boundary on: they come behind the hanging facets.
             let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();

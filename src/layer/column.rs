@@ -73,6 +73,7 @@ pub fn support_volume(
     let (starts, pieces) = columns.ordered(&cut);
     let rows: Vec<SupportVolume> = (0..columns.counts[1])
         .into_par_iter()
+        .with_max_len(4)
         .map_init(Vec::new, |order, row| {
             let mut sum = SupportVolume::default();
             for cell in row * columns.counts[0]..(row + 1) * columns.counts[0] {
@@ -223,6 +224,7 @@ impl Columns {
         let facets = mesh.triangles.len();
         (0..facets.div_ceil(CHUNK))
             .into_par_iter()
+            .with_max_len(1)
             .map(|chunk| {
                 let mut pieces = Vec::new();
                 for f in (chunk * CHUNK..((chunk + 1) * CHUNK).min(facets)).filter(|&f| of(f)) {

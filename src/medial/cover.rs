@@ -156,8 +156,9 @@ impl Cover {
         };
         // In the order of the tree, so that one search finds in the cache what the one before has read.
         let order = features.facing.order();
-        let first: Vec<Cover> =
-            order.par_iter().with_min_len(64).map_init(|| None, |near, &f| seek(near, f, FIRST_LOOK)).collect();
+        // Shares are small, so that no core is left alone with a large one.
+        let shares = order.par_iter().with_min_len(64).with_max_len(256);
+        let first: Vec<Cover> = shares.map_init(|| None, |near, &f| seek(near, f, FIRST_LOOK)).collect();
         let mut found: Vec<Cover> = (0..features.list.len()).map(|_| Cover::default()).collect();
         order.iter().zip(first).for_each(|(&f, cover)| found[f as usize] = cover);
         // What a look left open shares the rest of the budget; the shares do not depend on the order of work.
@@ -171,7 +172,8 @@ impl Cover {
                 break;
             }
             last = share;
-            let again: Vec<Cover> = open.par_iter().map_init(|| None, |near, &i| seek(near, i as u32, share)).collect();
+            let again: Vec<Cover> =
+                open.par_iter().with_max_len(1).map_init(|| None, |near, &i| seek(near, i as u32, share)).collect();
             for (i, mut cover) in open.into_iter().zip(again) {
                 spent += cover.evaluations;
                 cover.evaluations += found[i].evaluations;

@@ -131,7 +131,8 @@ impl Search<'_> {
         let mut in_turn = places.clone();
         in_turn.par_sort_unstable_by_key(|&f| ranks[f as usize]);
         let across = |&f: &u32| Some((f, self.across(f)?));
-        let mut found: Vec<(u32, Section)> = in_turn.par_iter().with_min_len(64).filter_map(across).collect();
+        let mut found: Vec<(u32, Section)> =
+            in_turn.par_iter().with_min_len(64).with_max_len(256).filter_map(across).collect();
         found.sort_unstable_by_key(|(f, _)| *f);
         let mut rods: Vec<Rod> = Vec::new();
         for (_, section) in found {

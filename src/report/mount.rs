@@ -133,6 +133,7 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[
     let features = side_of(map.kind).map(|side| part.features(side));
     let found: Vec<[f32; 3]> = in_turn
         .par_iter()
+        .with_max_len(1024)
         .map_init(|| None, |near, &p| values_on(part, map, (features, near), &pieces[p as usize]))
         .collect();
     let mut values = vec![[f32::NAN; 3]; pieces.len()];

@@ -12,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 /// The runs of facets in the leaves of a tree, on all cores.
 pub(super) fn leaves(tree: &MeshDistance) -> impl IndexedParallelIterator<Item = Option<Range<usize>>> {
     let nodes = tree.tree().nodes();
-    nodes.par_iter().with_min_len(256).map(|n| n.children().is_none().then(|| n.run()))
+    nodes.par_iter().with_min_len(256).with_max_len(1024).map(|n| n.children().is_none().then(|| n.run()))
 }
 
 /// Calls `visit(f, g)`, f < g, for the pairs of a facet in the leaf of a run and one in the same leaf or a later one whose boxes are

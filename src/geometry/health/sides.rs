@@ -48,8 +48,11 @@ impl Sides<'_> {
                 *at = f;
             }
         }
-        let known: Vec<(f64, f64)> =
-            speaker.par_iter().map(|&f| if f == usize::MAX { (0.0, 0.0) } else { self.beside(f) }).collect();
+        let known: Vec<(f64, f64)> = speaker
+            .par_iter()
+            .with_max_len(1024)
+            .map(|&f| if f == usize::MAX { (0.0, 0.0) } else { self.beside(f) })
+            .collect();
         Spoken {
             sides: patch.iter().map(|&p| known[p]).collect(),
             speaker: patch.into_iter().map(|p| speaker[p] as u32).collect(),

@@ -126,7 +126,7 @@ pub fn enclose(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<Enc
     let facets = facets_by_slab(&lattice, layers);
     let [_, ny, nz] = grid.dims();
     let slab_words = outer.words_per_row() * ny * layers;
-    outer.words_mut().par_chunks_mut(slab_words).enumerate().for_each(|(slab, shell)| {
+    outer.words_mut().par_chunks_mut(slab_words).enumerate().with_max_len(1).for_each(|(slab, shell)| {
         let range = slab * layers..((slab + 1) * layers).min(nz);
         for &facet in facets.iter().flat_map(|chunk| &chunk[slab]) {
             shell::mark(&lattice, facet, range.clone(), shell);
@@ -158,7 +158,7 @@ fn slab_layers(grid: &Grid) -> usize {
 fn fill(crossings: &Crossings, layers: usize, set: &mut Indicator) -> Result<()> {
     let [nx, ny, _] = set.grid().dims();
     let slab_words = set.words_per_row() * ny * layers;
-    let slabs = set.words_mut().par_chunks_mut(slab_words).enumerate();
+    let slabs = set.words_mut().par_chunks_mut(slab_words).enumerate().with_max_len(1);
     slabs.try_for_each(|(slab, words)| crossings.fill(slab, slab * layers * ny, nx, words))
 }
 
@@ -182,7 +182,8 @@ impl Parts {
         let facets = facets_by_slab(lattice, layers);
         let slab_words = self.outer.words_per_row() * ny * layers;
         let shells = self.outer.words_mut().par_chunks_mut(slab_words);
-        shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().for_each(|(slab, (shell, density))| {
+        let slabs = shells.zip(self.density.par_chunks_mut(nx * ny * layers)).enumerate().with_max_len(1);
+        slabs.for_each(|(slab, (shell, density))| {
             let range = slab * layers..((slab + 1) * layers).min(nz);
             // A fresh page that is read before it is written costs two faults, the second told to all cores.
             density.fill(0.0);
@@ -223,6 +224,7 @@ fn facets_by_slab(lattice: &Lattice, layers: usize) -> Vec<Vec<Vec<u32>>> {
     const CHUNK: usize = 4096;
     (0..lattice.triangles.len().div_ceil(CHUNK))
         .into_par_iter()
+        .with_max_len(1)
         .map(|chunk| {
             let mut found = vec![Vec::new(); slabs];
             for facet in chunk * CHUNK..((chunk + 1) * CHUNK).min(lattice.triangles.len()) {

@@ -33,7 +33,7 @@ pub(super) fn classify(
     let [nx, ny, _] = grid.dims();
     let words = nx.div_ceil(64);
     let slab = words * ny * BUNDLE;
-    let slabs = centres.par_chunks_mut(slab).zip(shell.par_chunks(slab)).enumerate();
+    let slabs = centres.par_chunks_mut(slab).zip(shell.par_chunks(slab)).enumerate().with_max_len(1);
     let tally = slabs
         .map(|(at, (centres, shell))| {
             let first_row = at * BUNDLE * ny;
