@@ -20,7 +20,7 @@ const BETWEEN: [f64; 3] = [0.23, 0.31, 0.27];
 /// A shape made from a mesh: its surface, and the two numbers that its volume lies between.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaped {
-    /// The surface: closed, manifold, vertices on the level set; empty where nothing remains.
+    /// The surface: closed, manifold, vertices on the level set but for some on creases; empty where nothing remains.
     pub mesh: TriangleMesh,
     /// Certified bounds on the volume of the exact result.
     pub volume: [Volume; 2],
@@ -31,7 +31,8 @@ pub struct Shaped {
 /// The offset of a solid by a signed length: `{ x : d(x) ≤ by }` with d the signed distance, negative inside.
 ///
 /// Outwards it is the sum with a ball, inwards the difference. Distances are exact, to the facets; the surface's
-/// vertices lie on the level, curved facets are inscribed; edges that would be deeper than three thousandths of the
+/// vertices lie on the level, those on creases where the tangent planes beside them meet, which is up to half a spacing off
+/// where both sides are curved; curved facets are inscribed; edges that would be deeper than three thousandths of the
 /// spacing, as far as normals tell, are split once, which makes them four times flatter.
 ///
 /// # Errors
