@@ -17,7 +17,7 @@ pub mod solid;
 pub mod triangle;
 pub mod vector;
 pub mod voxelize;
-mod wide;
+pub mod wide;
 pub mod winding;
 
 pub use body_pairs::{BodyPair, body_pairs};

@@ -99,12 +99,7 @@ impl Wide {
             let (far, first) = (four.squared_distances(&query), depth);
             let met = |&(&far, &child): &(&f32, &u32)| far <= query.squared && child != NONE;
             for (&far, &child) in far.iter().zip(&four.child).filter(met) {
-                let mut at = depth;
-                while at > first && waiting[at - 1].0 < far {
-                    waiting[at] = waiting[at - 1];
-                    at -= 1;
-                }
-                waiting[at] = (far, child);
+                wait_in_turn(&mut waiting, first..depth, (far, child));
                 depth += 1;
             }
         }
@@ -152,7 +147,20 @@ fn run(leaf: u32) -> Range<usize> {
     start..start + ((leaf & !IS_LEAF) >> COUNT_AT) as usize + 1
 }
 
-fn rounded_up(squared: f64) -> f32 {
+/// Adds what waits to be opened, with its squared distance, to a range that ends with the nearest.
+#[inline(always)]
+pub fn wait_in_turn(waiting: &mut [(f32, u32)], range: Range<usize>, new: (f32, u32)) {
+    let mut at = range.end;
+    while at > range.start && waiting[at - 1].0 < new.0 {
+        waiting[at] = waiting[at - 1];
+        at -= 1;
+    }
+    waiting[at] = new;
+}
+
+/// A squared distance in f32 that is no less, whatever rounding did to those it is compared with.
+#[inline]
+pub fn rounded_up(squared: f64) -> f32 {
     (squared as f32 * (1.0 + ROUNDING)).next_up()
 }
 

@@ -89,14 +89,12 @@ impl Features {
     /// feature q with |pq| = 2r·sin(θ/2); the widest angle of the two normals bounds 2r from below. Edges too blunt to be features widen the cones of their facets.
     ///
     /// # Cost
-    /// One best-first walk of the tree, pruned by distance, cone of normals and reach of the patch.
-    pub fn nearest_chord(&self, patch: &Patch, within: f64) -> Option<Chord> {
-        self.nearest_chord_from(patch, within, None)
-    }
-
-    /// The same, sought from a feature that should be near its end: the chord is the same whatever that is.
-    pub fn nearest_chord_from(&self, patch: &Patch, within: f64, feature: Option<u32>) -> Option<Chord> {
-        self.search(patch, within, feature, |_| true)
+    /// One best-first walk of the tree, pruned by distance, cone of normals and reach of the patch. `opposite` is a feature
+    /// that the chord may lead to, and becomes the one it leads to: it saves work on the next patch, and changes nothing else.
+    pub fn nearest_chord(&self, patch: &Patch, within: f64, opposite: &mut Option<u32>) -> Option<Chord> {
+        let chord = self.search(patch, within, *opposite, |_| true);
+        *opposite = chord.map(|c| c.feature).or(*opposite);
+        chord
     }
 
     /// The chord of least bound to the opposing features that are accepted.
@@ -248,9 +246,13 @@ mod tests {
                 let all = (0u32..).zip(&features.list);
                 let chords = all.filter_map(|f| walk.chord_to(f, f64::INFINITY));
                 let plain = chords.map(|c| c.bound).filter(|b| *b < within).fold(f64::INFINITY, f64::min);
-                let walked = features.nearest_chord(&patch, within).map_or(f64::INFINITY, |c| c.bound);
+                let walked = features.nearest_chord(&patch, within, &mut None).map_or(f64::INFINITY, |c| c.bound);
                 assert!(walked == plain || (walked - plain).abs() < 1e-12, "{walked} {plain}");
-                let chord = |from| features.nearest_chord_from(&patch, within, from).map(|c| (c.feature, c.from, c.to));
+                let chord = |mut from| {
+                    let chord = features.nearest_chord(&patch, within, &mut from);
+                    assert!(chord.is_none_or(|c| from == Some(c.feature)));
+                    chord.map(|c| (c.feature, c.from, c.to))
+                };
                 let from = random.below(features.list.len() as u64) as u32;
                 assert_eq!(chord(Some(from)), chord(None));
                 found += usize::from(plain.is_finite());

@@ -4,6 +4,7 @@ use super::feature::Feature;
 use super::reach::Slabs;
 use crate::geometry::bvh::{Bvh, bounds_of};
 use crate::geometry::vector::{Vec3, add, angle, bounds, hull, unit};
+use crate::geometry::wide::{rounded_up, wait_in_turn};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -13,9 +14,6 @@ const LANES: usize = 8;
 
 /// What waits to be opened, at most: seven more for each step down, of which eleven lead to any of 2³¹ features.
 const WAITING: usize = 96;
-
-/// What rounding to f32 may add to a squared distance, relative to it.
-const ROUNDING: f32 = 1e-6;
 
 /// What rounding to f32 may add to the cosine of an angle between directions: some fifty steps.
 const ROUNDING_TURN: f32 = 1e-5;
@@ -162,12 +160,7 @@ impl Facing {
                 if child == NONE || !query.slabs.may_meet(eight.box_of(lane)) {
                     continue;
                 }
-                let mut at = depth;
-                while at > lowest && waiting[at - 1].0 < far {
-                    waiting[at] = waiting[at - 1];
-                    at -= 1;
-                }
-                waiting[at] = (far, child);
+                wait_in_turn(&mut waiting, lowest..depth, (far, child));
                 depth += 1;
             }
         }
@@ -272,10 +265,6 @@ impl Eight {
         }
         (near, far)
     }
-}
-
-fn rounded_up(squared: f64) -> f32 {
-    (squared as f32 * (1.0 + ROUNDING)).next_up()
 }
 
 #[cfg(test)]

@@ -18,7 +18,5 @@ pub fn opposing_distance(
     opposite: &mut Option<u32>,
 ) -> f64 {
     let patch = Patch { corners: [p; 3], axis, spread: 0.0, slack: 0.0, whole };
-    let chord = features.nearest_chord_from(&patch, within, *opposite);
-    *opposite = chord.map(|c| c.feature).or(*opposite);
-    chord.map_or(within, |c| c.length)
+    features.nearest_chord(&patch, within, opposite).map_or(within, |c| c.length)
 }

@@ -91,11 +91,7 @@ impl<'a> Seeker<'a> {
     /// The nearest chord of each patch.
     fn chords(&self, patches: &[Patch], opposite: &mut Option<u32>) -> Vec<Option<Chord>> {
         let (features, notice) = (self.features, self.question.notice);
-        let nearest = |near: &mut Option<u32>, patch: &Patch| {
-            let chord = features.nearest_chord_from(patch, notice, *near);
-            *near = chord.map(|c| c.feature).or(*near);
-            chord
-        };
+        let nearest = |near: &mut Option<u32>, patch: &Patch| features.nearest_chord(patch, notice, near);
         if let [patch] = patches {
             return vec![nearest(opposite, patch)];
         }

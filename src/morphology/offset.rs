@@ -31,8 +31,8 @@ pub struct Shaped {
 /// The offset of a solid by a signed length: `{ x : d(x) ≤ by }` with d the signed distance, negative inside.
 ///
 /// Outwards it is the sum with a ball, inwards the difference. Distances are exact, to the facets; the surface's
-/// vertices lie on the level, those on creases where the tangent planes beside them meet, which is up to half a spacing off
-/// where both sides are curved; curved facets are inscribed; edges that would be deeper than three thousandths of the
+/// vertices lie on the level, those on creases where the tangent planes beside them meet, which is off it, but in the same
+/// cell, where both sides are curved; curved facets are inscribed; edges that would be deeper than three thousandths of the
 /// spacing, as far as normals tell, are split once, which makes them four times flatter.
 ///
 /// # Errors
