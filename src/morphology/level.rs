@@ -1,8 +1,12 @@
 //! Where the distance to a mesh has a value: crossings, normals and points of that surface.
 
 use super::near::Near;
+use super::traced::SMOOTH_COSINE;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+
+/// A point within this many spacings of a level may be brought onto it.
+const BESIDE: f64 = 0.6;
 
 /// The level set `{ x : d(x) = r }` of the signed distance d to a mesh, seen from the samples of a grid.
 pub(super) struct Level {
@@ -35,6 +39,16 @@ impl Level {
         Some(self.normal_over(p, &self.near.nearest(p)?))
     }
 
+    /// The plane that touches beside x the sheet of the level that p lies on, as a point and the outward normal.
+    pub(super) fn beside(&self, x: Vec3, p: Vec3) -> Option<(Vec3, Vec3)> {
+        let [sheet, nearest] = [self.near.mesh().nearest_of(x, self.near.nearest(p)?.facet), self.near.nearest(x)?];
+        let [over_sheet, over_nearest] = [&sheet, &nearest].map(|n| self.normal_over(x, n));
+        // A sheet goes on beyond its facet.
+        let same = dot(over_sheet, over_nearest) > SMOOTH_COSINE;
+        let (foot, normal) = if same { (nearest.point, over_nearest) } else { (sheet.point, over_sheet) };
+        Some((along(foot, normal, self.r), normal))
+    }
+
     /// `d − r` at a point near the level, with its slope: the side is that of the level, or where the level is too near to
     /// the mesh, that of the facet the point stands over.
     fn value(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
@@ -55,7 +69,7 @@ impl Level {
     /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
     pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
         let (n, h) = (self.near.nearest(p)?, self.near.h());
-        let beside = (n.distance - self.r.abs()).abs() < 0.25 * h;
+        let beside = (n.distance - self.r.abs()).abs() < BESIDE * h;
         if beside && self.r == 0.0 {
             return Some(n.point);
         }

@@ -5,15 +5,22 @@ use super::walls::Walls;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
-use crate::geometry::contour::{Edge, linear_crossing, sharp_surface};
+use crate::geometry::contour::{Edge, Sheets, linear_crossing, sharp_surface};
 use crate::geometry::refine::split_curved_edges;
 use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
 
 /// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
-const SMOOTH_COSINE: f64 = 0.906;
+pub(super) const SMOOTH_COSINE: f64 = 0.906;
 
 /// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
 const SMOOTH_SLOPE: f64 = 0.1;
+
+/// A crossing is sought by at most this many distances along an edge.
+const MOST_STEPS: usize = 3;
+
+/// A step of Newton's along an edge that is this short, in spacings, ends on the surface, and the normal where it started is
+/// the one there.
+const NEAR_CROSSING: f64 = 0.1;
 
 /// Edges of a result that are inscribed deeper than this, in spacings, are split.
 pub(super) const FINE: f64 = 0.003;
@@ -37,13 +44,7 @@ impl Traced {
     pub(super) fn surface(&self, sagitta: f64) -> Result<TriangleMesh> {
         let grid = *self.values.grid();
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
-        let normals = |_, corners: &[Vec3], seen: &[Option<Vec3>]| self.normals(corners, seen);
-        let bend = |[p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]| match normals {
-            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
-            _ => 0.0,
-        };
-        let mesh = sharp_surface(&inside, |edge| self.crossing(edge), normals, bend)?;
-        Ok(split_curved_edges(&mesh, sagitta * grid.h(), |p| self.on_surface(p)))
+        Ok(split_curved_edges(&sharp_surface(&inside, self)?, sagitta * grid.h(), |p| self.onto(p)))
     }
 
     /// The level that a sample was measured to, if it was to one.
@@ -61,17 +62,45 @@ impl Traced {
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }
 
-    fn on_surface(&self, p: Vec3) -> Vec3 {
-        let on_wall = self.walls.as_ref().and_then(|walls| walls.project(p));
-        let on_ball = || {
-            let (s, slope) = self.walls.as_ref()?.seen_pressed(p)?.value?;
-            (s.abs() < 0.25 * self.values.grid().h()).then(|| along(p, slope, -s))
-        };
-        on_wall.or_else(on_ball).or_else(|| self.level.as_ref()?.project(p)).unwrap_or(p)
+    /// Where `s` vanishes along an edge, from `t` on: by Newton's steps, which end on a plane; by regula falsi where these
+    /// leave what is known to hold the crossing.
+    fn stepped_crossing(&self, edge: Edge, mut t: f64, [a, b]: [f64; 2]) -> (f64, Option<Vec3>) {
+        let grid = self.values.grid();
+        let (mut low, mut high) = ((0.0, a), (1.0, b));
+        let mut note = None;
+        for _ in 0..MOST_STEPS {
+            let p = [0, 1, 2].map(|i| {
+                let step = if i == edge.axis { t } else { 0.0 };
+                grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
+            });
+            let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else { break };
+            let newton = t - s / (grid.h() * slope[edge.axis]);
+            let before = t;
+            if (s > 0.0) == (a > 0.0) {
+                low = (t, s);
+            } else {
+                high = (t, s);
+            }
+            let by_newton = (low.0..=high.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0;
+            if s != 0.0 {
+                t = if by_newton { newton } else { low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1) };
+            }
+            let step = (t - before).abs();
+            note = (step < NEAR_CROSSING).then_some(normal);
+            if step < if by_newton { NEAR_CROSSING } else { 0.1 * NEAR_CROSSING } {
+                break;
+            }
+        }
+        (t, note)
     }
+}
 
-    /// Where `s` vanishes along an edge, and the normal if it was taken near there: the root of the cubic through the
-    /// exact values and slopes at both ends; where these tell of a crease, by the distance at the linear crossing.
+impl Sheets for Traced {
+    /// The normal, if it was taken near the crossing.
+    type Note = Option<Vec3>;
+
+    /// The root of the cubic through the exact values and slopes at both ends; where these tell of a crease, by distances
+    /// between.
     fn crossing(&self, edge: Edge) -> (f64, Option<Vec3>) {
         let h = self.values.grid().h();
         let mut next = edge.from;
@@ -92,33 +121,8 @@ impl Traced {
         self.stepped_crossing(edge, t, [a, b])
     }
 
-    /// Where `s` vanishes along an edge: one step of Newton's from the linear crossing with the exact distance there,
-    /// which ends on a plane; of regula falsi where that leaves the edge.
-    fn stepped_crossing(&self, edge: Edge, t: f64, [a, b]: [f64; 2]) -> (f64, Option<Vec3>) {
-        let grid = self.values.grid();
-        let p = [0, 1, 2].map(|i| {
-            let step = if i == edge.axis { t } else { 0.0 };
-            grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
-        });
-        let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else {
-            return (t, None);
-        };
-        let newton = t - s / (grid.h() * slope[edge.axis]);
-        let found = if s == 0.0 {
-            t
-        } else if (0.0..=1.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0 {
-            newton
-        } else if (s > 0.0) == (a > 0.0) {
-            t + (1.0 - t) * s / (s - b)
-        } else {
-            t * a / (a - s)
-        };
-        let beside = (found - t).abs() < 0.1;
-        (found, beside.then_some(normal))
-    }
-
-    /// Outward normals at points of the surface, unless those seen beside them tell that it is not creased there.
-    fn normals(&self, corners: &[Vec3], seen: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
+    /// Known unless those seen beside the points tell that the surface is not creased there.
+    fn normals(&self, _: [isize; 3], corners: &[Vec3], seen: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
         let pairs = || (0..corners.len()).flat_map(|i| (0..i).map(move |j| [i, j]));
         let smooth = |[i, j]: [usize; 2]| matches!((seen[i], seen[j]), (Some(m), Some(n)) if dot(m, n) > SMOOTH_COSINE);
         if pairs().all(smooth) {
@@ -135,5 +139,29 @@ impl Traced {
         let r = self.level.as_ref().filter(|_| on_walls.iter().any(Option::is_none)).map_or(0.0, |level| level.r);
         let opening: f64 = pairs().map(|[i, j]| dot(sub(corners[i], corners[j]), sub(normals[i], normals[j]))).sum();
         (opening * r <= 0.0).then_some(normals)
+    }
+
+    fn bend(&self, [p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
+        match normals {
+            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
+            _ => 0.0,
+        }
+    }
+
+    fn beside(&self, x: Vec3, (p, normal): (Vec3, Vec3)) -> (Vec3, Vec3) {
+        let walls = self.walls.as_ref();
+        if walls.is_some_and(|walls| walls.normal(p).is_some() || walls.seen_pressed(p).is_some()) {
+            return (p, normal);
+        }
+        self.level.as_ref().and_then(|level| level.beside(x, p)).unwrap_or((p, normal))
+    }
+
+    fn onto(&self, p: Vec3) -> Vec3 {
+        let on_wall = self.walls.as_ref().and_then(|walls| walls.project(p));
+        let on_ball = || {
+            let (s, slope) = self.walls.as_ref()?.seen_pressed(p)?.value?;
+            (s.abs() < 0.25 * self.values.grid().h()).then(|| along(p, slope, -s))
+        };
+        on_wall.or_else(on_ball).or_else(|| self.level.as_ref()?.project(p)).unwrap_or(p)
     }
 }

@@ -1,7 +1,7 @@
 //! Creases and corners of a surface: where they are, and edges along them.
 
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, add, cross, dot, scale, sub};
+use crate::geometry::vector::{Vec3, add, cross, distance, dot, scale, sub};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Normals of a polygon that differ by more than 30° tell of a feature.
@@ -13,18 +13,59 @@ const UNCLEAR: f64 = 0.03;
 /// How far outside its cell, in cells, a feature may be found: a crease can pass between samples that are all outside.
 const BEYOND: f64 = 0.6;
 
-/// The point nearest to the tangent planes at the corners of a polygon, if they tell of a feature in the cell that starts
-/// at `first` or near it; drawn a share of `apart` to the middle of the polygon, so that no two polygons have one point.
+/// A plane: a point of it, and its unit normal.
+pub(super) type Plane = (Vec3, Vec3);
+
+/// The cell of a grid that starts at a point.
+#[derive(Clone, Copy)]
+pub(super) struct Cell {
+    pub(super) first: Vec3,
+    pub(super) h: f64,
+}
+
+impl Cell {
+    /// The place of a point in the cell, 0 to 1 within.
+    fn place(&self, x: Vec3) -> Vec3 {
+        scale(sub(x, self.first), 1.0 / self.h)
+    }
+
+    /// Whether a feature at a point may be one of the cell.
+    fn may_hold(&self, x: Vec3) -> bool {
+        self.place(x).iter().all(|t| (-BEYOND..=1.0 + BEYOND).contains(t))
+    }
+}
+
+/// The point nearest to the tangent planes at the corners of a polygon, if they tell of a feature in the cell or near it.
 ///
-/// It minimizes `Σ (nᵢ·(x − pᵢ))²`; along a crease, where that says nothing, it is nearest to the mean of the corners.
-pub(super) fn feature_point(first: Vec3, h: f64, apart: f64, corners: &[Vec3], normals: &[Vec3]) -> Option<Vec3> {
-    let least = normals.iter().enumerate().flat_map(|(i, &a)| normals.iter().skip(i + 1).map(move |&b| dot(a, b)));
+/// Along a crease, where they say nothing, it is nearest to the mean of the corners.
+pub(super) fn feature_point(cell: Cell, planes: &[Plane]) -> Option<Vec3> {
+    let least =
+        planes.iter().enumerate().flat_map(|(i, &(_, a))| planes.iter().skip(i + 1).map(move |&(_, b)| dot(a, b)));
     if least.fold(1.0, f64::min) > SMOOTH_COSINE {
         return None;
     }
-    let middle = scale(corners.iter().copied().fold([0.0; 3], add), 1.0 / corners.len() as f64);
+    let (x, crease) = meeting_point(middle(planes), planes);
+    let shifted = crease.and_then(|crease| nearest_in_cell(cell.place(x), crease));
+    let x = shifted.map_or(x, |t| add(cell.first, scale(t, cell.h)));
+    cell.may_hold(x).then_some(x)
+}
+
+/// The feature near a point from planes that touch the surface beside it, if that is at most half a cell away.
+pub(super) fn nearer_feature_point(cell: Cell, about: Vec3, planes: &[Plane]) -> Option<Vec3> {
+    let (x, _) = meeting_point(about, planes);
+    (cell.may_hold(x) && distance(x, about) < 0.5 * cell.h).then_some(x)
+}
+
+/// The mean of the points of planes.
+pub(super) fn middle(planes: &[Plane]) -> Vec3 {
+    scale(planes.iter().fold([0.0; 3], |sum, plane| add(sum, plane.0)), 1.0 / planes.len() as f64)
+}
+
+/// The point that minimizes `Σ (nᵢ·(x − pᵢ))²`, and of such points the nearest to `middle`; with the direction of the line
+/// that they form, if they do.
+fn meeting_point(middle: Vec3, planes: &[Plane]) -> (Vec3, Option<Vec3>) {
     let (mut matrix, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
-    for (&p, &n) in corners.iter().zip(normals) {
+    for &(p, n) in planes {
         let off = dot(n, sub(p, middle));
         for i in 0..3 {
             right[i] += n[i] * off;
@@ -44,12 +85,7 @@ pub(super) fn feature_point(first: Vec3, h: f64, apart: f64, corners: &[Vec3], n
             unclear.push(v);
         }
     }
-    let mut t = [0, 1, 2].map(|a| (x[a] - first[a]) / h);
-    if let [crease] = unclear[..] {
-        t = nearest_in_cell(t, crease).unwrap_or(t);
-    }
-    let inside = t.iter().all(|t| (-BEYOND..=1.0 + BEYOND).contains(t));
-    inside.then(|| [0, 1, 2].map(|a| (1.0 - apart) * (first[a] + h * t[a]) + apart * middle[a]))
+    (x, if let [crease] = unclear[..] { Some(crease) } else { None })
 }
 
 /// The point of the line `t + s·v` in the unit cell that is nearest to s = 0, if the line meets the cell.
@@ -146,14 +182,16 @@ mod tests {
         let corner = [0.3, 0.6, 0.4];
         let axes: [Vec3; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let on_planes = [[0.3, 0.0, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 0.4]];
-        let found = feature_point([0.0; 3], 1.0, 0.0, &on_planes, &axes).unwrap();
+        let cell = Cell { first: [0.0; 3], h: 1.0 };
+        let planes = [0, 1, 2].map(|a| (on_planes[a], axes[a]));
+        let found = feature_point(cell, &planes).unwrap();
         assert!((0..3).all(|a| (found[a] - corner[a]).abs() < 1e-12), "{found:?}");
-        let found = feature_point([0.0; 3], 1.0, 0.0, &on_planes[..2], &axes[..2]).unwrap();
+        let found = feature_point(cell, &planes[..2]).unwrap();
         assert!(
             (found[0] - 0.3).abs() < 1e-12 && (found[1] - 0.6).abs() < 1e-12 && found[2].abs() < 1e-12,
             "{found:?}"
         );
-        assert!(feature_point([0.0; 3], 1.0, 0.0, &on_planes, &[axes[0]; 3]).is_none());
-        assert!(feature_point([5.0; 3], 1.0, 0.0, &on_planes, &axes).is_none(), "outside the cell");
+        assert!(feature_point(cell, &on_planes.map(|p| (p, axes[0]))).is_none());
+        assert!(feature_point(Cell { first: [5.0; 3], h: 1.0 }, &planes).is_none(), "outside the cell");
     }
 }

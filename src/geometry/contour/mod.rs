@@ -7,6 +7,8 @@
 
 mod feature;
 mod polygon;
+mod sheets;
 mod surface;
 
+pub use sheets::Sheets;
 pub use surface::{Edge, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface};

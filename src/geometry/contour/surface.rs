@@ -1,16 +1,18 @@
 //! The surface between samples inside and outside.
 
-use super::feature::{creases_joined, feature_point};
+use super::feature::creases_joined;
 use super::polygon::{EDGES, Polygon, polygons_of_all_cells};
+use super::sheets::{Crossings, Sheets, vertex_on_feature};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator, SignedDistance};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add, scale};
+use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
 
 /// How near to a sample a vertex may come, as a share of the edge: vertices of different edges stay apart.
-const NEAREST: f64 = 1e-3;
+pub(super) const NEAREST: f64 = 1e-3;
 
 /// An edge of the lattice, from a sample to its next one along an axis; indices may be −1 at the border of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,57 +38,38 @@ pub struct Edge {
 /// # Source
 /// Lorensen and Cline 1987, with the face rule and the diagonals chosen here.
 pub fn surface(inside: &Indicator, crossing: impl Fn(Edge) -> f64 + Sync) -> Result<TriangleMesh> {
-    Ok(cut_all(inside, |edge| (crossing(edge), ()), |_, _, _| None, |_, _| 0.0)?.0)
+    Ok(cut_all(inside, &Crossings(crossing))?.0)
 }
 
 /// As [`surface`], with vertices on creases and in corners, and creases as edges.
 ///
-/// `crossing(edge)` gives a note beside the crossing, such as the facet it came from. `normals(cell, corners, notes)` gives
-/// the outward unit normal of the surface at each of the points where it leaves the cell whose first sample is `cell`, or
-/// nothing where the surface is smooth there. Where they differ by more than 30° the
-/// polygon becomes a fan about the point nearest to all tangent planes, if that lies in the cell; an edge between two
-/// such fans is turned to run along the crease. Other polygons are cut where `bend` of two corners and their notes is
-/// least: how far the surface leaves the line between them. Closed and 2-manifold like [`surface`]; facets may cross where
-/// a crease is finer than the cells.
+/// Where the normals at the corners of a polygon differ by more than 30°, it becomes a fan about the point nearest to all
+/// tangent planes there, and then to those of the same sheets beside that point, if it lies in the cell; an edge between
+/// two such fans is turned to run along the crease. Other polygons are cut where the surface bends least. Closed and
+/// 2-manifold like [`surface`]; facets may cross where a crease is finer than the cells.
 ///
 /// # Errors
 /// As [`surface`].
 ///
 /// # Source
 /// L. P. Kobbelt, M. Botsch, U. Schwanecke, H.-P. Seidel, *Feature sensitive surface extraction from volume data*, 2001.
-pub fn sharp_surface<N: Copy + Send + Sync>(
-    inside: &Indicator,
-    crossing: impl Fn(Edge) -> (f64, N) + Sync,
-    normals: impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec<Vec3>> + Sync,
-    bend: impl Fn([Vec3; 2], [N; 2]) -> f64 + Sync,
-) -> Result<TriangleMesh> {
-    let grid = inside.grid();
-    let feature = |cell: [isize; 3], corners: &[Vec3], notes: &[N]| {
-        let normals = normals(cell, corners, notes)?;
-        let first = [0, 1, 2].map(|a| grid.origin()[a] + grid.h() * cell[a] as f64);
-        feature_point(first, grid.h(), NEAREST, corners, &normals)
-    };
-    let (mut mesh, features) = cut_all(inside, crossing, feature, bend)?;
+pub fn sharp_surface(inside: &Indicator, sheets: &impl Sheets) -> Result<TriangleMesh> {
+    let (mut mesh, features) = cut_all(inside, sheets)?;
     creases_joined(&mut mesh, &features);
     Ok(mesh)
 }
 
-/// The surface, and the numbers of the vertices that `feature(cell, corners, notes)` gave.
+/// The surface, and which of its vertices lie on features.
 ///
-/// Polygons without one are cut from the corner whose diagonals `bend` least, the first of equals.
-fn cut_all<N: Copy + Send + Sync>(
-    inside: &Indicator,
-    crossing: impl Fn(Edge) -> (f64, N) + Sync,
-    feature: impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec3> + Sync,
-    bend: impl Fn([Vec3; 2], [N; 2]) -> f64 + Sync,
-) -> Result<(TriangleMesh, Vec<bool>)> {
+/// Polygons without one are cut from the corner whose diagonals bend least, the first of equals.
+fn cut_all<S: Sheets>(inside: &Indicator, sheets: &S) -> Result<(TriangleMesh, Vec<bool>)> {
     let grid = inside.grid();
     // One sample more on every side, so that the surface closes where the set meets the border.
     let padded = inside.window([-1; 3], grid.dims().map(|n| n + 2))?;
     let cut = Cut::new(&padded);
     let origin = padded.grid().origin();
     let position = |edge: Edge| {
-        let (t, note) = crossing(edge);
+        let (t, note) = sheets.crossing(edge);
         let t = if t.is_finite() { t.clamp(NEAREST, 1.0 - NEAREST) } else { 0.5 };
         let place = [0, 1, 2].map(|a| {
             let step = if a == edge.axis { t } else { 0.0 };
@@ -94,7 +77,7 @@ fn cut_all<N: Copy + Send + Sync>(
         });
         (place, note)
     };
-    let of_plane: Vec<(Vec<Vec3>, Vec<N>)> =
+    let of_plane: Vec<(Vec<Vec3>, Vec<S::Note>)> =
         (0..cut.dims[2]).into_par_iter().with_max_len(1).map(|k| cut.vertices_of_plane(k, &position)).collect();
     let mut firsts = vec![0usize];
     firsts.extend(of_plane.iter().scan(0, |sum, (vertices, _)| {
@@ -110,7 +93,7 @@ fn cut_all<N: Copy + Send + Sync>(
             remedy: "choose a larger spacing".into(),
         });
     }
-    let (vertices, notes): (Vec<Vec<Vec3>>, Vec<Vec<N>>) = of_plane.into_iter().unzip();
+    let (vertices, notes): (Vec<Vec<Vec3>>, Vec<Vec<S::Note>>) = of_plane.into_iter().unzip();
     let (vertices, notes) = (vertices.concat(), notes.concat());
     let table = polygons_of_all_cells();
     let slabs: Vec<Slab> = (0..cut.dims[2].saturating_sub(1))
@@ -120,7 +103,7 @@ fn cut_all<N: Copy + Send + Sync>(
             || [cut.blank(), cut.blank()],
             |[lower, upper], k| {
                 let known = (vertices.as_slice(), notes.as_slice());
-                cut.slab(k, [firsts[k], firsts[k + 1]], [lower, upper], &table, known, (&feature, &bend))
+                cut.slab(k, [firsts[k], firsts[k + 1]], [lower, upper], &table, known, (grid, sheets))
             },
         )
         .collect();
@@ -227,14 +210,14 @@ impl<'a> Cut<'a> {
     }
 
     /// The triangles of the cells between plane k and the next; `firsts` are the numbers of the planes' first vertices.
-    fn slab<N: Copy>(
+    fn slab<S: Sheets>(
         &self,
         k: usize,
         firsts: [usize; 2],
         numbers: [&mut Vec<u32>; 2],
         table: &[Vec<Polygon>],
-        (vertices, notes): (&[Vec3], &[N]),
-        (feature, bend): (&impl Fn([isize; 3], &[Vec3], &[N]) -> Option<Vec3>, &impl Fn([Vec3; 2], [N; 2]) -> f64),
+        (vertices, notes): (&[Vec3], &[S::Note]),
+        (grid, sheets): (&Grid, &S),
     ) -> Slab {
         let [lower, upper] = numbers;
         for (plane, (numbers, first)) in [&mut *lower, &mut *upper].into_iter().zip(firsts).enumerate() {
@@ -259,9 +242,12 @@ impl<'a> Cut<'a> {
                 noted.clear();
                 noted.extend(corners.iter().map(|&v| notes[v as usize]));
                 // Cells count from the padded border.
-                let on_feature = feature([i, j, k].map(|n| n as isize - 1), &places, &noted);
-                let of_diagonal = |[a, b]: [usize; 2]| bend([places[a], places[b]], [noted[a], noted[b]]);
-                slab.cut_polygon(&polygon.fans, &corners, &places, on_feature, of_diagonal);
+                let cell = [i, j, k].map(|n| n as isize - 1);
+                let on_feature = vertex_on_feature(sheets, grid, cell, &places, &noted);
+                let bend = |[a, b]: [usize; 2]| sheets.bend([places[a], places[b]], [noted[a], noted[b]]);
+                let middle =
+                    || sheets.onto(scale(places.iter().copied().fold([0.0; 3], add), 1.0 / places.len() as f64));
+                slab.cut_polygon(&polygon.fans, &corners, on_feature, middle, bend);
             }
         });
         slab
@@ -298,8 +284,8 @@ impl Slab {
         &mut self,
         fans: &[usize],
         corners: &[u32],
-        places: &[Vec3],
         on_feature: Option<Vec3>,
+        middle: impl FnOnce() -> Vec3,
         bend: impl Fn([usize; 2]) -> f64,
     ) {
         let n = corners.len();
@@ -314,7 +300,6 @@ impl Slab {
             return;
         }
         let centre = CENTRE + self.centres.len() as u32;
-        let middle = || scale(places.iter().copied().fold([0.0; 3], add), 1.0 / n as f64);
         self.centres.push(on_feature.unwrap_or_else(middle));
         self.on_feature.push(on_feature.is_some());
         self.triangles.extend((0..n).map(|c| [centre, corner(c), corner(c + 1)]));
@@ -341,6 +326,7 @@ mod tests {
     use crate::geometry::Primitive;
     use crate::grid::Grid;
     use rustc_hash::FxHashMap;
+    use std::marker::PhantomData;
 
     /// Every directed edge once, its reverse once, and one ring of facets around every vertex.
     fn assert_manifold(mesh: &TriangleMesh) {
@@ -388,6 +374,41 @@ mod tests {
         }
     }
 
+    /// A surface told by functions.
+    struct Told<T, C, N, B>(C, N, B, PhantomData<fn() -> T>);
+
+    /// A surface of these crossings and their notes, normals and bends.
+    fn told<T, C, N, B>(crossing: C, normals: N, bend: B) -> Told<T, C, N, B>
+    where
+        C: Fn(Edge) -> (f64, T),
+        N: Fn([isize; 3], &[Vec3], &[T]) -> Option<Vec<Vec3>>,
+        B: Fn([Vec3; 2], [T; 2]) -> f64,
+    {
+        Told(crossing, normals, bend, PhantomData)
+    }
+
+    impl<T, C, N, B> Sheets for Told<T, C, N, B>
+    where
+        T: Copy + Send + Sync,
+        C: Fn(Edge) -> (f64, T) + Sync,
+        N: Fn([isize; 3], &[Vec3], &[T]) -> Option<Vec<Vec3>> + Sync,
+        B: Fn([Vec3; 2], [T; 2]) -> f64 + Sync,
+    {
+        type Note = T;
+
+        fn crossing(&self, edge: Edge) -> (f64, T) {
+            (self.0)(edge)
+        }
+
+        fn normals(&self, cell: [isize; 3], corners: &[Vec3], notes: &[T]) -> Option<Vec<Vec3>> {
+            (self.1)(cell, corners, notes)
+        }
+
+        fn bend(&self, ends: [Vec3; 2], notes: [T; 2]) -> f64 {
+            (self.2)(ends, notes)
+        }
+    }
+
     /// Normals of a shape known in closed form, by central differences.
     fn normals(shape: impl Fn(Vec3) -> f64 + Sync) -> impl Fn([isize; 3], &[Vec3], &[()]) -> Option<Vec<Vec3>> + Sync {
         move |_, corners, _| {
@@ -422,7 +443,7 @@ mod tests {
             lo
         };
         let blunt = surface(&inside, crossing).unwrap();
-        let sharp = sharp_surface(&inside, |edge| (crossing(edge), ()), normals(turned), |_, _| 0.0).unwrap();
+        let sharp = sharp_surface(&inside, &told(|edge| (crossing(edge), ()), normals(turned), |_, _| 0.0)).unwrap();
         assert_manifold(&sharp);
         let missing = |mesh: &TriangleMesh| (24.0 - mesh.signed_volume()).abs();
         // Chords across 36 mm of edges cost a strip of about h²/12 each; with features only cells at corners are short.
@@ -450,7 +471,7 @@ mod tests {
                 crate::geometry::vector::unit(noise[at % 997])
             };
             let normals = |_: [isize; 3], corners: &[Vec3], _: &[()]| Some(corners.iter().map(normal).collect());
-            let mesh = sharp_surface(&set, |_| (0.5, ()), normals, |_, _| 0.0).unwrap();
+            let mesh = sharp_surface(&set, &told(|_| (0.5, ()), normals, |_, _| 0.0)).unwrap();
             assert_manifold(&mesh);
         }
     }
@@ -480,8 +501,8 @@ mod tests {
             [0, 1, 2].map(|a| (m[a] - n[a]) * (p[a] - q[a])).iter().sum::<f64>().abs()
         };
         let missing = |mesh: &TriangleMesh| rod.volume().as_mm3() - mesh.signed_volume();
-        let plain = sharp_surface(&inside, crossing, smooth, |_, _| 0.0).unwrap();
-        let flat = sharp_surface(&inside, crossing, smooth, bend).unwrap();
+        let plain = sharp_surface(&inside, &told(crossing, smooth, |_, _| 0.0)).unwrap();
+        let flat = sharp_surface(&inside, &told(crossing, smooth, bend)).unwrap();
         assert_manifold(&flat);
         assert_eq!(plain.vertices, flat.vertices);
         println!("rod: {} missing, {} along the flattest diagonals", missing(&plain), missing(&flat));
