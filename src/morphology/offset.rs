@@ -32,8 +32,7 @@ pub struct Shaped {
 ///
 /// Outwards it is the sum with a ball, inwards the difference. Distances are exact, to the facets; the surface's
 /// vertices lie on the level, those on creases where the sheets beside them meet, as two steps of Newton's find it; curved
-/// facets are inscribed; edges that would be deeper than three thousandths of the
-/// spacing, as far as normals tell, are split once, which makes them four times flatter.
+/// facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice.
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or more than a thousand spacings, [`Error::NoGeometry`] for a mesh

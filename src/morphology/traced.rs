@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
 use crate::geometry::contour::{Edge, Sheets, linear_crossing, sharp_surface};
-use crate::geometry::refine::split_curved_edges;
+use crate::geometry::refine::{Halvings, split_curved_edges};
 use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
 
 /// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
@@ -44,7 +44,11 @@ impl Traced {
     pub(super) fn surface(&self, sagitta: f64) -> Result<TriangleMesh> {
         let grid = *self.values.grid();
         let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
-        Ok(split_curved_edges(&sharp_surface(&inside, self)?, sagitta * grid.h(), |p| self.onto(p)))
+        // Outwards the surface is round along all convex edges; elsewhere it is as flat as the part, and finer facets would cross
+        // where creases lie close.
+        let outwards = self.walls.is_none() && self.level.as_ref().is_some_and(|level| level.r > 0.0);
+        let halvings = if outwards { Halvings::Two } else { Halvings::One };
+        Ok(split_curved_edges(&sharp_surface(&inside, self)?, sagitta * grid.h(), halvings, |p| self.onto(p)))
     }
 
     /// The level that a sample was measured to, if it was to one.
