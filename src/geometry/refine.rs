@@ -16,14 +16,16 @@ pub enum Halvings {
 const CREASED: f64 = 0.125;
 
 /// The mesh with a new vertex `project(midpoint)` on every edge that a curved surface leaves by more than `sagitta`
-/// millimetres, as far as the normals at its ends tell: an arc of length l that turns by α rises α·l/8 above its chord.
-/// At [`Halvings::Two`] the halves are split once more where the new vertex rose by more than four times that.
+/// millimetres. At [`Halvings::Two`] the halves are split once more where the new vertex rose by more than four times that.
 ///
-/// Facets are split by their marked edges into two, three or four; a closed manifold mesh stays one, in formats of f32
+/// Normals at an edge's ends tell which midpoints to project: an arc of length l that turns by α rises α·l/8 above its chord.
+/// A crease has no one normal, so that the flat edges that end there are tried, too, and left as they are.
+///
+/// Facets are split by their halved edges into two, three or four; a closed manifold mesh stays one, in formats of f32
 /// coordinates, too: vertices that would coincide stay at their midpoints.
 ///
 /// # Cost
-/// O(facets), a hash look-up for each marked edge of each facet, one projection for each marked edge.
+/// O(facets), a hash look-up for each tried edge of each facet, one projection for each tried edge.
 pub fn split_curved_edges(
     mesh: &TriangleMesh,
     sagitta: f64,
@@ -44,78 +46,110 @@ pub fn split_curved_edges(
     };
     let marked = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[s, e]| curved([s.min(e), s.max(e)]));
     let marked: Vec<[bool; 3]> = mesh.triangles.par_iter().map(marked).collect();
-    let once = Split::of(mesh, &marked, &project);
+    let halved = Halved::of(mesh, &marked, sagitta, &project);
+    let (once, along) = halved.split(mesh);
     if halvings == Halvings::One {
-        return once.mesh;
+        return once;
     }
-    let deep: Vec<bool> = once.rises.iter().map(|rise| 0.25 * rise > sagitta).collect();
+    let deep = halved.deep(sagitta);
     let still = |along: &[u32; 3]| along.map(|edge| deep.get(edge as usize) == Some(&true));
-    let marked: Vec<[bool; 3]> = once.along.par_iter().map(still).collect();
-    Split::of(&once.mesh, &marked, &project).mesh
+    let marked: Vec<[bool; 3]> = along.par_iter().map(still).collect();
+    Halved::of(&once, &marked, sagitta, &project).split(&once).0
 }
 
-/// No edge that was split.
+/// No edge that is halved.
 const NONE: u32 = u32::MAX;
 
-/// A mesh whose marked edges were split.
-struct Split {
-    mesh: TriangleMesh,
-    /// How far the middle of each edge that was split lay off the surface; 0 for edges across a crease.
-    rises: Vec<f64>,
-    /// For each edge of each facet, which of those it is half of, or runs beside and turns as far as half of: [`NONE`] if none.
-    along: Vec<[u32; 3]>,
+/// Edges of a mesh that are halved.
+struct Halved {
+    /// For each edge of each facet, its number among them: [`NONE`] if it is not.
+    edges: Vec<[u32; 3]>,
+    /// The ends of each.
+    ends: Vec<[Vec3; 2]>,
+    /// The new vertex of each.
+    vertices: Vec<Vec3>,
 }
 
-impl Split {
-    fn of(mesh: &TriangleMesh, marked: &[[bool; 3]], project: &(impl Fn(Vec3) -> Vec3 + Sync)) -> Self {
+fn middle([p, q]: [Vec3; 2]) -> Vec3 {
+    scale(add(p, q), 0.5)
+}
+
+impl Halved {
+    /// Those of the marked edges whose middle is farther than `sagitta` off the surface.
+    fn of(mesh: &TriangleMesh, marked: &[[bool; 3]], sagitta: f64, project: &(impl Fn(Vec3) -> Vec3 + Sync)) -> Self {
         let mut numbers: FxHashMap<[u32; 2], u32> = FxHashMap::default();
-        let (mut midpoints, mut lengths) = (Vec::new(), Vec::new());
-        let (mut triangles, mut along) = (Vec::with_capacity(mesh.triangles.len()), Vec::with_capacity(marked.len()));
+        let mut tried: Vec<[u32; 2]> = Vec::new();
+        let mut number = |edge: [u32; 2]| {
+            *numbers.entry(edge).or_insert_with(|| {
+                tried.push(edge);
+                tried.len() as u32 - 1
+            })
+        };
+        let numbered = |(&[a, b, c], &marks): (&[u32; 3], &[bool; 3])| {
+            let edges = [(a, b, marks[0]), (b, c, marks[1]), (c, a, marks[2])];
+            edges.map(|(s, e, mark)| if mark { number([s.min(e), s.max(e)]) } else { NONE })
+        };
+        let mut edges: Vec<[u32; 3]> = mesh.triangles.iter().zip(marked).map(numbered).collect();
+        let placed = |edge: &[u32; 2]| {
+            let ends = edge.map(|v| mesh.vertices[v as usize]);
+            (ends, project(middle(ends)))
+        };
+        let tried: Vec<([Vec3; 2], Vec3)> = tried.par_iter().map(placed).collect();
+        let rises = |&(ends, p): &([Vec3; 2], Vec3)| distance(middle(ends), p) > sagitta;
+        let mut count = 0..;
+        let kept: Vec<u32> =
+            tried.iter().map(|edge| if rises(edge) { count.next().unwrap_or(NONE) } else { NONE }).collect();
+        edges.par_iter_mut().flatten().for_each(|edge| *edge = kept.get(*edge as usize).copied().unwrap_or(NONE));
+        let (ends, mut vertices): (Vec<[Vec3; 2]>, Vec<Vec3>) = tried.into_iter().filter(rises).unzip();
+        keep_apart(&mesh.vertices, &mut vertices, &ends);
+        Halved { edges, ends, vertices }
+    }
+
+    /// Which of them rise so far that their halves still do, by a quarter of it, but do not cross a crease.
+    fn deep(&self, sagitta: f64) -> Vec<bool> {
+        let deep = |(&[a, b], &p): (&[Vec3; 2], &Vec3)| {
+            let rise = distance(p, middle([a, b]));
+            0.25 * rise > sagitta && rise < CREASED * distance(a, b)
+        };
+        self.ends.iter().zip(&self.vertices).map(deep).collect()
+    }
+
+    /// The mesh of their halves; and for each edge of each of its facets, which of them it is half of, or runs beside and
+    /// turns as far as half of: [`NONE`] if none.
+    fn split(&self, mesh: &TriangleMesh) -> (TriangleMesh, Vec<[u32; 3]>) {
         let known = mesh.vertices.len() as u32;
-        for (&[a, b, c], &marks) in mesh.triangles.iter().zip(marked) {
-            let mut middle = |s: u32, e: u32, mark: bool| {
-                mark.then(|| {
-                    *numbers.entry([s.min(e), s.max(e)]).or_insert_with(|| {
-                        let [p, q] = [s, e].map(|v| mesh.vertices[v as usize]);
-                        midpoints.push(scale(add(p, q), 0.5));
-                        lengths.push(distance(p, q));
-                        known + midpoints.len() as u32 - 1
-                    })
-                })
-            };
-            let middles = [middle(a, b, marks[0]), middle(b, c, marks[1]), middle(c, a, marks[2])];
-            for (triangle, beside) in split([a, b, c], middles) {
+        let (mut triangles, mut along) =
+            (Vec::with_capacity(mesh.triangles.len()), Vec::with_capacity(self.edges.len()));
+        for (&facet, edges) in mesh.triangles.iter().zip(&self.edges) {
+            let middles = edges.map(|edge| (edge != NONE).then(|| known + edge));
+            for (triangle, beside) in split(facet, middles) {
                 triangles.push(triangle);
-                along.push(beside.map(|edge| edge.map_or(NONE, |middle| middle - known)));
+                along.push(beside.map(|middle| middle.map_or(NONE, |middle| middle - known)));
             }
         }
-        let projected: Vec<Vec3> = midpoints.par_iter().map(|&p| project(p)).collect();
-        let placed = kept_apart(&mesh.vertices, projected, &midpoints);
-        let rise = |((p, q), length): ((&Vec3, &Vec3), &f64)| {
-            let rise = distance(*p, *q);
-            if rise < CREASED * length { rise } else { 0.0 }
-        };
-        let rises = placed.iter().zip(&midpoints).zip(&lengths).map(rise).collect();
-        let mut vertices = mesh.vertices.clone();
-        vertices.extend(placed);
-        Split { mesh: TriangleMesh { vertices, triangles }, rises, along }
+        let vertices = [&mesh.vertices[..], &self.vertices].concat();
+        (TriangleMesh { vertices, triangles }, along)
     }
 }
 
-/// The new vertices; where one would coincide with another, its midpoint instead.
+/// Puts new vertices that would coincide with others at the middles of their edges.
 ///
 /// Sheets that meet in a ridge are projected onto the same points there. Formats without indices join vertices that are
 /// equal in f32, and edges of four facets would come of it.
-fn kept_apart(vertices: &[Vec3], projected: Vec<Vec3>, midpoints: &[Vec3]) -> Vec<Vec3> {
+fn keep_apart(vertices: &[Vec3], projected: &mut [Vec3], edges: &[[Vec3; 2]]) {
     let place = |p: &Vec3| p.map(|x| (x as f32 + 0.0).to_bits());
     let mut new_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-    for p in &projected {
+    for p in projected.iter() {
         *new_at.entry(place(p)).or_default() += 1;
     }
     let met: FxHashSet<[u32; 3]> =
         vertices.par_iter().map(place).filter(|at| new_at.contains_key(at)).collect::<Vec<_>>().into_iter().collect();
     let apart = |p: &Vec3| new_at.get(&place(p)) == Some(&1) && !met.contains(&place(p));
-    projected.into_iter().zip(midpoints).map(|(p, &middle)| if apart(&p) { p } else { middle }).collect()
+    for (p, &ends) in projected.iter_mut().zip(edges) {
+        if !apart(p) {
+            *p = middle(ends);
+        }
+    }
 }
 
 /// The parts of a facet cut by the new vertices on its edges ab, bc, ca; with the edge of each of their edges that it is half
