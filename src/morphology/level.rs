@@ -1,9 +1,14 @@
 //! Where the distance to a mesh has a value: crossings, normals and points of that surface.
 
 use super::near::Near;
-use super::traced::SMOOTH_COSINE;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+
+/// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
+pub(super) const SMOOTH_COSINE: f64 = 0.906;
+
+/// A point this near to a facet, in spacings, is on it: rounding alone tells which way it is off.
+const ON_FACET: f64 = 1e-6;
 
 /// A point within this many spacings of a level may be brought onto it.
 const BESIDE: f64 = 0.6;
@@ -52,12 +57,20 @@ impl Level {
     /// `d − r` at a point near the level, with its slope: the side is that of the level, or where the level is too near to
     /// the mesh, that of the facet the point stands over.
     fn value(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
-        let (off, facing, r) = (sub(p, n.point), self.near.facing(n), self.r);
-        let over = dot(off, facing);
+        let r = self.r;
         if r.abs() > 1.5 * self.near.h() {
-            return Some((r.signum() * n.distance - r, scale(off, r.signum() / n.distance)));
+            return Some((r.signum() * n.distance - r, scale(sub(p, n.point), r.signum() / n.distance)));
         }
-        (over.abs() >= 0.99 * n.distance).then_some((over - r, facing))
+        let (height, facing) = self.height(p, n)?;
+        Some((height - r, facing))
+    }
+
+    /// How high a point is over the facet of its nearest point, and the outward normal there; none if it is beside the facet.
+    pub(super) fn height(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
+        let facing = self.near.facing(n);
+        let height = dot(sub(p, n.point), facing);
+        let over = height.abs() >= 0.99 * n.distance || n.distance < ON_FACET * self.near.h();
+        over.then_some((height, facing))
     }
 
     /// Outward normal of the level at a point on it, whose nearest point of the mesh is given.

@@ -1,6 +1,6 @@
 //! The surface where a field of exact distances vanishes.
 
-use super::level::{Level, Seen, root_of_cubic};
+use super::level::{Level, SMOOTH_COSINE, Seen, root_of_cubic};
 use super::walls::Walls;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
@@ -9,14 +9,11 @@ use crate::geometry::contour::{Edge, Sheets, linear_crossing, sharp_surface};
 use crate::geometry::refine::{Halvings, split_curved_edges};
 use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
 
-/// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
-pub(super) const SMOOTH_COSINE: f64 = 0.906;
-
 /// Slopes along an edge that are this near to the mean one, of at most 1, belong to no crease that matters.
 const SMOOTH_SLOPE: f64 = 0.1;
 
-/// A crossing is sought by at most this many distances along an edge.
-const MOST_STEPS: usize = 3;
+/// A crossing is sought by at most this many distances along an edge: most take two, edges almost along the surface more.
+const MOST_STEPS: usize = 8;
 
 /// A step of Newton's along an edge that is this short, in spacings, ends on the surface, and the normal where it started is
 /// the one there.
@@ -66,12 +63,13 @@ impl Traced {
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }
 
-    /// Where `s` vanishes along an edge, from `t` on: by Newton's steps, which end on a plane; by regula falsi where these
-    /// leave what is known to hold the crossing.
+    /// Where `s` vanishes along an edge, from `t` on: by Newton's steps, which end on a plane; where these leave what is known
+    /// to hold the crossing, by regula falsi that halves the value of an end kept twice (Dowell and Jarratt 1971, "A modified
+    /// regula falsi method", BIT 11).
     fn stepped_crossing(&self, edge: Edge, mut t: f64, [a, b]: [f64; 2]) -> (f64, Option<Vec3>) {
         let grid = self.values.grid();
         let (mut low, mut high) = ((0.0, a), (1.0, b));
-        let mut note = None;
+        let (mut note, mut last) = (None, None);
         for _ in 0..MOST_STEPS {
             let p = [0, 1, 2].map(|i| {
                 let step = if i == edge.axis { t } else { 0.0 };
@@ -79,18 +77,17 @@ impl Traced {
             });
             let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else { break };
             let newton = t - s / (grid.h() * slope[edge.axis]);
-            let before = t;
-            if (s > 0.0) == (a > 0.0) {
-                low = (t, s);
-            } else {
-                high = (t, s);
-            }
+            let (before, at_low) = (t, (s > 0.0) == (a > 0.0));
+            let (end, kept) = if at_low { (&mut low, &mut high) } else { (&mut high, &mut low) };
+            *end = (t, s);
+            kept.1 *= if last == Some(at_low) { 0.5 } else { 1.0 };
+            last = Some(at_low);
             let by_newton = (low.0..=high.0).contains(&newton) && slope[edge.axis] * (b - a) > 0.0;
             if s != 0.0 {
                 t = if by_newton { newton } else { low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1) };
             }
             let step = (t - before).abs();
-            note = (step < NEAR_CROSSING).then_some(normal);
+            note = (by_newton && step < NEAR_CROSSING).then_some(normal);
             if step < if by_newton { NEAR_CROSSING } else { 0.1 * NEAR_CROSSING } {
                 break;
             }

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::Nearest;
-use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+use crate::geometry::vector::{Vec3, along, distance, scale, sub};
 use crate::units::Length;
 use rayon::prelude::*;
 
@@ -230,9 +230,8 @@ impl Walls {
     /// The foot of a point on a facet within a quarter of a spacing, if the ball touches there.
     fn touched(&self, p: Vec3) -> Option<Nearest> {
         let n = self.level.near.nearest(p)?;
-        let facing = self.level.near.facing(&n);
-        let over = dot(sub(p, n.point), facing).abs() >= 0.99 * n.distance;
-        (over && n.distance < 0.25 * self.centres.grid().h() && self.ball_touches(&n, facing)).then_some(n)
+        let (_, facing) = self.level.height(p, &n)?;
+        (n.distance < 0.25 * self.centres.grid().h() && self.ball_touches(&n, facing)).then_some(n)
     }
 }
 
