@@ -46,11 +46,19 @@ impl Level {
 
     /// The plane that touches beside x the sheet of the level that p lies on, as a point and the outward normal.
     pub(super) fn beside(&self, x: Vec3, p: Vec3) -> Option<(Vec3, Vec3)> {
-        let [sheet, nearest] = [self.near.mesh().nearest_of(x, self.near.nearest(p)?.facet), self.near.nearest(x)?];
-        let [over_sheet, over_nearest] = [&sheet, &nearest].map(|n| self.normal_over(x, n));
+        let (from, nearest) = (self.near.nearest(p)?, self.near.nearest(x)?);
+        let sheet = match self.height(p, &from) {
+            // Over a facet the level is flat, and seen from beyond the facet's rim it is no rounder.
+            Some((_, facing)) => (from.point, facing),
+            None => {
+                let foot = self.near.mesh().nearest_of(x, from.facet);
+                (foot.point, self.normal_over(x, &foot))
+            }
+        };
+        let over_nearest = self.normal_over(x, &nearest);
         // A sheet goes on beyond its facet.
-        let same = dot(over_sheet, over_nearest) > SMOOTH_COSINE;
-        let (foot, normal) = if same { (nearest.point, over_nearest) } else { (sheet.point, over_sheet) };
+        let same = dot(sheet.1, over_nearest) > SMOOTH_COSINE;
+        let (foot, normal) = if same { (nearest.point, over_nearest) } else { sheet };
         Some((along(foot, normal, self.r), normal))
     }
 

@@ -197,6 +197,19 @@ mod tests {
     }
 
     #[test]
+    fn a_box_shrunk_by_less_than_a_spacing_stays_in_the_smaller_box() {
+        let (sides, h) = ([10.3, 8.1, 6.2], 0.625);
+        for by in [0.15, 0.3, 0.5, 0.6] {
+            let made = offset(&cuboid([0.0; 3], sides), Length::mm(-by), Length::mm(h)).unwrap().mesh;
+            let (lo, hi) = made.bounds().unwrap();
+            let off = (0..3).map(|a| (lo[a] - by).abs().max((hi[a] - sides[a] + by).abs())).fold(0.0, f64::max);
+            println!("box - {by} mm at {h}: {off} mm off at most");
+            // A facet's rim is no round edge, however near the crease is to it.
+            assert!(off < 0.01 * h, "{by}: {lo:?} {hi:?}");
+        }
+    }
+
+    #[test]
     fn vertices_where_round_parts_leave_flat_ones_lie_on_the_level() {
         let (h, by) = (0.5, 1.5);
         let (mut vertices, mut worst) = (0, 0.0f64);
