@@ -5,9 +5,13 @@ use super::words::Words;
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, distance};
 use crate::io::accept;
+use crate::units::short;
 
 /// Largest distance between an arc and its chords, mm.
 pub(super) const SAGITTA: f64 = 0.005;
+/// How far an arc may end off its circle: beyond the first always, beyond the second by this share of the radius, mm; as Grbl
+/// 1.1 has it, which slicers' rounding stays within.
+const OFF_CIRCLE: (f64, f64, f64) = (0.5, 0.005, 0.001);
 /// Most chords of one arc.
 const MOST_CHORDS: f64 = 10_000.0;
 
@@ -23,6 +27,10 @@ pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, uni
     let radius = distance([from[0], from[1], 0.0], [centre[0], centre[1], 0.0]);
     if let Some(problem) = accept::point_problem(centre) {
         return Err(damaged(line, problem));
+    }
+    let off = (radius - distance([to[0], to[1], 0.0], [centre[0], centre[1], 0.0])).abs();
+    if off > OFF_CIRCLE.0 || off > OFF_CIRCLE.1.max(OFF_CIRCLE.2 * radius) {
+        return Err(damaged(line, format!("an arc that ends {} mm off its circle", short(off))));
     }
     let angle = |p: Vec3| (p[1] - centre[1]).atan2(p[0] - centre[0]);
     let start = angle(from);

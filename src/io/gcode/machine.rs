@@ -9,6 +9,15 @@ use crate::io::accept;
 use crate::io::toolpath::{Toolpath, corners_fit};
 use crate::notice::Notice;
 
+/// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling, the origin.
+const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 30.0, 31.0, 32.0, 92.0];
+
+/// Modes that may stand before a move on its line and leave the path as it is.
+const MODES: &[f64] = &[
+    15.0, 17.0, 20.0, 21.0, 40.0, 49.0, 50.0, 54.0, 61.0, 64.0, 69.0, 80.0, 90.0, 91.0, 91.1, 93.0, 94.0, 95.0, 97.0,
+    98.0, 99.0,
+];
+
 /// How coordinates are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
@@ -18,12 +27,13 @@ enum Mode {
 
 /// The path of a G-code file: its depositing moves, or its feed moves if it deposits nothing (milling).
 ///
-/// Read are G0 to G3 with arcs in the xy plane (I J or R), G20, G21, G28, G90 to G92, M82 and M83; other
-/// commands do not move the tool along a path and are passed over. Arcs become chords within 0.005 mm.
+/// Read are G0 to G3 with arcs in the xy plane (I J or R), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
+/// move the tool along a path are passed over, with their numbers; those that move it in other ways, or change what
+/// coordinates mean, are refused. Arcs become chords within 0.005 mm.
 ///
 /// # Errors
 /// [`Error::Damaged`](crate::Error::Damaged) naming the line of a bad number or arc; [`Error::Unsupported`](crate::Error::Unsupported) for arcs in other
-/// planes and splines; [`Error::NoGeometry`](crate::Error::NoGeometry) without moves; [`Error::TooLarge`](crate::Error::TooLarge) beyond 2²⁶ corners.
+/// planes, splines, cycles, other coordinates and rotary axes; [`Error::NoGeometry`](crate::Error::NoGeometry) without moves; [`Error::TooLarge`](crate::Error::TooLarge) beyond 2²⁶ corners.
 ///
 /// # Source
 /// ISO 6983-1:2009; the dialect of Marlin and RepRap printers for E, M82 and M83.
@@ -105,8 +115,7 @@ impl Machine {
                 (b'G', 0.0 | 1.0 | 2.0 | 3.0) => motion = Some(code as u32),
                 (b'G', _) => {
                     self.preparatory(number, code, &words)?;
-                    // The numbers of these two are no place to go to.
-                    if code == 28.0 || code == 92.0 {
+                    if NO_PLACE.contains(&code) {
                         return Ok(());
                     }
                 }
@@ -127,14 +136,22 @@ impl Machine {
     /// A G command that is no motion.
     fn preparatory(&mut self, line: u64, code: f64, words: &Words) -> Result<()> {
         match code {
-            5.0 => return Err(unsupported(line, "a spline (G5)")),
+            5.0..6.0 => return Err(unsupported(line, "a spline (G5)")),
             18.0 | 19.0 => return Err(unsupported(line, "a plane of arcs other than xy")),
+            90.1 => return Err(unsupported(line, "centres of arcs in absolute coordinates (G90.1)")),
+            41.0..43.0 => return Err(unsupported(line, "a path beside the tool's (G41, G42)")),
+            51.0 | 68.0..69.0 => return Err(unsupported(line, "turned or scaled coordinates (G51, G68)")),
+            10.0 if words.get(b'L').is_some() => return Err(unsupported(line, "coordinates set by a table (G10 L)")),
             20.0 => self.unit = 25.4,
             21.0 => self.unit = 1.0,
             28.0 => self.home(words),
             90.0 => (self.moves, self.extrusion) = (Mode::Absolute, Mode::Absolute),
             91.0 => (self.moves, self.extrusion) = (Mode::Relative, Mode::Relative),
             92.0 => self.set_origin(words),
+            _ if NO_PLACE.contains(&code) || MODES.contains(&code) => {}
+            _ if words.position().iter().any(Option::is_some) => {
+                return Err(unsupported(line, &format!("a move by G{code}")));
+            }
             _ => {}
         }
         Ok(())
@@ -166,6 +183,9 @@ impl Machine {
 
     /// A move by G0 to G3.
     fn motion(&mut self, line: u64, motion: u32, words: &Words) -> Result<()> {
+        if let Some(axis) = [b'A', b'B', b'C'].into_iter().find(|&axis| words.get(axis).is_some()) {
+            return Err(unsupported(line, &format!("the axis {}", char::from(axis))));
+        }
         let from = self.at;
         let mut to = from;
         for ((to, origin), value) in to.iter_mut().zip(self.origin).zip(words.position()) {
@@ -252,6 +272,12 @@ mod tests {
     }
 
     #[test]
+    fn probing_and_retraction_leave_the_path_alone() {
+        let p = path("G1 X1 E1\nG29 X50 Y50\nG30 X9\nG10 S1\nG4 P200\nG1 X2 E2\nG17 G90 X3 E3\n");
+        assert_eq!(p.strokes, [vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]]);
+    }
+
+    #[test]
     fn arcs_become_chords_of_the_right_length() {
         let half = std::f64::consts::PI * 10.0;
         for (text, length) in [
@@ -283,6 +309,14 @@ mod tests {
             ("G1 X0\nG3 X10 R1 E1\n", 2),
             ("G18\n", 1),
             ("G5 X1\n", 1),
+            ("G5.1 X10 Y5 I2 J2\n", 1),
+            ("G1 X10\nG90.1\nG3 X-10 I0 J0 E1\n", 2),
+            ("G1 X10\nG3 X-10 Y0 I-3 J0 E1\n", 2),
+            ("G1 X1\nG81 X20 Y20 Z-5 R1\n", 2),
+            ("G10 L2 P1 X50\n", 1),
+            ("G41\n", 1),
+            ("G68 X0 Y0 R30\n", 1),
+            ("G1 X1 A30\n", 1),
         ] {
             let e = read(text.as_bytes()).unwrap_err();
             assert_eq!(e.place(), Some(format!("line {line}")), "{text}: {e}");

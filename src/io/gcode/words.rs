@@ -8,11 +8,11 @@ use crate::io::words::Word;
 #[derive(Default)]
 pub(super) struct Words {
     pub(super) commands: Vec<(u8, f64)>,
-    values: [Option<f64>; 7],
+    values: [Option<f64>; 11],
 }
 
 /// Letters whose numbers count.
-const LETTERS: &[u8; 7] = b"XYZEIJR";
+const LETTERS: &[u8; 11] = b"XYZEIJRLABC";
 
 impl Words {
     /// The number behind a letter.
