@@ -31,7 +31,8 @@ static META: Meta = Meta {
           is not above its footprint stands on its supports alone.",
     how: "Layers are followed from the top down. A connected piece above a layer is judged by its height over the least width of the convex \
           hull of its section there, so that legs under a common top, or the four walls of a box, count together; each piece is reported at \
-          its most slender layer, when it joins another. Samples find the place, height and width are then measured on the mesh. Sections longer \
+          its most slender layer, when it joins another. Samples find the place, height and width are then measured on the mesh, at half the first \
+          layer or above. Sections longer \
           than four times their width carry walls, which `thin-wall` judges. The centre of mass is exact for a closed mesh, the \
           footprint is the convex hull of the section at half the first layer.",
     limits: "A pillar thinner than the spacing of the grid may be missed. Bracing that touches no layer below, such as supports, is not \
@@ -51,7 +52,9 @@ impl Check for TallFeature {
         };
         let least = limits.warn.or(limits.fail).unwrap_or(0.0);
         // A sixth below the limit, so that the worst value is told where it is near.
-        let found = tall_features(&part.solid()?.centres, part.mesh(), least / 1.2, WALL);
+        let bottom = part.mesh().bounds().map_or(0.0, |(lo, _)| lo[2]);
+        let lowest = bottom + 0.5 * process.layer_height_mm;
+        let found = tall_features(&part.solid()?.centres, part.mesh(), least / 1.2, WALL, lowest);
         let worst = found.iter().max_by(|a, b| a.slenderness().total_cmp(&b.slenderness()));
         let mut measured = Measured {
             worst: worst.map(|f| Worst { bracket: bracket(f, context), unit: "1", at: Some(f.foot) }),

@@ -71,11 +71,18 @@ struct Candidate {
 /// slenderness at k is (t − z_k) / w(C_k) with w the least width of the convex hull of C_k. Components are followed from the top
 /// down; each is reported once, at its most slender layer, when it joins another or ends. Sections longer than `longest_ratio` times
 /// their least width are walls and not looked at. Samples find the places; height and widths are then taken from the mesh.
+/// No section is taken below the height `lowest`: a part that stands on a point or a round side is not slender for that.
 /// A feature thinner than the spacing may be missed, so the result is an estimate.
 ///
 /// # Cost
 /// O(samples/64 + runs·log).
-pub fn tall_features(centres: &Indicator, mesh: &TriangleMesh, least: f64, longest_ratio: f64) -> Vec<TallFeature> {
+pub fn tall_features(
+    centres: &Indicator,
+    mesh: &TriangleMesh,
+    least: f64,
+    longest_ratio: f64,
+    lowest: f64,
+) -> Vec<TallFeature> {
     let [nx, ny, nz] = centres.grid().dims();
     let h = centres.grid().h();
     let mut pillars = Pillars::default();
@@ -107,7 +114,7 @@ pub fn tall_features(centres: &Indicator, mesh: &TriangleMesh, least: f64, longe
     found
         .into_iter()
         .filter(|c| 2.0 * c.slenderness + 2.0 > least)
-        .filter_map(|c| on_the_mesh(&c, centres, mesh))
+        .filter_map(|c| on_the_mesh(&c, centres, mesh, lowest))
         .filter(|f| f.slenderness() > least && f.width_mm.1 <= longest_ratio * f.width_mm.0 * std::f64::consts::SQRT_2)
         .collect()
 }
@@ -220,7 +227,7 @@ fn corners_of(r: &Run, h: f64) -> [Point; 4] {
 }
 
 /// Height and widths of a candidate from the mesh: the section at its layer, the highest vertex about its top.
-fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Option<TallFeature> {
+fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh, lowest: f64) -> Option<TallFeature> {
     let grid = centres.grid();
     let h = grid.h();
     let side = |at: u32, axis: usize| grid.origin()[axis] + (f64::from(at) - 0.5) * h;
@@ -231,7 +238,7 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
             && p[1] < side(b[3], 1) + reach
     };
     // A sample in a facet counts as standing just above it, and so does the section.
-    let mut level = grid.origin()[2] + (f64::from(c.layer) + 1e-3) * h;
+    let mut level = (grid.origin()[2] + (f64::from(c.layer) + 1e-3) * h).max(lowest);
     let section = |level: f64| Hull::of(section_points(mesh, level).into_iter().filter(|&p| within(c.section, p, h)));
     let hull = section(level);
     let top_layer = grid.origin()[2] + f64::from(c.top) * h;
@@ -254,7 +261,8 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
         .collect();
     starts.sort_by(f64::total_cmp);
     starts.dedup();
-    let as_narrow = |w: (f64, f64)| w.0 > 0.0 && w.0 <= 1.01 * widths.0 && w.1 <= 1.01 * widths.1;
+    let alike = |a: f64, b: f64| a > 0.99 * b && a < 1.01 * b;
+    let as_narrow = |w: (f64, f64)| alike(w.0, widths.0) && alike(w.1, widths.1);
     let lowest = starts.into_iter().take(STARTS).map(|z| (z, section(z).widths())).find(|(_, w)| as_narrow(*w));
     if let Some((z, w)) = lowest {
         (level, widths) = (z, w);
@@ -274,14 +282,14 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
 mod tests {
     use super::*;
     use crate::geometry::cuboid;
-    use crate::geometry::occupancy;
+    use crate::geometry::{Primitive, occupancy};
     use crate::grid::Grid;
     use crate::units::Length;
 
     fn found(part: &TriangleMesh, h: f64, phase: f64, least: f64) -> Vec<TallFeature> {
         let (lo, hi) = part.bounds().unwrap();
         let grid = Grid::covering(lo, hi, Length::mm(h), 1, [phase; 3]).unwrap();
-        tall_features(&occupancy(part, &grid).unwrap(), part, least, 4.0)
+        tall_features(&occupancy(part, &grid).unwrap(), part, least, 4.0, f64::NEG_INFINITY)
     }
 
     #[test]
@@ -302,6 +310,17 @@ mod tests {
             }
         }
         assert!(found(&cuboid([0.0; 3], [20.0; 3]), 0.5, 0.1, 8.0).is_empty());
+    }
+
+    #[test]
+    fn a_ball_is_no_pillar_for_standing_on_a_point() {
+        let ball = Primitive::parse("ball:10mm").unwrap().mesh(Length::mm(0.02));
+        let grid = Grid::new([-11.0; 3], Length::mm(0.25), [89; 3]).unwrap();
+        let inside = occupancy(&ball, &grid).unwrap();
+        let bottom = ball.bounds().unwrap().0[2];
+        // A section 0.1 mm up is 2.8 mm wide.
+        assert!(tall_features(&inside, &ball, 8.0, 4.0, bottom + 0.1).is_empty());
+        assert_eq!(tall_features(&inside, &ball, 6.0, 4.0, bottom + 0.1).len(), 1);
     }
 
     #[test]
