@@ -129,12 +129,24 @@ fn the_exit_code_is_the_verdict() {
         ("block_open", &[], 3),
         ("block_open", &["--fail-on", "undecided"], 1),
         ("block_open", &["--fail-on", "never"], 0),
+        // A part that no check judged is no part that passes.
+        ("block", &["--only", "drain"], 3),
     ] {
         let part = fixture(part);
         let ran = s.run(&[&[part.as_str(), "--format", "json", "--quiet"], more].concat());
         assert_eq!((ran.exit, ran.err.as_str()), (exit, ""), "{part} {more:?}: {}", ran.out);
         assert_eq!(ran.out.lines().count(), 1, "{}", ran.out);
     }
+}
+
+#[test]
+fn the_command_to_type_next_judges_by_the_same() {
+    let s = Scratch::new();
+    let part = fixture("pin_060");
+    let by = ["--up", "+x", "--limit", "thin-wall=0.8mm,1.2mm"];
+    let ran = s.run(&[&[part.as_str(), "--only", "thin-wall", "--refine", "1", "--format", "json"], &by[..]].concat());
+    let next = "--up +x --limit 'thin-wall=0.8mm,1.2mm' --only thin-wall --refine 512M";
+    assert!(ran.exit == 3 && ran.out.contains(next), "{}", ran.out);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use amcheck::report::{Report, html, json, render};
 fn outputs() -> Outputs {
     Outputs {
         part: "bracket.stl".into(),
+        judged_by: Vec::new(),
         written: vec![
             ("report".into(), "reports/bracket/report.html".into(), 179_000),
             ("data".into(), "reports/bracket/report.json".into(), 9_120),

@@ -67,8 +67,28 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let written = delivery.deliver(files)?;
     drop(progress);
     let seconds = Some(start.elapsed().as_secs_f64());
-    let outputs = Outputs { part: part.to_string_lossy().into_owned(), written, seconds };
+    let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };
     Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
+}
+
+/// The options that say what a part is judged by, where they are not the usual ones.
+fn judged_by(how: &Judging) -> Vec<String> {
+    let one = |name: &str, value: &str, usual: &str| match value == usual {
+        true => Vec::new(),
+        false => vec![name.to_owned(), value.to_owned()],
+    };
+    let given = |name: &str, value: &Option<String>| value.iter().flat_map(|v| one(name, v, "")).collect();
+    let limits = how.limits.iter().flat_map(|limit| one("--limit", limit, "")).collect();
+    let paths = how.accept.iter().flat_map(|file| one("--accept", &file.to_string_lossy(), "")).collect();
+    let parts: [Vec<String>; 6] = [
+        one("--process", &how.process, "fdm"),
+        one("--up", &how.up, "+z"),
+        given("--units", &how.units),
+        given("--voxel", &how.voxel),
+        limits,
+        paths,
+    ];
+    parts.concat()
 }
 
 /// The bytes of the part, and the mesh they hold.

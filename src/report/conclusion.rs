@@ -4,18 +4,16 @@ use super::phrase;
 use super::schema::{CheckReport, Report, Verdict};
 use crate::check::{Sense, State};
 
-/// The worst state of all checks; one that broke down leaves the part undecided.
+/// The worst state of all checks; one that broke down leaves the part undecided, and so does it that none came to an end.
 pub fn verdict_of(checks: &[CheckReport]) -> Verdict {
-    checks
-        .iter()
-        .map(|c| match c.state {
-            State::Fail => Verdict::Fail,
-            State::Undecided | State::Error => Verdict::Undecided,
-            State::Warn => Verdict::Warn,
-            State::Pass | State::NotRun | State::NotApplicable => Verdict::Pass,
-        })
-        .max()
-        .unwrap_or(Verdict::Pass)
+    let verdict = |c: &CheckReport| match c.state {
+        State::Fail => Some(Verdict::Fail),
+        State::Undecided | State::Error => Some(Verdict::Undecided),
+        State::Warn => Some(Verdict::Warn),
+        State::Pass => Some(Verdict::Pass),
+        State::NotRun | State::NotApplicable => None,
+    };
+    checks.iter().filter_map(verdict).max().unwrap_or(Verdict::Undecided)
 }
 
 /// The verdict as a sentence: number, consequence, remedy.

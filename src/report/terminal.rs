@@ -25,6 +25,8 @@ pub enum Palette {
 pub struct Outputs {
     /// The part as it was named on the command line; the commands to type next repeat it.
     pub part: String,
+    /// The options that say what it is judged by, word for word; those commands repeat them, too.
+    pub judged_by: Vec<String>,
     /// What was written: a word (`report`, `data`, `pictures`), the place, and its length in bytes.
     pub written: Vec<(String, String, u64)>,
     /// Wall-clock seconds of the run.
@@ -262,7 +264,8 @@ fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
     let command = match findings.iter().find(|n| n.finding.state == State::Undecided) {
         // More samples decide what is bracketed, not what is estimated.
         Some(open) if worst.finding.state == State::Undecided && open.finding.basis != Basis::Estimated => {
-            format!("amcheck {} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))
+            let by: String = outputs.judged_by.iter().map(|word| format!(" {}", quoted(word))).collect();
+            format!("amcheck {}{by} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))
         }
         _ => format!("amcheck explain {}", printable(&worst.check.name)),
     };
