@@ -90,7 +90,8 @@ pub fn tall_features(
     for k in (0..nz).rev() {
         let mut runs = runs_of_layer(centres, k, nx, ny);
         pillars.settle(&mut runs, &above, k as u32);
-        for (set, section) in sections(&runs) {
+        let looked_at = if centres.grid().origin()[2] + k as f64 * h >= lowest { sections(&runs) } else { Vec::new() };
+        for (set, section) in looked_at {
             let s = &mut pillars.sets[set as usize];
             let height = f64::from(s.top - k as u32) * h;
             // No width is less than this one or the hull of the runs would be thinner than a sample.
@@ -114,7 +115,7 @@ pub fn tall_features(
     found
         .into_iter()
         .filter(|c| 2.0 * c.slenderness + 2.0 > least)
-        .filter_map(|c| on_the_mesh(&c, centres, mesh, lowest))
+        .filter_map(|c| on_the_mesh(&c, centres, mesh))
         .filter(|f| f.slenderness() > least && f.width_mm.1 <= longest_ratio * f.width_mm.0 * std::f64::consts::SQRT_2)
         .collect()
 }
@@ -227,7 +228,7 @@ fn corners_of(r: &Run, h: f64) -> [Point; 4] {
 }
 
 /// Height and widths of a candidate from the mesh: the section at its layer, the highest vertex about its top.
-fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh, lowest: f64) -> Option<TallFeature> {
+fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Option<TallFeature> {
     let grid = centres.grid();
     let h = grid.h();
     let side = |at: u32, axis: usize| grid.origin()[axis] + (f64::from(at) - 0.5) * h;
@@ -238,7 +239,7 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh, lowest: 
             && p[1] < side(b[3], 1) + reach
     };
     // A sample in a facet counts as standing just above it, and so does the section.
-    let mut level = (grid.origin()[2] + (f64::from(c.layer) + 1e-3) * h).max(lowest);
+    let mut level = grid.origin()[2] + (f64::from(c.layer) + 1e-3) * h;
     let section = |level: f64| Hull::of(section_points(mesh, level).into_iter().filter(|&p| within(c.section, p, h)));
     let hull = section(level);
     let top_layer = grid.origin()[2] + f64::from(c.top) * h;
@@ -314,13 +315,15 @@ mod tests {
 
     #[test]
     fn a_ball_is_no_pillar_for_standing_on_a_point() {
-        let ball = Primitive::parse("ball:10mm").unwrap().mesh(Length::mm(0.02));
-        let grid = Grid::new([-11.0; 3], Length::mm(0.25), [89; 3]).unwrap();
+        let ball = Primitive::parse("ball:10mm").unwrap().mesh(Length::mm(0.002));
+        // Layers of samples at 0.05 and 0.3 mm above the bottom: sections 2.0 and 4.9 mm wide.
+        let grid = Grid::new([-11.0, -11.0, -11.2], Length::mm(0.25), [89; 3]).unwrap();
         let inside = occupancy(&ball, &grid).unwrap();
         let bottom = ball.bounds().unwrap().0[2];
-        // A section 0.1 mm up is 2.8 mm wide.
-        assert!(tall_features(&inside, &ball, 8.0, 4.0, bottom + 0.1).is_empty());
-        assert_eq!(tall_features(&inside, &ball, 6.0, 4.0, bottom + 0.1).len(), 1);
+        let above = |lowest: f64, least: f64| tall_features(&inside, &ball, least, 4.0, bottom + lowest);
+        assert!((above(0.0, 8.0)[0].slenderness() - 19.95 / 2.0).abs() < 0.2, "{:?}", above(0.0, 8.0));
+        assert!(above(0.1, 8.0).is_empty());
+        assert!((above(0.1, 3.0)[0].slenderness() - 19.7 / 4.86).abs() < 0.1, "{:?}", above(0.1, 3.0));
     }
 
     #[test]
