@@ -71,7 +71,8 @@ struct Candidate {
 /// slenderness at k is (t − z_k) / w(C_k) with w the least width of the convex hull of C_k. Components are followed from the top
 /// down; each is reported once, at its most slender layer, when it joins another or ends. Sections longer than `longest_ratio` times
 /// their least width are walls and not looked at. Samples find the places; height and widths are then taken from the mesh.
-/// No section is taken below the height `lowest`: a part that stands on a point or a round side is not slender for that.
+/// No layer below the height `lowest` is looked at: a part that stands on a point or a round side is not slender for that. A pillar as
+/// narrow further down begins there.
 /// A feature thinner than the spacing may be missed, so the result is an estimate.
 ///
 /// # Cost
@@ -115,7 +116,7 @@ pub fn tall_features(
     found
         .into_iter()
         .filter(|c| 2.0 * c.slenderness + 2.0 > least)
-        .filter_map(|c| on_the_mesh(&c, centres, mesh))
+        .filter_map(|c| on_the_mesh(&c, centres, mesh, lowest))
         .filter(|f| f.slenderness() > least && f.width_mm.1 <= longest_ratio * f.width_mm.0 * std::f64::consts::SQRT_2)
         .collect()
 }
@@ -228,7 +229,7 @@ fn corners_of(r: &Run, h: f64) -> [Point; 4] {
 }
 
 /// Height and widths of a candidate from the mesh: the section at its layer, the highest vertex about its top.
-fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Option<TallFeature> {
+fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh, lowest: f64) -> Option<TallFeature> {
     let grid = centres.grid();
     let h = grid.h();
     let side = |at: u32, axis: usize| grid.origin()[axis] + (f64::from(at) - 0.5) * h;
@@ -253,11 +254,12 @@ fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh) -> Optio
     if !(widths.0 > 0.0 && widths.0.is_finite()) {
         return None;
     }
-    // The pillar begins at a vertex: the lowest height nearby at which it is still as narrow.
+    // The pillar begins at a vertex: the lowest height nearby at which it is still as narrow. What no layer was looked at below is near.
+    let near = if level - 1.5 * h < lowest { f64::NEG_INFINITY } else { level - 1.5 * h };
     let mut starts: Vec<f64> = mesh
         .vertices
         .iter()
-        .filter(|v| v[2] < level && v[2] > level - 1.5 * h && within(c.section, [v[0], v[1]], h))
+        .filter(|v| v[2] < level && v[2] > near && within(c.section, [v[0], v[1]], h))
         .map(|v| v[2] + 1e-6 * h)
         .collect();
     starts.sort_by(f64::total_cmp);
@@ -311,6 +313,14 @@ mod tests {
             }
         }
         assert!(found(&cuboid([0.0; 3], [20.0; 3]), 0.5, 0.1, 8.0).is_empty());
+    }
+
+    #[test]
+    fn a_pillar_on_the_plate_is_as_high_as_it_is() {
+        let pillar = cuboid([0.0; 3], [2.0, 2.0, 24.0]);
+        let grid = Grid::covering([0.0; 3], [2.0, 2.0, 24.0], Length::mm(0.094), 1, [0.0; 3]).unwrap();
+        let all = tall_features(&occupancy(&pillar, &grid).unwrap(), &pillar, 8.0, 4.0, 0.15);
+        assert!(all.len() == 1 && (all[0].slenderness() - 12.0).abs() < 1e-5, "{all:?}");
     }
 
     #[test]
