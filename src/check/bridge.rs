@@ -33,7 +33,7 @@ static META: Meta = Meta {
           out. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
-             Sloped surface that reaches out is judged by `overhang` alone.",
+             Sloped surface that reaches out is judged by `overhang` alone, and what has no anchor at all is an `island`.",
     source: "The limits' sources stand in the profile; `amcheck processes` lists them.",
 };
 
@@ -86,7 +86,7 @@ fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec
     if let Some(b) = c.bridge.filter(|b| flat && b.low_mm > 0.0) {
         found.extend(place(part, process, context, c, "bridge", BRIDGE, bracket(&b), b.ends));
     }
-    if let Some(b) = c.cantilever.filter(|b| flat && b.low_mm > 0.0) {
+    if let Some(b) = c.cantilever.filter(|b| flat && c.is_anchored && b.low_mm > 0.0) {
         found.extend(place(part, process, context, c, "ledge", LEDGE, bracket(&b), b.ends));
     }
     if let (Some(crown), Some(b)) = (c.crown, c.bridge) {

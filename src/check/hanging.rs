@@ -2,7 +2,7 @@
 
 use super::contract::limits_of;
 use crate::access::self_holding;
-use crate::geometry::vector::{Vec3, along, bounds, sub};
+use crate::geometry::vector::{Vec3, add, along, bounds, sub};
 use crate::layer::{Ceiling, Ground, Measuring, Search, ceilings, downward_facets, lies_below};
 use crate::part::Part;
 use crate::process::Process;
@@ -73,6 +73,26 @@ impl Ground for Below<'_> {
         found.sort_unstable();
         found.into_iter().map(|g| mesh.corners(g as usize)).collect()
     }
+}
+
+/// Whether material lies no more than a layer below any of an underside, or around it.
+///
+/// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
+pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
+    let ground = Below { part, layer_mm };
+    let inside_another = |f: u32| {
+        let [a, b, c] = part.mesh().corners(f as usize);
+        let place = |i: usize, j: usize| {
+            let [u, v] = [i, j].map(|n| 0.02 + 0.235 * n as f64);
+            [0, 1, 2].map(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]))
+        };
+        let mut places = (0..5).flat_map(|i| (0..5 - i).map(move |j| (i, j)));
+        let below = [0.0, 0.0, -20.0 * part.step()];
+        places.any(|(i, j)| part.winding().at(add(place(i, j), below)) >= 0.5)
+    };
+    underside
+        .iter()
+        .any(|&f| covered(part, f) || !ground.beneath(f).is_empty() || !part.is_plain() && inside_another(f))
 }
 
 /// Up to this height a layer lies on the plate: half a layer.

@@ -2,9 +2,9 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Witness};
+use super::hanging::is_carried;
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
-use crate::geometry::vector::along;
 use crate::layer::{Island as Start, islands};
 use crate::part::Part;
 use crate::process::Process;
@@ -22,8 +22,9 @@ static META: Meta = Meta {
     why: "The first layer of an island is printed on nothing: it is dragged away by the nozzle, or floats off in the vat.",
     how: "Material begins at local minima of the height of the surface that have material above them. All minima of a mesh lie at \
           vertices, so a sweep from the lowest vertex up, joining components as they meet, finds every one. One that joins \
-          material that began lower within a layer is printed with it.",
-    limits: "What starts within half a layer of the plate stands on it. Bodies that touch are one where the winding number just below the place says so. Islands held by a support are still \
+          material that began lower within a layer is printed with it. What has other material no more than a layer below any of its \
+          underside is carried by that, and its free rest is judged as a ceiling.",
+    limits: "What starts within half a layer of the plate stands on it. Where bodies cross, an underside is looked at from 15 places of each of its facets. Islands held by a support are still \
              listed: they are where supports must stand.",
     source: "Merge tree of the height function: H. Carr, J. Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003.",
 };
@@ -40,14 +41,10 @@ impl Check for Island {
         let Some(limits) = limits_of(process, "island") else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let rests = |i: &Start| {
-            let just_below = along(i.lowest, [0.0, 0.0, -1.0], 20.0 * part.step());
-            !part.bounds_solid(i.facet as usize) || (!part.is_plain() && part.winding().at(just_below) >= 0.5)
-        };
         let found: Vec<Start> =
             islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
                 .into_iter()
-                .filter(|i| !rests(i))
+                .filter(|i| !is_carried(part, &i.underside, process.layer_height_mm))
                 .collect();
         let mut measured = Measured {
             cover: format!(

@@ -32,6 +32,8 @@ pub struct Ceiling {
     /// Whether strands along the greatest span are level: the ceiling is flat, or slopes only across them, as the underside of a lying
     /// cylinder between two walls does.
     pub is_level: bool,
+    /// Whether any of its border is an anchor; without one it hangs in mid-air and reaches out from nothing.
+    pub is_anchored: bool,
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
     pub bridge: Option<Reach>,
     /// The farthest that material reaches out from its only anchor.
@@ -278,9 +280,10 @@ fn describe(
         sides.push((rim.facet, Side { from: plan(rim.from), to: plan(rim.to), anchored }));
     }
     let sides = left_to_span(&sides, resting);
+    let is_anchored = sides.iter().any(|s| s.anchored);
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
-    let small = diagonal <= how.ledge_mm && sides.iter().any(|s| s.anchored);
+    let small = diagonal <= how.ledge_mm && is_anchored;
     let spans = if small {
         Spans::default()
     } else {
@@ -296,7 +299,7 @@ fn describe(
         _ => None,
     };
     let is_level = flat || bridge.is_some_and(|b| rise.abs() <= SHALLOW * b.low_mm);
-    Some(Ceiling { area_mm2, flat_share, extent, is_level, bridge, cantilever, crown, facets })
+    Some(Ceiling { area_mm2, flat_share, extent, is_level, is_anchored, bridge, cantilever, crown, facets })
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.

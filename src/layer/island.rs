@@ -18,6 +18,8 @@ pub struct Island {
     pub extent: (Vec3, Vec3),
     /// A facet at the lowest point.
     pub facet: u32,
+    /// The facets of its first layer that look down, in increasing order.
+    pub underside: Vec<u32>,
 }
 
 /// The islands of a closed mesh, lowest first; what starts up to `plate_z` stands on the plate.
@@ -118,13 +120,16 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
     birth.vertices.iter().filter(|&&v| mesh.vertices[v as usize][2] < top).for_each(|&v| member[v as usize] = true);
     let mut area = 0.0;
     let mut facet = None;
-    let mut points = Vec::new();
+    let (mut points, mut underside) = (Vec::new(), Vec::new());
     for (f, t) in mesh.triangles.iter().enumerate() {
         if !t.iter().any(|&v| member[v as usize]) {
             continue;
         }
         if facet.is_none() && t.contains(&birth.lowest) {
             facet = Some(f as u32);
+        }
+        if mesh.area_vector(f)[2] < 0.0 {
+            underside.push(f as u32);
         }
         let below = clip_below(mesh.corners(f), top);
         for i in 1..below.len().saturating_sub(1) {
@@ -133,7 +138,8 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
         points.extend(below);
     }
     let extent = bounds(points)?;
-    (area > 0.0).then_some(Island { lowest, rise_mm: birth.rise, first_layer_area_mm2: area, extent, facet: facet? })
+    let (rise_mm, facet) = (birth.rise, facet?);
+    (area > 0.0).then_some(Island { lowest, rise_mm, first_layer_area_mm2: area, extent, facet, underside })
 }
 
 #[cfg(test)]
