@@ -34,6 +34,7 @@ mod small_hole;
 mod support;
 mod support_access;
 mod tall_feature;
+mod thin_body;
 mod thin_pin;
 mod thin_wall;
 mod tool_access;

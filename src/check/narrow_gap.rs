@@ -44,7 +44,8 @@ impl Check for NarrowGap {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let rods = judged(part, process, Side::Void);
-        let sheets = Sheets { part, process, context, code: META.code, side: Side::Void, kinds, rods };
+        let sheets =
+            Sheets { part, process, context, code: META.code, side: Side::Void, kinds, rods, necks: Vec::new() };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,

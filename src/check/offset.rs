@@ -41,8 +41,11 @@ impl Check for Offset {
         };
         let twice = Limits { fail: limits.fail.map(|l| 2.0 * l), warn: limits.warn.map(|l| 2.0 * l), ..limits };
         let kind = |name, reading| Kind { name, rule: "offset", limits: twice, reading };
-        let search =
-            |side, kinds| Sheets { part, process, context, code: META.code, side, kinds, rods: Vec::new() }.measure().0;
+        let search = |side, kinds| {
+            Sheets { part, process, context, code: META.code, side, kinds, rods: Vec::new(), necks: Vec::new() }
+                .measure()
+                .0
+        };
         let inwards = search(Side::Material, vec![kind("lost", Reading::WithinBody)]);
         let outwards =
             search(Side::Void, vec![kind("closed", Reading::WithinBody), kind("merged", Reading::BetweenBodies)]);

@@ -69,6 +69,13 @@ pub fn judged(part: &Part, process: &Process, side: Side) -> Vec<Rod> {
     found.map_or(Vec::new(), |r| r.rods.iter().filter(|r| is_judged(side, r)).cloned().collect())
 }
 
+/// Rods of material between two wider pieces, however short: they carry whatever hangs on them.
+pub fn necks(part: &Part, process: &Process) -> Vec<Rod> {
+    let found = search(part, process, Side::Material);
+    let between = |r: &&Rod| r.ends == [End::Open; 2];
+    found.map_or(Vec::new(), |r| r.rods.iter().filter(between).cloned().collect())
+}
+
 /// Equal-area diameter between the inscribed and the circumscribed one.
 pub fn bracket(rod: &Rod) -> Bracket {
     Bracket::new(rod.diameter(), rod.narrowest.inscribed, rod.narrowest.circumscribed)

@@ -55,6 +55,8 @@ pub struct Sheets<'a> {
     pub kinds: Vec<Kind>,
     /// Rods, which are judged by a rule of their own.
     pub rods: Vec<Rod>,
+    /// Rods that hold two pieces together, however short: necks that are judged like a wall.
+    pub necks: Vec<Rod>,
 }
 
 impl Sheets<'_> {
@@ -229,9 +231,10 @@ impl Sheets<'_> {
     fn finding(&self, kind: &Kind, sheet: &Sheet) -> Finding {
         let s = &sheet.thinnest;
         let bracket = Bracket::new(s.diameter, sheet.low, s.diameter);
-        // What is thin over less than its own thickness, or just short of a wall, is a neck: it is shown, but no part fails for it.
+        // What is thin over less than its own thickness, or just short of a wall, is a neck: no part fails for it if it carries nothing.
         let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
-        let neck = blunt && sheet.area < s.diameter * s.diameter;
+        let carries = || self.necks.iter().any(|r| r.holds(s.centre));
+        let neck = blunt && sheet.area < s.diameter * s.diameter && !carries();
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
         let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());

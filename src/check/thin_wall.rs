@@ -1,12 +1,16 @@
 //! AM101: walls thinner than the process makes.
 
-use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
-use super::rods::judged;
+use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
+use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::place::{group_equal, locate, reported};
+use super::rods::{judged, necks, plain};
 use super::sheet::{Kind, Reading, Sheets};
+use super::thin_body::{ThinBody, thin_bodies};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::part::Part;
 use crate::process::Process;
+use crate::units::{enough, report_digits, short};
 
 /// AM101 `thin-wall`.
 pub struct ThinWall;
@@ -16,13 +20,14 @@ static META: Meta = Meta {
     name: "thin-wall",
     title: "Thickness of walls",
     what: "Measures the thickness of material between two opposing surfaces: the diameter of the largest ball inside that touches \
-           both, where its contacts are at least 150 degrees apart.",
+           both, where its contacts are at least 150 degrees apart. A body with no such surfaces is as thick as the distance of the two \
+           parallel planes it lies between.",
     why: "A wall thinner than a bead, a spot or a few pixels is dropped, broken or warped; which of these depends on the slicer, \
           but none of them is the designed wall.",
     how: "All pairs of opposing features of the mesh are searched by branch and bound: where no chord between opposing features is \
           shorter than the limit there is no wall that thin, and this is a proof. Where there is one, an empty ball between the \
           two is the witness; it is measured on the mesh, not on voxels. Equal places are one finding with a count.",
-    limits: "A convex edge is no wall. What is thin over less than its own thickness squared is a neck at one spot: it has no area that could break or be dropped, so it warns and never fails. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge, which knife-edge judges, \
+    limits: "A convex edge is no wall. What is thin over less than its own thickness squared is a neck at one spot: it has no area that could break or be dropped, so it warns and never fails, unless it is a rod that holds two pieces together, which is judged like any wall. A body thin as a whole is measured along the normals of its 64 largest facets and 13 directions of a cube. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge, which knife-edge judges, \
              and a pin with a free end is judged by thin-pin. What is thin over less than a sixteenth of the search resolution is not looked for; the cover line gives the \
              number. Bodies that cross each other without sharing edges are taken as they are.",
     source: "Medial balls: J. Ma, S. W. Bae, S. Choi, 3D medial axis point approximation using nearest neighbors and the normal field, 2012. \
@@ -46,8 +51,10 @@ impl Check for ThinWall {
             side: Side::Material,
             kinds: vec![Kind { name: "wall", rule: "thin-wall", limits, reading: Reading::WithinBody }],
             rods: judged(part, process, Side::Material),
+            necks: necks(part, process),
         };
         let (mut measured, facets) = sheets.measure();
+        add_bodies(&sheets, limits, &mut measured);
         measured.map = Some(MapWanted {
             kind: MapKind::Wall,
             title: "Wall thickness",
@@ -59,4 +66,46 @@ impl Check for ThinWall {
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }
+}
+
+/// The bodies that are thinner than a wall as a whole and have no place that was judged as a wall or a pin.
+fn add_bodies(sheets: &Sheets, limits: Limits, measured: &mut Measured) {
+    let (part, several) = (sheets.part, sheets.part.health().bodies.len() > 1);
+    let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max);
+    let of_rod = |b: &ThinBody| {
+        let body = |facet: u32| part.health().facet_body.get(facet as usize).copied();
+        sheets.rods.iter().any(|r| body(r.narrowest.facet) == Some(b.body))
+    };
+    let known = |b: &ThinBody| {
+        let own = |f: &Finding| f.bodies.as_ref().map_or(!several, |of| of.contains(&(u64::from(b.body) + 1)));
+        measured.findings.iter().any(|f| f.state >= State::Warn && f.kind == "wall" && own(f))
+    };
+    let thin: Vec<ThinBody> = thin_bodies(part, |_| widest).into_iter().filter(|b| !of_rod(b) && !known(b)).collect();
+    let least = thin.iter().min_by(|a, b| a.width.total_cmp(&b.width));
+    if let Some(b) = least.filter(|b| measured.worst.as_ref().is_none_or(|w| b.width < w.bracket.value)) {
+        measured.worst = Some(Worst { bracket: Bracket::new(b.width, 0.0, b.width), unit: "mm", at: Some(b.middle) });
+    }
+    let mut findings: Vec<Finding> = thin.iter().map(|b| body_finding(sheets, limits, b)).collect();
+    findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+    let mut grouped = group_equal(findings, 0.004);
+    for f in grouped.iter_mut().filter(|f| f.count > 1) {
+        f.message = format!("{} bodies, the first {}", f.count, f.message);
+    }
+    measured.findings.extend(grouped);
+}
+
+fn body_finding(sheets: &Sheets, limits: Limits, b: &ThinBody) -> Finding {
+    let part = sheets.part;
+    // No ball in it is wider than the planes are apart; how wide the widest is was not asked.
+    let mut f = Finding::judged(META.code, "body", Bracket::exact(b.width), Basis::Exact, limits, "mm", part.tie());
+    f.low = 0.0;
+    f.volume_mm3 = (b.volume > 0.0).then(|| report_digits(b.volume));
+    locate(&mut f, part, sheets.context, b.middle, b.extent);
+    f.witness = Some(Witness { kind: "planes".into(), points_mm: b.sides().map(|p| reported(part, p)).to_vec() });
+    f.bodies = (part.health().bodies.len() > 1).then(|| vec![u64::from(b.body) + 1]);
+    let [x, y, z] = [0, 1, 2].map(|a| plain(b.extent.1[a] - b.extent.0[a]));
+    f.message = format!("body of {x} × {y} × {z} mm, no more than {} mm thick anywhere", plain(b.width));
+    let limit = limits.fail.filter(|l| b.width < *l).or(limits.warn).unwrap_or(b.width);
+    f.fix = format!("thicken by {} mm to {} mm, or leave it out", enough(limit - b.width), short(limit));
+    f
 }

@@ -1,0 +1,132 @@
+//! Bodies that are thin as a whole: too small for any pair of opposing sides to be a wall, a pin or a sheet.
+
+use crate::geometry::vector::{Vec3, cross, dot, scale, unit};
+use crate::part::Part;
+use rayon::prelude::*;
+
+/// Facets, largest first, whose normals are tried as directions, beside the thirteen of a cube's faces, edges and corners.
+const NORMALS: usize = 64;
+
+/// A body that lies between two parallel planes nearer to each other than is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ThinBody {
+    /// Its number among the part's bodies, from 0.
+    pub body: u32,
+    /// Distance of the planes: no ball in the body is wider.
+    pub width: f64,
+    /// Unit normal of the planes.
+    pub direction: Vec3,
+    /// Middle of its box.
+    pub middle: Vec3,
+    pub extent: (Vec3, Vec3),
+    /// Volume inside its outer shell less its cavities, mm³.
+    pub volume: f64,
+}
+
+impl ThinBody {
+    /// The points of the body's middle line on both planes.
+    pub fn sides(&self) -> [Vec3; 2] {
+        [-0.5, 0.5].map(|t| [0, 1, 2].map(|a| self.middle[a] + t * self.width * self.direction[a]))
+    }
+}
+
+/// The closed bodies that have a direction n, of those tried, along which they are less wide than `asked(n)`.
+///
+/// w(n) = max ⟨n, x⟩ − min ⟨n, x⟩ over the body; the direction taken is the one of least w(n) − asked(n). As w(n) bounds every ball in
+/// the body, what is found is thin for certain; a body that is thin only along a direction not tried is not found.
+///
+/// # Cost
+/// O(vertices · directions) for bodies of volume at most area · widest / 2, which a body between planes that near cannot exceed; the
+/// others are left out by that bound.
+pub fn thin_bodies(part: &Part, asked: impl Fn(Vec3) -> f64 + Sync) -> Vec<ThinBody> {
+    let (mesh, health) = (part.mesh(), part.health());
+    let mut facets: Vec<Vec<u32>> = vec![Vec::new(); health.bodies.len()];
+    for (f, &body) in health.facet_body.iter().enumerate() {
+        facets.get_mut(body as usize).into_iter().for_each(|list| list.push(f as u32));
+    }
+    let looked_at = |(body, facets): (usize, Vec<u32>)| {
+        let volume = health.bodies.get(body).map_or(0.0, |b| b.volume_mm3);
+        let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+        let directions = directions(part, facets.clone());
+        let widest = directions.iter().map(|n| asked(*n)).fold(0.0, f64::max);
+        if facets.is_empty() || volume > 0.5 * area * widest {
+            return None;
+        }
+        let width = |n: Vec3| {
+            let heights = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| dot(n, p));
+            let (low, high) = heights.fold((f64::INFINITY, -f64::INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            (high - low, 0.5 * (low + high))
+        };
+        let least =
+            |a: &(Vec3, (f64, f64)), b: &(Vec3, (f64, f64))| (a.1.0 - asked(a.0)).total_cmp(&(b.1.0 - asked(b.0)));
+        let (direction, (wide, level)) = directions.into_iter().map(|n| (n, width(n))).min_by(least)?;
+        if wide >= asked(direction) - part.tie() {
+            return None;
+        }
+        let [lo, hi] = health.bodies.get(body)?.box_mm;
+        let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        let aside = level - dot(direction, middle);
+        let middle = [0, 1, 2].map(|a| middle[a] + aside * direction[a]);
+        Some(ThinBody { body: body as u32, width: wide, direction, middle, extent: (lo, hi), volume })
+    };
+    facets.into_par_iter().enumerate().filter_map(looked_at).collect()
+}
+
+/// The directions in which a body's width is taken.
+fn directions(part: &Part, mut facets: Vec<u32>) -> Vec<Vec3> {
+    let mesh = part.mesh();
+    let area = |f: &u32| mesh.facet_area(*f as usize);
+    facets.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+    let mut all: Vec<Vec3> = Vec::new();
+    for n in facets.into_iter().filter(|f| area(f) > 0.0).map(|f| mesh.normal(f as usize)) {
+        if all.len() == NORMALS {
+            break;
+        }
+        if all.iter().all(|m| cross(*m, n).into_iter().map(|c| c * c).sum::<f64>() > 1e-8) {
+            all.push(n);
+        }
+    }
+    let step = |n: u32| f64::from(n % 3) - 1.0;
+    let cube = (0..27).map(|n| [step(n / 9), step(n / 3), step(n)]);
+    // One of each pair of opposite directions.
+    all.extend(cube.filter(|d| d.iter().copied().find(|c| *c != 0.0) == Some(1.0)).map(unit));
+    all.into_iter()
+        .map(|n| scale(n, if n.iter().copied().find(|c| *c != 0.0) < Some(0.0) { -1.0 } else { 1.0 }))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Primitive, TriangleMesh, cuboid};
+    use crate::part::Up;
+    use crate::units::Length;
+
+    fn found(mesh: TriangleMesh, limit: f64) -> Vec<ThinBody> {
+        thin_bodies(&Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap(), |_| limit)
+    }
+
+    #[test]
+    fn a_speck_is_as_thin_as_it_is_and_a_block_is_not() {
+        let ball = Primitive::parse("ball:0.25mm").unwrap().mesh(Length::mm(1e-4));
+        let both = cuboid([2.0; 3], [12.0; 3]).joined(&ball);
+        let all = found(both, 0.8);
+        assert!(all.len() == 1 && all[0].volume < 0.07, "{all:?}");
+        // No direction tried is wider than the ball, and none narrower than its inscribed one.
+        assert!(all[0].width <= 0.5 + 1e-9 && all[0].width > 0.5 - 4e-4, "{all:?}");
+        assert!(found(cuboid([0.0; 3], [0.3, 0.4, 0.5]), 0.8).iter().all(|b| (b.width - 0.3).abs() < 1e-9));
+        assert_eq!(found(cuboid([0.0; 3], [0.3, 0.4, 0.5]), 0.8).len(), 1);
+        assert!(found(cuboid([0.0; 3], [0.9, 0.9, 0.9]), 0.8).is_empty());
+    }
+
+    #[test]
+    fn a_turned_block_is_as_thin_as_across_its_faces() {
+        let [c, s] = [0.6, 0.8];
+        let mut block = cuboid([0.0; 3], [0.5, 0.7, 0.6]);
+        block.vertices.iter_mut().for_each(|p| *p = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]]);
+        let all = found(block, 0.8);
+        assert!(all.len() == 1 && (all[0].width - 0.5).abs() < 1e-9, "{all:?}");
+        let [a, b] = all[0].sides();
+        assert!((crate::geometry::vector::distance(a, b) - 0.5).abs() < 1e-9);
+    }
+}
