@@ -103,8 +103,19 @@ fn usage(e: &clap::Error) -> Error {
             ContextValue::Strings(names) => names.first(),
             _ => None,
         });
-    let remedy = suggested.map_or("see `amcheck --help`".into(), |name| format!("did you mean `{name}`?"));
+    let remedy = suggested.map_or(format!("see `{} --help`", asked(e)), |name| format!("did you mean `{name}`?"));
     Error::Usage { problem, remedy }
+}
+
+/// The command that was misused, with the one beneath it, as clap's line of usage begins: `amcheck offset`.
+fn asked(e: &clap::Error) -> String {
+    let usage = match e.get(ContextKind::Usage) {
+        Some(ContextValue::StyledStr(text)) => text.to_string(),
+        _ => String::new(),
+    };
+    let is_name = |word: &&str| word.chars().all(|c| c.is_ascii_lowercase());
+    let words: Vec<&str> = usage.split_whitespace().skip_while(|w| *w != "amcheck").take_while(is_name).collect();
+    if words.is_empty() { "amcheck".into() } else { words.join(" ") }
 }
 
 /// Writes to stdout; a reader that has gone away (`| head`) is no error.

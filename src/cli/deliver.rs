@@ -1,6 +1,6 @@
 //! Writing the files of a report: all of them or none, and never half of one.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, printable};
 use crate::io::Temporary;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,6 +18,21 @@ impl Files {
     /// Name and content of each.
     pub fn into_contents(self) -> Vec<(String, Vec<u8>)> {
         self.0.into_iter().map(|(_, name, bytes)| (name, bytes)).collect()
+    }
+}
+
+/// Refuses to write where something is read from: what a result is made of is never replaced by it.
+///
+/// # Errors
+/// [`Error::CannotWrite`] naming the place.
+pub fn spare(place: &Path, inputs: &[&Path]) -> Result<()> {
+    let Ok(standing) = place.canonicalize() else { return Ok(()) };
+    match inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == standing)) {
+        false => Ok(()),
+        true => Err(Error::CannotWrite {
+            path: printable(&place.to_string_lossy()),
+            reason: "the result is made from this very file; name another place with --out".into(),
+        }),
     }
 }
 
@@ -44,13 +59,14 @@ impl Delivery {
         Temporary::claim(self.folder.join(format!(".{name}.{}.partial", std::process::id())))
     }
 
-    /// Writes every file beside its place and then renames all; on failure none is left.
+    /// Writes every file beside its place and then renames all; on failure none is left, and none of `inputs` is replaced.
     ///
     /// Returns what was written: word, place, length.
     ///
     /// # Errors
     /// [`Error::CannotWrite`] naming the file.
-    pub fn deliver(mut self, files: Files) -> Result<Vec<(String, String, u64)>> {
+    pub fn deliver(mut self, files: Files, inputs: &[&Path]) -> Result<Vec<(String, String, u64)>> {
+        files.0.iter().try_for_each(|(_, name, _)| spare(&self.folder.join(name), inputs))?;
         let mut partials = Vec::new();
         for (_, name, bytes) in &files.0 {
             let (partial, place) = (self.partial(name), self.folder.join(name));

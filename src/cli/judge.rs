@@ -64,7 +64,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     told("print");
     let comparison = baseline.map(|old| compare(&old, &analysis.report));
     let files = print_all(&mut analysis, &formats, comparison.as_ref());
-    let written = delivery.deliver(files)?;
+    let written = delivery.deliver(files, &[&part])?;
     drop(progress);
     let seconds = Some(start.elapsed().as_secs_f64());
     let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };

@@ -1,7 +1,7 @@
 //! The files that a made shape goes to: a mesh, and fields and a picture where they are asked for.
 
 use super::args::How;
-use super::deliver::Delivery;
+use super::deliver::{Delivery, spare};
 use super::words::one_of;
 use crate::error::{Error, Result, printable};
 use crate::field::Field;
@@ -58,6 +58,16 @@ impl Outputs {
         Ok(self)
     }
 
+    /// The same places, where none of them is read from.
+    ///
+    /// # Errors
+    /// As [`spare`].
+    pub fn sparing(self, inputs: &[&Path]) -> Result<Self> {
+        let places = self.mesh.iter().chain(&self.fields).chain(&self.picture);
+        places.into_iter().try_for_each(|to| spare(&to.path, inputs))?;
+        Ok(self)
+    }
+
     /// Whether a picture was asked for.
     pub fn has_picture(&self) -> bool {
         self.picture.is_some()
@@ -67,7 +77,7 @@ impl Outputs {
     ///
     /// # Errors
     /// As [`write_together`] and [`Operated::field`].
-    pub fn write(self, made: &Operated, before: Option<&Before>) -> Result<Vec<PathBuf>> {
+    pub fn write(self, made: &Operated, before: &[Before]) -> Result<Vec<PathBuf>> {
         let picture = self.picture.as_ref().map(|to| (to, picture(made, before)));
         let field = if self.fields.is_empty() { None } else { Some(made.field()?) };
         let mut files: Vec<(&Path, Content)> = Vec::new();
@@ -86,13 +96,14 @@ impl Outputs {
     }
 }
 
-/// Before and after, or after alone.
-fn picture(made: &Operated, before: Option<&Before>) -> Vec<u8> {
+/// What there was before, each in a panel, and what was made.
+fn picture(made: &Operated, before: &[Before]) -> Vec<u8> {
     let [low, high] = made.bracket;
     let after = format!("{}, certified {low} to {high}", made.volume);
-    let caption = before.map(|b| format!("{}, {} facets", volume(&b.mesh), b.mesh.triangles.len())).unwrap_or_default();
+    let caption = |b: &Before| format!("{}, {} facets", volume(&b.mesh), b.mesh.triangles.len());
+    let captions: Vec<String> = before.iter().map(caption).collect();
     let mut panels: Vec<Panel> =
-        before.iter().map(|b| Panel { mesh: &b.mesh, title: &b.title, caption: &caption }).collect();
+        (before.iter().zip(&captions)).map(|(b, caption)| Panel { mesh: &b.mesh, title: &b.title, caption }).collect();
     panels.push(Panel { mesh: &made.mesh, title: "result", caption: &after });
     side_by_side(&panels, PANEL)
 }

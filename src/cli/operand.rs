@@ -1,6 +1,7 @@
 //! What an operation is done to: a mesh file or a built-in element.
 
 use super::complaint::{Answer, Complaint};
+use super::words::usage;
 use crate::error::{Error, Result};
 use crate::geometry::{Health, Primitive, TriangleMesh};
 use crate::io::Loaded;
@@ -53,6 +54,17 @@ impl Operand {
             Element::BuiltIn(shape) => shape.mesh(spacing * 0.01),
             Element::Mesh(mesh) => mesh.clone(),
         }
+    }
+}
+
+/// Refuses operands of which several are standard input: it can be read once.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub fn one_from_stdin(names: &[&Path]) -> Result<()> {
+    match names.iter().filter(|name| **name == Path::new("-")).count() {
+        0 | 1 => Ok(()),
+        n => Err(usage(&format!("standard input is to be {n} operands"), "name files for all but one of them")),
     }
 }
 

@@ -3,13 +3,13 @@
 use super::args::{How, Operation, Pair};
 use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
-use super::operand::Operand;
+use super::operand::{Operand, one_from_stdin};
 use super::toolpath as printed;
 use super::words::{allowance, length, units};
 use crate::error::{Error, Place, Result, printable};
-use crate::geometry::Primitive;
-use crate::geometry::vector::{Vec3, bounds};
-use crate::grid::Fitting;
+use crate::geometry::vector::{Vec3, bounds, sub};
+use crate::geometry::{Primitive, TriangleMesh};
+use crate::grid::{BYTES_PER_SAMPLE, Fitting};
 use crate::io::toolpath;
 use crate::memory::Allowance;
 use crate::notice::Notice;
@@ -27,8 +27,14 @@ const BYTES_BY_ROLLING: u128 = 32;
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
 
-/// Share of the longest side that the default spacing is.
+/// Samples of the default spacing along the longest side.
 const DEFAULT_SAMPLES: f64 = 128.0;
+
+/// Samples across the thinnest direction of what is swept, where no spacing is given.
+const ACROSS: f64 = 4.0;
+
+/// Memory that a spacing for something thin keeps to, whatever the machine has.
+const BUDGET: u128 = 1 << 30;
 
 /// Makes the shape, writes it, and returns what goes to stdout.
 pub fn operate(operation: &Operation) -> Answer<String> {
@@ -37,31 +43,34 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let by = Length::parse(by)?;
             let room = [2.0 * by.as_mm().max(0.0); 3];
             Job::new("offset", part, how)?
-                .run(room, BYTES_BY_DISTANCES, |part, h| operate::offset(&part.mesh(h), by, h))
+                .run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
         }
         Operation::Open { part, radius, how } => {
             let (ball, _) = ball(radius)?;
             Job::new("open", part, how)?
-                .run([0.0; 3], BYTES_BY_ROLLING, |part, h| operate::open(&part.mesh(h), &ball, h))
+                .run([0.0; 3], BYTES_BY_ROLLING, None, |part, h| operate::open(&part.mesh(h), &ball, h))
         }
         Operation::Close { part, radius, how } => {
             let (ball, radius) = ball(radius)?;
             let room = [2.0 * radius.as_mm(); 3];
-            Job::new("close", part, how)?.run(room, BYTES_BY_ROLLING, |part, h| operate::close(&part.mesh(h), &ball, h))
+            Job::new("close", part, how)?
+                .run(room, BYTES_BY_ROLLING, None, |part, h| operate::close(&part.mesh(h), &ball, h))
         }
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;
-            job.run(element.extent(), bytes_with(&element), |part, h| {
+            job.run(element.extent(), bytes_with(&element), Some(&element), |part, h| {
                 operate::minkowski(&part.mesh(h), &element.element, h)
             })
         }
         Operation::Difference { pair, how } => {
             let (job, element) = two("difference", pair, how)?;
-            job.run([0.0; 3], bytes_with(&element), |part, h| operate::difference(&part.mesh(h), &element.element, h))
+            job.run([0.0; 3], bytes_with(&element), Some(&element), |part, h| {
+                operate::difference(&part.mesh(h), &element.element, h)
+            })
         }
         Operation::Obstacle { pair, how } => {
             let (job, element) = two("obstacle", pair, how)?;
-            job.run(element.extent(), bytes_with(&element), |part, h| {
+            job.run(element.extent(), bytes_with(&element), Some(&element), |part, h| {
                 operate::obstacle(&part.mesh(h), &element.element, h)
             })
         }
@@ -69,12 +78,13 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             printed::print(code, part.as_deref(), bead.as_deref(), design.as_deref(), how)
         }
         Operation::Sweep { part: Some(part), along: Some(along), how, .. } => {
+            one_from_stdin(&[part, along])?;
             let path = stroke(along, &allowance(&how.memory)?).map_err(|e| Complaint::about(Some(along), e))?;
             let (lo, hi) = bounds(path.iter().copied()).unwrap_or_default();
             let room = [0, 1, 2].map(|a| hi[a] - lo[a]);
-            let mut job = Job::new("sweep", part, how)?;
-            job.spacing = job.spacing.or_else(|| Some(default_spacing(plus(job.part.extent(), room))));
-            job.run(room, BYTES_BY_SETS, |part, h| operate::sweep(&part.element, &path, h))
+            let mut job = Job::new("sweep", part, how)?.sparing(&[part, along])?;
+            job.spacing = job.spacing.or_else(|| Some(sweep_spacing(job.part.extent(), room)));
+            job.run(room, BYTES_BY_SETS, None, |part, h| operate::sweep(&part.element, &path, h))
         }
         Operation::Sweep { .. } => Err(Error::Usage {
             problem: "a sweep needs a part and a path".into(),
@@ -95,38 +105,60 @@ struct Job {
 
 impl Job {
     /// Understands the options, finds a place for the result and reads the part.
-    fn new(operation: &str, part: &Path, how: &How) -> Answer<Self> {
+    fn new(operation: &str, name: &Path, how: &How) -> Answer<Self> {
         let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
         let spacing = how.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
         let memory = allowance(&how.memory)?;
         let to = Outputs::open(how)?;
-        let part = Operand::read(part, unit_mm, &memory)?;
-        let to = to.or_at(format!("{}_{operation}.stl", part.stem))?;
+        let part = Operand::read(name, unit_mm, &memory)?;
+        let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
         Ok(Job { part, spacing, memory, unit_mm, to })
     }
 
+    /// The same job, if none of its results takes the place of an input.
+    fn sparing(mut self, inputs: &[&Path]) -> Result<Self> {
+        self.to = self.to.sparing(inputs)?;
+        Ok(self)
+    }
+
     /// Makes and writes the shape; `room` is how much larger than the part it may be,
-    /// `bytes_per_sample` what that takes.
+    /// `bytes_per_sample` what that takes; a picture shows the element `beside` it.
     fn run(
         self,
         room: Vec3,
         bytes_per_sample: u128,
+        beside: Option<&Operand>,
         make: impl Fn(&Operand, Length) -> Result<Operated>,
     ) -> Answer<String> {
         let extent = self.part.extent();
         let spacing = self.spacing.unwrap_or_else(|| default_spacing(extent));
         Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
         let made = make(&self.part, spacing)?;
-        let before =
-            self.to.has_picture().then(|| Before { mesh: self.part.mesh(spacing), title: printable(&self.part.stem) });
-        let written = self.to.write(&made, before.as_ref())?;
+        let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
+        let written = self.to.write(&made, &before)?;
         Ok(summary(&made, spacing, &self.part.notices, "", &written))
+    }
+
+    /// What the picture shows beside the result: the part, and the element about the part's middle.
+    fn before(&self, beside: Option<&Operand>, spacing: Length) -> Vec<Before> {
+        let part = self.part.mesh(spacing);
+        let middle = |mesh: &TriangleMesh| mesh.bounds().map(|(lo, hi)| [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a])));
+        let at = middle(&part).unwrap_or_default();
+        let element = beside.map(|o| {
+            let mut mesh = o.mesh(spacing);
+            let to = sub(at, middle(&mesh).unwrap_or_default());
+            mesh.vertices.iter_mut().for_each(|p| *p = plus(*p, to));
+            Before { mesh, title: printable(&o.stem) }
+        });
+        let part = Before { mesh: part, title: printable(&self.part.stem) };
+        std::iter::once(part).chain(element).collect()
     }
 }
 
 /// A job on a part, and its element.
 fn two(operation: &str, pair: &Pair, how: &How) -> Answer<(Job, Operand)> {
-    let mut job = Job::new(operation, &pair.part, how)?;
+    one_from_stdin(&[&pair.part, &pair.element])?;
+    let mut job = Job::new(operation, &pair.part, how)?.sparing(&[&pair.element])?;
     let element = Operand::read(&pair.element, job.unit_mm, &job.memory)?;
     job.part.notices.extend(element.notices.iter().cloned());
     Ok((job, element))
@@ -164,6 +196,24 @@ fn default_spacing(extent: Vec3) -> Length {
     Length::mm(extent.into_iter().fold(0.0, f64::max) / DEFAULT_SAMPLES)
 }
 
+/// The default spacing for a body swept over `room`: fine enough to show it at its thinnest.
+fn sweep_spacing(body: Vec3, room: Vec3) -> Length {
+    let extent = plus(body, room);
+    let usual = default_spacing(extent);
+    let fine = affordable(extent, thinnest(body), BYTES_BY_SETS);
+    if fine < usual { fine } else { usual }
+}
+
+/// The spacing with [`ACROSS`] samples over the least side of a box.
+pub(super) fn thinnest(sides: Vec3) -> Length {
+    Length::mm(sides.into_iter().fold(f64::INFINITY, f64::min) / ACROSS)
+}
+
+/// The spacing, or the finest one above it whose samples take no more than [`BUDGET`].
+pub(super) fn affordable(extent: Vec3, spacing: Length, bytes_per_sample: u128) -> Length {
+    Fitting::coarsened(extent, spacing, BUDGET / bytes_per_sample * BYTES_PER_SAMPLE).spacing
+}
+
 fn plus(a: Vec3, b: Vec3) -> Vec3 {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
@@ -179,6 +229,9 @@ pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told
     let _ = writeln!(text, "path       {} at {spacing}", made.path);
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
     text += told;
+    if made.bracket[0].as_mm3() <= 0.0 {
+        let _ = writeln!(text, "note       nothing of it is certain at this spacing; a smaller --voxel says more");
+    }
     for notice in notices {
         let _ = writeln!(text, "note       {}", printable(&notice.message));
     }

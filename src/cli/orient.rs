@@ -84,7 +84,7 @@ fn run(a: &Orienting) -> Result<String> {
             files.push("picture", &format!("orientation-{}.png", p.name), p.png);
         }
     }
-    let written = delivery.deliver(files)?;
+    let written = delivery.deliver(files, &[&a.part])?;
     if a.json {
         return Ok(orient::json(&report));
     }

@@ -3,13 +3,13 @@
 use super::args::How;
 use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
-use super::operand::Operand;
-use super::operate::{BYTES_BY_DISTANCES, summary};
+use super::operand::{Operand, one_from_stdin};
+use super::operate::{BYTES_BY_DISTANCES, affordable, summary, thinnest};
 use super::words::{allowance, length, units};
 use crate::error::{Error, Place, Result, printable};
 use crate::geometry::Primitive;
 use crate::geometry::vector::{Vec3, bounds};
-use crate::grid::{BYTES_PER_SAMPLE, Fitting};
+use crate::grid::Fitting;
 use crate::io::gcode;
 use crate::io::toolpath::Toolpath;
 use crate::memory::Allowance;
@@ -18,12 +18,6 @@ use crate::process::Process;
 use crate::units::{Length, Volume};
 use std::fmt::Write;
 use std::path::Path;
-
-/// Samples across the thinnest direction of a bead, where no spacing is given.
-const ACROSS: f64 = 4.0;
-
-/// Memory that the default spacing keeps to, whatever the machine has.
-const BUDGET: u128 = 1 << 30;
 
 /// What a bead is, and by how much the path is lowered to run through its middle.
 struct Hung {
@@ -36,6 +30,8 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let unit_mm = how.units.as_deref().map(units).transpose()?.map(|(_, mm)| mm);
     let spacing = how.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
     let memory = allowance(&how.memory)?;
+    let read: Vec<&Path> = [Some(code), part, design].into_iter().flatten().collect();
+    one_from_stdin(&read)?;
     let to = Outputs::open(how)?;
     let bead = match part {
         Some(part) => Hung { shape: own_bead(&Operand::read(part, unit_mm, &memory)?)?, below: 0.0 },
@@ -44,7 +40,7 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let path = strokes(code, bead.below, &memory).map_err(|e| Complaint::about(Some(code), e))?;
     let design = design.map(|file| Operand::read(file, unit_mm, &memory)).transpose()?;
     let stem = code.file_stem().map_or_else(|| "path".into(), |s| s.to_string_lossy().into_owned());
-    let to = to.or_at(format!("{stem}_sweep.stl"))?;
+    let to = to.or_at(format!("{stem}_sweep.stl"))?.sparing(&read)?;
     let half = bead.shape.half_extent();
     let (lo, hi) = bounds(path.strokes.iter().flatten().copied()).unwrap_or_default();
     let extent = [0, 1, 2].map(|a| hi[a] - lo[a] + 2.0 * half[a]);
@@ -53,8 +49,8 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let made = deposit(&path.strokes, &bead.shape, spacing)?;
     let design = design.map(|d| d.mesh(spacing));
     let departure = design.as_ref().map(|mesh| made.departure(mesh)).transpose()?;
-    let before = design.map(|mesh| Before { mesh, title: "design".into() });
-    let written = to.write(&made.shape, before.as_ref())?;
+    let before: Vec<Before> = design.into_iter().map(|mesh| Before { mesh, title: "design".into() }).collect();
+    let written = to.write(&made.shape, &before)?;
     let told = told(&path, &bead, departure.as_ref());
     Ok(summary(&made.shape, spacing, &path.notices, &told, &written))
 }
@@ -105,9 +101,7 @@ fn width_and_height(words: &str) -> Result<(Length, Length)> {
 
 /// A quarter of the bead's thinnest side, coarser where the whole path would take too much.
 fn default_spacing(half: Vec3, extent: Vec3) -> Length {
-    let thinnest = 2.0 * half.into_iter().fold(f64::INFINITY, f64::min);
-    let budget = BUDGET / BYTES_BY_DISTANCES * BYTES_PER_SAMPLE;
-    Fitting::coarsened(extent, Length::mm(thinnest / ACROSS), budget).spacing
+    affordable(extent, thinnest(half.map(|x| 2.0 * x)), BYTES_BY_DISTANCES)
 }
 
 /// What was deposited and how it departs from the design.

@@ -216,12 +216,17 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
         return Err(Error::Internal { problem: format!("{operation}: the bracket {low} … {high} mm³ is empty") });
     }
     if result.mesh.triangles.is_empty() {
-        let problem = if low > 0.0 {
+        if low > 0.0 {
             return Err(Error::Internal { problem: format!("{operation}: a surface of at least {low} mm³ was lost") });
+        }
+        let (problem, remedy) = if high > 0.0 {
+            let problem =
+                format!("nothing of the {operation} shows at this spacing; at most {high:.3} mm³ could remain");
+            (problem, "choose a smaller spacing or a smaller element")
         } else {
-            format!("nothing remains after the {operation}; at most {high:.3} mm³ could")
+            (format!("nothing remains after the {operation}"), "choose a smaller element")
         };
-        return Err(Error::NoGeometry { problem, remedy: "choose a smaller element or a smaller spacing".into() });
+        return Err(Error::NoGeometry { problem, remedy: remedy.into() });
     }
     // Chords are inscribed: the surface may be smaller than the body by what the spacing cannot show.
     let volume = result.volume.as_mm3();
