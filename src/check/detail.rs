@@ -2,6 +2,7 @@
 
 use super::contract::{Context, limits_of};
 use super::search;
+use super::thin_body::ThinBody;
 use crate::geometry::health::Role;
 use crate::geometry::vector::{Vec3, bounds, sub, unit};
 use crate::medial::chord::PARALLEL;
@@ -58,6 +59,10 @@ pub struct Detail {
     pub extent: (Vec3, Vec3),
     /// Sides of its middle surface, longest first.
     pub spans: [f64; 3],
+    /// A facet of its thinnest place.
+    pub facet: u32,
+    /// The body, where it is one altogether: then its volume is exact.
+    pub whole: Option<u32>,
 }
 
 /// A ball between two opposing sides.
@@ -150,13 +155,34 @@ fn summed(samples: &[Sample]) -> Option<Detail> {
         volume: 0.5 * samples.iter().map(|s| s.area * s.diameter).sum::<f64>(),
         extent: bounds(samples.iter().flat_map(|s| s.contacts))?,
         spans: principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>()),
+        facet: thinnest.facet,
+        whole: None,
     })
+}
+
+impl From<&ThinBody> for Detail {
+    fn from(b: &ThinBody) -> Self {
+        let mut spans = [0, 1, 2].map(|a| b.extent.1[a] - b.extent.0[a]);
+        spans.sort_by(|a, b| b.total_cmp(a));
+        Detail {
+            thinnest: Thin { centre: b.middle, contacts: b.sides(), diameter: b.width },
+            low: 0.0,
+            area: b.volume / b.width,
+            volume: b.volume,
+            extent: b.extent,
+            spans,
+            facet: b.facet,
+            whole: Some(b.body),
+        }
+    }
 }
 
 impl Detail {
     /// What it looks like.
     pub fn noun(&self) -> &'static str {
-        if self.spans[0] < self.thinnest.diameter {
+        if self.whole.is_some() {
+            "body"
+        } else if self.spans[0] < self.thinnest.diameter {
             "speck"
         } else if self.spans[1] < 0.5 * self.thinnest.diameter {
             "rod"

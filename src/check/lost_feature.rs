@@ -4,6 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::detail::{Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::thin_body::thin_bodies;
 use super::trial::Trial;
 use crate::error::Result;
 use crate::geometry::vector::{add, scale, sub, unit};
@@ -24,11 +25,11 @@ static META: Meta = Meta {
     name: "lost-feature",
     title: "Material that the process' element cannot make",
     what: "Finds sheets, rods and specks that the least element of the process (its bead, spot or pixel, one layer high) does not fit \
-           into: what the opening of the part by that element removes altogether. Raised and engraved detail that prints, but \
+           into: what the opening of the part by that element removes altogether, whole bodies among it. Raised and engraved detail that prints, but \
            narrower than the process shows it, is named apart.",
     why: "A slicer drops such material without a word, or prints it wider than drawn.",
     how: "Every pair of opposing features is searched as for thin-wall. A sheet with normal n is lost if it is thinner than the \
-          element along n. Its volume is counted on a lattice that divides the element, once with cells wholly inside and once with \
+          element along n, and so is a body that lies between two planes nearer to each other than that. Its volume is counted on a lattice that divides the element, once with cells wholly inside and once with \
           all cells touched. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
@@ -59,7 +60,15 @@ impl Check for LostFeature {
             short(found.finest)
         );
         if let Some(limits) = lost {
-            let gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
+            let whole = thin_bodies(part, |n| bead.width_along(n).as_mm());
+            let is_whole = |d: &Detail| {
+                let body = part.health().facet_body.get(d.facet as usize);
+                whole.iter().any(|b| body == Some(&b.body))
+            };
+            let mut gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
+            gone.retain(|d| !is_whole(d));
+            gone.extend(whole.iter().map(Detail::from));
+            gone.sort_by(|a, b| b.volume.total_cmp(&a.volume));
             let places = gone.len();
             let judge = Lost { part, context, bead, limits };
             let mut findings = Vec::new();
@@ -119,13 +128,15 @@ impl Lost<'_> {
         let counted = trial.as_ref().map(Trial::lost);
         let about = detail.volume;
         let (bracket, basis) = match counted {
+            _ if detail.whole.is_some() => (Bracket::exact(about), Basis::Exact),
             Some([low, high]) => (Bracket::new(about.clamp(low, high), low, high), Basis::Certified),
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
         };
         let mut f = Finding::judged(META.code, "lost", bracket, basis, self.limits, "mm3", 0.0);
         let t = &detail.thinnest;
         locate(&mut f, self.part, self.context, t.centre, detail.extent);
-        f.area_mm2 = Some(report_digits(detail.area));
+        f.area_mm2 = detail.whole.is_none().then(|| report_digits(detail.area));
+        f.bodies = detail.whole.map(|body| vec![u64::from(body) + 1]);
         f.volume_mm3 = Some(report_digits(bracket.value));
         let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
@@ -148,7 +159,12 @@ impl Lost<'_> {
                 format!("thicken by {} mm to {} mm; checked: none of it is lost then", three(added), three(to))
             }
             _ => {
-                format!("the element is {} mm wide across it, {} mm more than the sheet", three(needed), three(missing))
+                format!(
+                    "the element is {} mm wide across it, {} mm more than the {}",
+                    three(needed),
+                    three(missing),
+                    detail.noun()
+                )
             }
         };
         Ok(f)

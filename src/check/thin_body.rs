@@ -19,6 +19,8 @@ pub struct ThinBody {
     /// Middle of its box.
     pub middle: Vec3,
     pub extent: (Vec3, Vec3),
+    /// One of its facets.
+    pub facet: u32,
     /// Volume inside its outer shell less its cavities, mm³.
     pub volume: f64,
 }
@@ -33,13 +35,16 @@ impl ThinBody {
 /// The closed bodies that have a direction n, of those tried, along which they are less wide than `asked(n)`.
 ///
 /// w(n) = max ⟨n, x⟩ − min ⟨n, x⟩ over the body; the direction taken is the one of least w(n) − asked(n). As w(n) bounds every ball in
-/// the body, what is found is thin for certain; a body that is thin only along a direction not tried is not found.
+/// the body, what is found is thin for certain; a body that is thin only along a direction not tried is not found, nor one that touches
+/// another: the two may be one.
 ///
 /// # Cost
 /// O(vertices · directions) for bodies of volume at most area · widest / 2, which a body between planes that near cannot exceed; the
 /// others are left out by that bound.
 pub fn thin_bodies(part: &Part, asked: impl Fn(Vec3) -> f64 + Sync) -> Vec<ThinBody> {
     let (mesh, health) = (part.mesh(), part.health());
+    let touching = part.body_pairs().iter().filter(|p| p.distance <= part.step());
+    let joined: Vec<u32> = touching.flat_map(|p| p.bodies).collect();
     let mut facets: Vec<Vec<u32>> = vec![Vec::new(); health.bodies.len()];
     for (f, &body) in health.facet_body.iter().enumerate() {
         facets.get_mut(body as usize).into_iter().for_each(|list| list.push(f as u32));
@@ -49,7 +54,7 @@ pub fn thin_bodies(part: &Part, asked: impl Fn(Vec3) -> f64 + Sync) -> Vec<ThinB
         let area: f64 = facets.iter().map(|&f| mesh.facet_area(f as usize)).sum();
         let directions = directions(part, facets.clone());
         let widest = directions.iter().map(|n| asked(*n)).fold(0.0, f64::max);
-        if facets.is_empty() || volume > 0.5 * area * widest {
+        if facets.is_empty() || joined.contains(&(body as u32)) || volume > 0.5 * area * widest {
             return None;
         }
         let width = |n: Vec3| {
@@ -63,11 +68,12 @@ pub fn thin_bodies(part: &Part, asked: impl Fn(Vec3) -> f64 + Sync) -> Vec<ThinB
         if wide >= asked(direction) - part.tie() {
             return None;
         }
+        let facet = *facets.first()?;
         let [lo, hi] = health.bodies.get(body)?.box_mm;
         let middle = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
         let aside = level - dot(direction, middle);
         let middle = [0, 1, 2].map(|a| middle[a] + aside * direction[a]);
-        Some(ThinBody { body: body as u32, width: wide, direction, middle, extent: (lo, hi), volume })
+        Some(ThinBody { body: body as u32, width: wide, direction, middle, extent: (lo, hi), facet, volume })
     };
     facets.into_par_iter().enumerate().filter_map(looked_at).collect()
 }

@@ -3,8 +3,8 @@
 //! `cargo test --release --test parts generate_fixtures -- --ignored` writes `fixtures/parts` anew.
 
 use crate::shapes::{
-    angle_bracket, bar_through_itself, facing, finned_bracket, flask, gallows, pin, ramp, relief, ribbed, table,
-    tunnel, washer, wedge,
+    angle_bracket, bar_through_itself, block_and_speck, facing, finned_bracket, flask, gallows, pin, ramp, relief,
+    ribbed, table, tunnel, washer, wedge,
 };
 use amcheck::geometry::{TriangleMesh, cuboid};
 use std::path::PathBuf;
@@ -70,6 +70,7 @@ pub fn all() -> Vec<(&'static str, TriangleMesh)> {
         ("basin", flask(20.0, 16.0, 15.0)),
         ("rib_010", ribbed(0.1, 2.0)),
         ("relief_050", relief()),
+        ("speck_025", block_and_speck(0.25)),
         ("bracket_sharp", angle_bracket(0.0)),
         ("bracket_round", angle_bracket(1.0)),
     ]

@@ -1,7 +1,7 @@
 //! Closed meshes with known measures.
 
 use amcheck::geometry::vector::{Vec3, add, cross, scale, unit};
-use amcheck::geometry::{TriangleMesh, extruded, revolved};
+use amcheck::geometry::{TriangleMesh, cuboid, extruded, revolved};
 
 /// A bar of 4 × 4 mm bent along a path in the plate's plane that runs through its own first leg, all one closed surface.
 ///
@@ -154,6 +154,16 @@ pub fn ribbed(thick: f64, high: f64) -> TriangleMesh {
     let (x, z) = (10.0 + thick, 4.0 + high);
     let outline = [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [x, 4.0], [x, z], [10.0, z], [10.0, 4.0], [0.0, 4.0]];
     extruded(&outline, &ears(&outline), 8.0)
+}
+
+/// A cube of 20 mm, and beside it on the plate the corner of a cube with three edges of a length.
+pub fn block_and_speck(edge: f64) -> TriangleMesh {
+    let (x, y) = (30.0, 10.0);
+    let corner = TriangleMesh {
+        vertices: vec![[x, y, 0.0], [x + edge, y, 0.0], [x, y + edge, 0.0], [x, y, edge]],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    };
+    cuboid([0.0; 3], [20.0; 3]).joined(&corner)
 }
 
 /// A plate of 20 × 8 × 4 mm with a ridge 0.5 mm wide and a groove 0.3 mm wide, both 1 mm.

@@ -111,6 +111,10 @@ pub const TABLE: &[Row] = &[
     row("AM602", "pair_010", Warn, Some(0.05), 1),
     row("AM106", "block", Pass, None, 0),
     row("AM106", "rib_010", Warn, None, 1),
+    // The corner of a cube of edge a: a/√3 from its corner to the face across, a³/6.
+    row("AM101", "speck_025", Fail, Some(0.144337567), 1),
+    Row { limits: &["lost-feature=1mm3,0.001mm3"], ..row("AM106", "speck_025", Warn, Some(0.0026041667), 1) },
+    row("AM106", "speck_025", Pass, Some(0.0026041667), 0),
     row("AM106", "relief_050", Warn, Some(0.3), 1),
     Row { limits: &["lost-feature.engraved=0.3mm,0.3mm"], ..row("AM106", "relief_050", Warn, Some(0.5), 1) },
     Row {
