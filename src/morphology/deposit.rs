@@ -7,6 +7,7 @@
 //! A slicer moves the outline inwards by half a bead before it lays one along it, so that faces come out where they are drawn. That is
 //! [`Designed::compensated`]: what a share of the element holds stays as drawn, and nothing spreads farther than a given length.
 
+use super::cells::Cells;
 use super::overlap::Prism;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
@@ -52,106 +53,6 @@ impl Bead {
             Footprint::Square => std::f64::consts::SQRT_2 * self.width.as_mm(),
         };
         Length::mm(across.hypot(self.height.as_mm()))
-    }
-}
-
-/// Cells along the width and the height of an element, finest first; a lattice takes the first that it has room for.
-const DIVISIONS: [(usize, usize); 7] = [(6, 4), (5, 3), (4, 3), (4, 2), (3, 2), (2, 2), (2, 1)];
-
-/// A lattice whose cells divide an element: `wide` cells across and `high` along z.
-///
-/// Its grid is cubic in a frame that is stretched along z by `stretch`, so that flat elements have whole numbers of cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cells {
-    pub grid: Grid,
-    pub wide: usize,
-    pub high: usize,
-    pub stretch: f64,
-}
-
-impl Cells {
-    /// The finest lattice over a box that takes at most `most` cells, if there is one.
-    ///
-    /// # Errors
-    /// [`Error::Operand`] for an element or a box without extent.
-    pub fn covering(bead: &Bead, (lo, hi): (Vec3, Vec3), most: u128) -> Result<Option<Self>> {
-        let (width, height) = (bead.width.as_mm(), bead.height.as_mm());
-        if !(width > 0.0 && height > 0.0 && width.is_finite() && height.is_finite()) {
-            return Err(Error::Operand {
-                operation: "deposit",
-                problem: format!("an element of {width} by {height} mm"),
-                remedy: "give the element a width, and the machine a layer height".into(),
-            });
-        }
-        for (wide, high) in DIVISIONS {
-            let h = width / wide as f64;
-            let stretch = h / (height / high as f64);
-            let margin = wide.max(high) + 3;
-            let count = |a: usize, scale: f64| ((hi[a] - lo[a]) * scale / h).ceil() + 2.0 * margin as f64 + 1.0;
-            let cells = count(0, 1.0) * count(1, 1.0) * count(2, stretch);
-            if cells.is_nan() || cells > most as f64 {
-                continue;
-            }
-            let stretched = |p: Vec3| [p[0], p[1], p[2] * stretch];
-            let grid = Grid::covering(stretched(lo), stretched(hi), Length::mm(h), margin, [0.0; 3])?;
-            return Ok(Some(Cells { grid, wide, high, stretch }));
-        }
-        Ok(None)
-    }
-
-    /// Sides of a cell in millimetres.
-    pub fn cell_mm(&self) -> Vec3 {
-        let h = self.grid.h();
-        [h, h, h / self.stretch]
-    }
-
-    /// Volume of one cell.
-    pub fn cell_volume(&self) -> Volume {
-        let [x, y, z] = self.cell_mm();
-        Volume::mm3(x * y * z)
-    }
-
-    /// Centre of a cell in the frame of the part.
-    pub fn position(&self, index: [usize; 3]) -> Vec3 {
-        let [x, y, z] = self.grid.position(index);
-        [x, y, z / self.stretch]
-    }
-
-    /// Volume of the cells of one set that are not in another, centres within a box of the part's frame.
-    pub fn volume_in(&self, from: &Indicator, without: &Indicator, (lo, hi): (Vec3, Vec3)) -> Volume {
-        let cell = self.cell_mm();
-        let first = self.position([0; 3]);
-        let dims = self.grid.dims();
-        let index = |p: Vec3, a: usize| ((p[a] - first[a]) / cell[a]).clamp(-1.0, dims[a] as f64);
-        let range =
-            |a: usize| (index(lo, a).ceil().max(0.0) as usize)..((index(hi, a).floor() + 1.0) as usize).min(dims[a]);
-        let mut count = 0u64;
-        for (j, k) in range(2).flat_map(|k| range(1).map(move |j| (j, k))) {
-            let (a, b) = (from.row(j, k), without.row(j, k));
-            count += range(0).filter(|i| (a[i / 64] & !b[i / 64]) >> (i % 64) & 1 == 1).count() as u64;
-        }
-        self.cell_volume() * count as f64
-    }
-
-    /// A mesh in the stretched frame, in the frame of the part.
-    pub fn to_part(&self, mut mesh: TriangleMesh) -> TriangleMesh {
-        mesh.vertices.iter_mut().for_each(|p| p[2] /= self.stretch);
-        mesh
-    }
-
-    /// Whole cells in a length, at most half the element.
-    pub fn whole(&self, length: Length) -> usize {
-        ((length.as_mm() / self.cell_mm()[0] + 1e-6) as usize).min(self.wide / 2)
-    }
-
-    /// The element as cells: those whose centre lies in it.
-    fn element(&self, footprint: Footprint) -> Result<Prism> {
-        let middle = 0.5 * (self.wide as f64 - 1.0);
-        let radius2 = (0.5 * self.wide as f64).powi(2);
-        Prism::new(self.wide, self.high, |i, j| match footprint {
-            Footprint::Square => true,
-            Footprint::Disc => (i as f64 - middle).powi(2) + (j as f64 - middle).powi(2) <= radius2,
-        })
     }
 }
 
@@ -232,7 +133,7 @@ impl Designed {
                 remedy: "give a ratio from 0 to 1".into(),
             });
         }
-        let [lower, centres, upper] = self.laid(self.least(lambda));
+        let [lower, centres, upper] = self.laid(self.least(lambda))?;
         Ok(AsPrinted { designed: self, lambda, spread: None, lower, centres, upper })
     }
 
@@ -256,7 +157,7 @@ impl Designed {
     pub fn compensated(self, lambda: f64, spread: Length) -> Result<AsPrinted> {
         let out = self.cells.whole(spread);
         let least = self.element.cells_before(self.cells.wide - out).max(self.least(lambda));
-        let grown = self.laid(least);
+        let grown = self.laid(least)?;
         let mut made = self.printed(lambda)?;
         let shape = &made.designed.shape;
         let sides = [(&shape.inner, &made.lower), (&shape.centres, &made.centres), (&shape.outer, &made.upper)];
@@ -282,9 +183,11 @@ impl Designed {
     }
 
     /// What is deposited where so many cells of the element lie in the part, from three sides.
-    fn laid(&self, least: u64) -> [Indicator; 3] {
-        [(&self.shape.inner, 0), (&self.shape.centres, 0), (&self.shape.outer, 1)]
-            .map(|(set, reach)| self.element.deposited(&self.element.placements(set, least), reach))
+    fn laid(&self, least: u64) -> Result<[Indicator; 3]> {
+        let side = |set: &Indicator, reach| {
+            Ok::<_, Error>(self.element.deposited(&self.element.placements(set, least)?, reach))
+        };
+        Ok([side(&self.shape.inner, 0)?, side(&self.shape.centres, 0)?, side(&self.shape.outer, 1)?])
     }
 
     /// Cells of the element that must lie in the part: at least one, and ⌈λ·n⌉.

@@ -5,6 +5,7 @@
 
 mod bead;
 mod buried;
+mod cells;
 mod cost;
 mod deposit;
 mod element;
@@ -20,13 +21,15 @@ mod sandwich;
 mod sweep;
 mod traced;
 mod walls;
+mod within;
 
 pub use bead::deposit;
-pub use deposit::{AsPrinted, Bead, Cells, Designed, Footprint};
+pub use cells::Cells;
+pub use deposit::{AsPrinted, Bead, Designed, Footprint};
 pub use element::{Shape, Sides, StructuringElement};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
 pub use offset::{Shaped, offset};
 pub use opening::{closing, opening, regularize};
 pub use rolling::{close_by_ball, open_by_ball};
 pub use sandwich::Sandwich;
-pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, unsweep};
+pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, sweep_surface, unsweep, unsweep_set};

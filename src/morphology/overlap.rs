@@ -6,9 +6,10 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 /// Most cells an element may have along x: a window then spans at most two words.
-const WIDEST: usize = 16;
-/// Most cells an element may have: counts are bytes.
-const MOST_CELLS: u64 = 255;
+const WIDEST: usize = 32;
+/// Most cells along x, and most altogether, of an element whose cells are counted: counts are bytes.
+const WIDEST_COUNTED: usize = 16;
+const MOST_COUNTED: u64 = 255;
 
 /// A prism of lattice cells: for each row along y a run along x, the same in every layer.
 ///
@@ -24,7 +25,7 @@ impl Prism {
     /// The prism over `wide × wide` cells and `high` layers whose cells satisfy `within(i, j)`; runs must be unbroken.
     ///
     /// # Errors
-    /// [`Error::Operand`] if it has no cell, more than 255, or is wider than 16.
+    /// [`Error::Operand`] if it has no cell or is wider than 32.
     pub fn new(wide: usize, high: usize, within: impl Fn(usize, usize) -> bool) -> Result<Self> {
         let run = |j: usize| {
             let first = (0..wide).find(|&i| within(i, j)).unwrap_or(0);
@@ -32,14 +33,18 @@ impl Prism {
             (first, end)
         };
         let prism = Prism { runs: (0..wide).map(run).collect(), high };
-        if wide > WIDEST || !(1..=MOST_CELLS).contains(&prism.cells()) {
-            return Err(Error::Operand {
-                operation: "overlap count",
-                problem: format!("an element of {} cells, {wide} wide", prism.cells()),
-                remedy: "choose a coarser lattice: at most 255 cells, 16 wide".into(),
-            });
+        if wide > WIDEST || prism.cells() == 0 {
+            return Err(prism.refused("at most 32 cells wide"));
         }
         Ok(prism)
+    }
+
+    fn refused(&self, most: &str) -> Error {
+        Error::Operand {
+            operation: "overlap count",
+            problem: format!("an element of {} cells, {} wide", self.cells(), self.runs.len()),
+            remedy: format!("choose a coarser lattice: {most}"),
+        }
     }
 
     /// Number of cells.
@@ -56,15 +61,55 @@ impl Prism {
     ///
     /// Counts are exact. Placements before the set's grid are not looked at: the set must keep an element's width from it.
     ///
+    /// # Errors
+    /// [`Error::Operand`] for an element of more than 255 cells or wider than 16, unless all of its cells are asked for.
+    ///
     /// # Cost
-    /// O(words·rows of the element), and cells·|B| where the set has a border.
-    pub fn placements(&self, set: &Indicator, least: u64) -> Indicator {
+    /// O(words·rows of the element), and cells·|B| where the set has a border and not all cells are asked for.
+    pub fn placements(&self, set: &Indicator, least: u64) -> Result<Indicator> {
+        if least >= self.cells() {
+            return Ok(self.eroded(set));
+        }
+        if self.runs.len() > WIDEST_COUNTED || self.cells() > MOST_COUNTED {
+            return Err(self.refused("at most 255 cells, 16 wide"));
+        }
         let mut out = Indicator::empty(*set.grid());
         let layer = set.words_per_row() * set.grid().dims()[1];
-        let least = least.clamp(1, MOST_CELLS) as u8;
+        let least = least.clamp(1, MOST_COUNTED) as u8;
         out.words_mut().par_chunks_mut(layer).enumerate().for_each(|(k, plane)| {
             // The same code for the widest vectors of the machine.
             Arch::new().dispatch(|| self.place_on_layer(set, least, k, plane));
+        });
+        Ok(out)
+    }
+
+    /// The placements at which the whole element lies in the set.
+    fn eroded(&self, set: &Indicator) -> Indicator {
+        let mut out = Indicator::empty(*set.grid());
+        let ([nx, ny, nz], words) = (set.grid().dims(), set.words_per_row());
+        out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
+            if k + self.high > nz {
+                return;
+            }
+            let mut common = vec![0u64; words];
+            for (j, target) in plane.chunks_mut(words).enumerate() {
+                target.fill(!0);
+                for (dy, &(first, end)) in self.runs.iter().enumerate().filter(|(_, (first, end))| first < end) {
+                    common.fill(if j + dy < ny { !0 } else { 0 });
+                    for z in (k..k + self.high).filter(|_| j + dy < ny) {
+                        common.iter_mut().zip(set.row(j + dy, z)).for_each(|(c, row)| *c &= row);
+                    }
+                    for w in 0..words {
+                        let next = common.get(w + 1).copied().unwrap_or(0);
+                        target[w] &= (first..end).fold(!0, |all, d| {
+                            all & if d == 0 { common[w] } else { common[w] >> d | next << (64 - d) }
+                        });
+                    }
+                }
+                if !nx.is_multiple_of(64) {
+                    target[words - 1] &= !(!0u64 << (nx % 64));
+                }
+            }
         });
         out
     }
@@ -73,7 +118,7 @@ impl Prism {
     fn place_on_layer(&self, set: &Indicator, least: u8, k: usize, plane: &mut [u64]) {
         let [nx, ny, nz] = set.grid().dims();
         let words = set.words_per_row();
-        let mut bits = [0u8; 64 + 2 * WIDEST];
+        let mut bits = [0u8; 64 + 2 * WIDEST_COUNTED];
         for j in 0..ny {
             let rows: Vec<(usize, &[u64])> = (k..(k + self.high).min(nz))
                 .flat_map(|z| (0..self.runs.len().min(ny - j)).map(move |dy| (dy, set.row(j + dy, z))))
@@ -82,7 +127,7 @@ impl Prism {
             let ends = |w: usize| {
                 rows.iter().fold((0u64, !0u64), |(any, all), (_, row)| {
                     let next = row.get(w + 1).copied().unwrap_or(0);
-                    let spill = (1 << WIDEST) - 1;
+                    let spill = (1 << WIDEST_COUNTED) - 1;
                     (any | row[w] | (next & spill), all & row[w] & (next | !spill))
                 })
             };
@@ -102,11 +147,11 @@ impl Prism {
 
     /// Bit i: whether the placement at sample `64·w + i` holds at least `least` cells.
     #[inline(always)]
-    fn count(&self, rows: &[(usize, &[u64])], w: usize, least: u8, bits: &mut [u8; 64 + 2 * WIDEST]) -> u64 {
+    fn count(&self, rows: &[(usize, &[u64])], w: usize, least: u8, bits: &mut [u8; 64 + 2 * WIDEST_COUNTED]) -> u64 {
         let mut counts = [0u8; 64];
         for &(dy, row) in rows {
             let next = row.get(w + 1).copied().unwrap_or(0);
-            if row[w] == 0 && next & ((1 << WIDEST) - 1) == 0 {
+            if row[w] == 0 && next & ((1 << WIDEST_COUNTED) - 1) == 0 {
                 continue;
             }
             spread(row[w], &mut bits[..64]);
@@ -227,7 +272,9 @@ mod tests {
         // Without symmetry: an L and a full square, one and three layers high.
         let lopsided = Prism::new(4, 3, |i, j| j < 2 || i < 1).unwrap();
         let square = Prism::new(2, 1, |_, _| true).unwrap();
-        for (prism, share) in [(lopsided, 40), (square, 70)] {
+        // Too many cells to count.
+        let large = Prism::new(9, 4, |i, j| i + j > 1).unwrap();
+        for (prism, share) in [(lopsided, 40), (square, 70), (large, 99)] {
             let set = noise(grid, 7, share);
             let cells: Vec<[isize; 3]> = (0..prism.high)
                 .flat_map(|z| {
@@ -235,8 +282,9 @@ mod tests {
                 })
                 .map(|c| c.map(|x| x as isize))
                 .collect();
-            for least in [1, prism.cells() / 2, prism.cells()] {
-                let found = prism.placements(&set, least);
+            let counted = [1, prism.cells() / 2, prism.cells()].into_iter();
+            for least in counted.filter(|&n| n == prism.cells() || prism.cells() <= MOST_COUNTED) {
+                let found = prism.placements(&set, least).unwrap();
                 let wanted = Indicator::from_predicate(grid, |at| {
                     let p = grid.index(at).map(|c| c as isize);
                     let held = |c: &&[isize; 3]| contains(&set, [p[0] + c[0], p[1] + c[1], p[2] + c[2]]);
@@ -265,8 +313,13 @@ mod tests {
 
     #[test]
     fn elements_too_large_to_count_are_refused() {
-        assert!(Prism::new(17, 1, |_, _| true).is_err());
-        assert!(Prism::new(16, 1, |_, _| true).is_err());
+        assert!(Prism::new(33, 1, |_, _| true).is_err());
+        let set = Indicator::empty(Grid::new([0.0; 3], Length::mm(1.0), [40; 3]).unwrap());
+        for (wide, high) in [(17, 1), (16, 1), (5, 11)] {
+            let large = Prism::new(wide, high, |_, _| true).unwrap();
+            assert!(large.placements(&set, large.cells() - 1).is_err());
+            assert!(large.placements(&set, large.cells()).unwrap().is_empty());
+        }
         assert!(Prism::new(3, 1, |_, _| false).is_err());
         assert_eq!(Prism::new(4, 2, |i, j| (i + j) % 3 != 0 || i != j).unwrap().cells() % 2, 0);
     }

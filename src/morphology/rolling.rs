@@ -5,6 +5,7 @@ use super::near::Near;
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
 use super::traced::{BETWEEN, FINE, Traced};
 use super::walls::{Distances, Walls};
+use super::within::{Side, drawn_back};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
@@ -52,7 +53,12 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
     let traced = back(&between, distances, walls, there)?;
-    Ok(Shaped { mesh: traced.surface(FINE)?, volume, field: traced.values })
+    let mut surface = traced.surface(FINE)?;
+    if let Some(walls) = &traced.walls {
+        let side = if there.as_mm() < 0.0 { Side::Within } else { Side::Outside };
+        drawn_back(&mut surface, mesh, walls.level().near.mesh(), spacing.as_mm(), side);
+    }
+    Ok(Shaped { mesh: surface, volume, field: traced.values })
 }
 
 /// The surface of what the ball's centre reaches, from the offset field there; and the distances to the part.
@@ -174,7 +180,7 @@ mod tests {
     use super::*;
     use crate::geometry::generate::extruded;
     use crate::geometry::vector::Vec3;
-    use crate::geometry::{Primitive, cuboid};
+    use crate::geometry::{Primitive, Winding, cuboid};
     use crate::random::Lcg;
     use std::f64::consts::PI;
 
@@ -215,6 +221,26 @@ mod tests {
             println!("plate at {h}: {missing:.3} of {truth:.3} missing, {:?}", open.volume);
             // Rims are rounded where two or three samples lie across the ball: chords of a quarter circle.
             assert!(missing.abs() < 40.0 * 0.25 * h * h, "{missing}");
+        }
+    }
+
+    #[test]
+    fn an_opening_lies_in_the_part_and_a_closing_holds_it_however_thin_it_is() {
+        let mut random = Lcg(8);
+        // A plate of 0.4 mm with a rib of 0.4 mm.
+        let profile = [[0.0, 0.0], [9.0, 0.0], [9.0, 0.4], [4.4, 0.4], [4.4, 3.0], [4.0, 3.0], [4.0, 0.4], [0.0, 0.4]];
+        let plate = extruded(&profile, &[[0, 6, 7], [0, 1, 6], [1, 3, 6], [1, 2, 3], [3, 4, 5], [3, 5, 6]], 7.0);
+        for _ in 0..6 {
+            let part = plate.transformed(random.rotation(), random.point(-2.0, 2.0));
+            let (exact, winding, h) = (MeshDistance::new(&part), Winding::new(&part), 0.5);
+            let off_side = |made: TriangleMesh, inside: bool| {
+                assert!(!made.triangles.is_empty());
+                let wrong = made.vertices.iter().filter(|&&p| (winding.at(p) > 0.5) == inside);
+                wrong.map(|&p| exact.nearest(p, f64::INFINITY).unwrap().distance).fold(0.0, f64::max)
+            };
+            let open = off_side(open_by_ball(&part, Length::mm(0.15), Length::mm(h)).unwrap().mesh, false);
+            let closed = off_side(close_by_ball(&part, Length::mm(0.15), Length::mm(h)).unwrap().mesh, true);
+            assert!(open < 0.01 * h && closed < 0.01 * h, "{open} {closed}");
         }
     }
 

@@ -105,6 +105,21 @@ impl Sandwich {
         Ok(Sandwich { volume: [cubes.volume(), touched.volume()], lower, upper, paths })
     }
 
+    /// The regularization of A at grid scale, its opening by the closed cube of one spacing, on A's grid: sheets, wires and
+    /// specks that no such cube fits into are gone.
+    ///
+    /// The cube's corners are samples, so that its own sides are exact; each place for it counts for the cube itself.
+    ///
+    /// # Errors
+    /// As [`Sandwich::difference`].
+    pub fn regularization(a: &Sides) -> Result<Self> {
+        let cube = StructuringElement::cuboid([2; 3], a.points.grid().spacing())?.set().clone();
+        let places = minus(&a.full, &cube, &mut Vec::new())?;
+        let cube = Sides { full: Indicator::empty(*cube.grid()), points: cube.clone(), touched: cube };
+        let opened = Sandwich::opening(a, &cube)?;
+        Ok(Sandwich { volume: [places.volume(), opened.volume[1]], ..opened })
+    }
+
     /// What a tool B sweeps when it may go wherever it does not meet A, within a window of A's lattice:
     /// `¬(A ⊕ −B) ⊕ B`, from ¬(tA ⊕ −tB) ⊕ cB and ¬((fA ⊕ −cB) ∪ (cA ⊕ −fB)) ⊕ tB.
     ///
@@ -233,6 +248,21 @@ mod tests {
                 encloses(&Sandwich::opening(&a, &b).unwrap(), ball(4.0), volume(4.0));
                 encloses(&Sandwich::closing(&a, &b).unwrap(), ball(4.0), volume(4.0));
             }
+        }
+    }
+
+    #[test]
+    fn regularization_keeps_a_solid_and_loses_a_wire() {
+        for phase in PHASES {
+            let bar = Primitive::parse("box:4x3x2mm").unwrap();
+            encloses(
+                &Sandwich::regularization(&sides("box:4x3x2mm", phase)).unwrap(),
+                |p| bar.signed_distance(p),
+                24.0,
+            );
+            // No cube of 0.4 mm fits into a rod of 0.1 mm, and the samples see none of it for certain.
+            let rod = Sandwich::regularization(&sides("cylinder:r0.05h6mm", phase)).unwrap();
+            assert!(rod.lower.is_empty() && rod.volume[0].as_mm3() == 0.0);
         }
     }
 

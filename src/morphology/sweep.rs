@@ -1,16 +1,19 @@
 //! What a shape covers along a motion, and what stays inside an envelope under it.
 
-use super::element::{Sides, StructuringElement};
+use super::element::{Sides, StructuringElement, lattice_box};
 use super::minkowski::{Morphed, dilate, erode};
-use super::sandwich::{Sandwich, covering_volume};
-use crate::convolution::sum_grid;
+use super::offset::{Shaped, offset};
+use super::sandwich::Sandwich;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, distance, dot, norm, sub};
-use crate::geometry::{InsideRule, TriangleMesh, enclose};
+use crate::geometry::vector::{Vec3, add, bounds, distance, dot, norm, sub};
+use crate::geometry::{InsideRule, TriangleMesh, cuboid, enclose, swept, swept_along};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
+
+/// More facets than this are not kept at once for the surface of a sweep: some 300 MB with their tree.
+const MOST_FACETS: usize = 1 << 20;
 
 /// A rigid placement `p ↦ R·p + t`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,30 +24,74 @@ pub struct Placement {
     pub translation: Vec3,
 }
 
-/// The sweep of a closed mesh along a polyline of translations: `∪ { B + p : p on the path }`.
+/// The sweep of a closed mesh along a polyline of translations, from three sides: `∪ { B + p : p on the path }`.
 ///
-/// Below stand the samples of exact copies at most h/2 apart; above, the cubes that the path touches, dilated by the
-/// cubes that B touches. The result's lattice is `h·(Z³ + phase)`.
+/// Each piece of the path sweeps a solid of facets ([`swept`]), whose samples and cubes are exact; the three sides are
+/// their unions. The lattice is `h·(Z³ + phase)`.
 ///
 /// # Errors
 /// [`Error::Operand`] for a path of fewer than two points or without length, or that is not finite; otherwise as
 /// [`enclose`].
 ///
 /// # Cost
-/// One cast of B for each half spacing of the path, and one dilation.
-pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3]) -> Result<Sandwich> {
-    let h = spacing.as_mm();
+/// One cast for each piece, in a window of its own.
+///
+/// ```
+/// use amcheck::{geometry::cuboid, morphology::sweep, units::Length};
+/// let bar = sweep(&cuboid([0.0; 3], [1.0; 3]), &[[0.0; 3], [4.0, 0.0, 0.0]], Length::mm(0.25), [0.5; 3])?;
+/// assert!((bar.points.volume().as_mm3() - 5.0).abs() < 1e-9);
+/// # Ok::<(), amcheck::Error>(())
+/// ```
+pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3]) -> Result<Sides> {
     check_path(path)?;
-    let element = Sides::of_mesh(mesh, spacing, [0.0; 3])?;
-    let cells = path_cells(path, spacing, phase)?;
-    let covered = dilate(&cells, &StructuringElement::new(element.touched.clone())?)?;
-    let stops = points_along(path, 0.5 * h);
-    let grid = sum_grid(cells.grid(), element.points.grid())?;
-    let still = Placement { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3] };
-    let copies: Vec<Placement> = stops.iter().map(|&translation| Placement { translation, ..still }).collect();
-    let [full, lower, _] = union_of_copies(mesh, &copies, &grid)?;
-    let volume = [full.volume(), covering_volume(&covered.set, 2)?];
-    Ok(Sandwich { lower, upper: covered.set, volume, paths: vec![covered.path] })
+    let (lo, hi) = swept_box(mesh, path)?;
+    let grid = lattice_box(lo, hi, spacing, phase)?;
+    let pieces: Vec<[Vec3; 2]> = path.windows(2).map(|pair| [pair[0], sub(pair[1], pair[0])]).collect();
+    union(&pieces, &grid, |&[p, v]| swept(mesh, p, v))
+}
+
+/// The surface of the sweep of a closed mesh along a polyline, from exact distances to the solids that its pieces sweep;
+/// `None` where these have more than a million facets.
+///
+/// Vertices lie on the surface, but for some along creases where two solids meet: up to a spacing inside.
+///
+/// # Errors
+/// As [`sweep`] and [`offset`].
+///
+/// # Cost
+/// As an [`offset`] of a mesh with the element's facets once for each piece.
+pub fn sweep_surface(mesh: &TriangleMesh, path: &[Vec3], spacing: Length) -> Result<Option<Shaped>> {
+    check_path(path)?;
+    if mesh.triangles.len().saturating_mul(path.len()) > MOST_FACETS {
+        return Ok(None);
+    }
+    let solids = swept_along(mesh, path).fold(TriangleMesh::default(), |all, solid| all.joined(&solid));
+    offset(&solids, Length::mm(0.0), spacing).map(Some)
+}
+
+/// The unsweep of a closed mesh along a polyline, from three sides: the largest set that stays inside the envelope E
+/// wherever the path takes it, `∩ { E − p : p on the path }`.
+///
+/// What leaves the envelope is the sweep of its complement along the reflected path, so that samples and cubes are as
+/// exact as those of [`sweep`].
+///
+/// # Errors
+/// As [`sweep`].
+///
+/// # Cost
+/// As [`sweep`].
+pub fn unsweep(envelope: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3]) -> Result<Sides> {
+    check_path(path)?;
+    let back: Vec<Vec3> = path.iter().map(|p| p.map(|x| -x)).collect();
+    let (lo, hi) = envelope.bounds().ok_or_else(no_facets)?;
+    let grid = lattice_box(add(lo, back[0]), add(hi, back[0]), spacing, phase)?;
+    // The complement within a box that no way of the grid's cubes leaves.
+    let room = 2.0 * spacing.as_mm() + path.iter().map(|&p| distance(p, path[0])).fold(0.0, f64::max);
+    let outside = cuboid(lo.map(|x| x - 2.0 * room), hi.map(|x| x + 2.0 * room)).joined(&envelope.flipped());
+    let pieces: Vec<[Vec3; 2]> = back.windows(2).map(|pair| [pair[0], sub(pair[1], pair[0])]).collect();
+    let left = union(&pieces, &grid, |&[p, v]| swept(&outside, p, v))?;
+    let [full, points, touched] = [&left.touched, &left.points, &left.full].map(Indicator::complement);
+    Ok(Sides { full, points, touched })
 }
 
 /// The sweep of a closed mesh through poses of a rotating motion: `∪ { m·B }`, on a given grid.
@@ -60,11 +107,12 @@ pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3
 /// One cast of B for each pose.
 pub fn sweep_poses(mesh: &TriangleMesh, poses: &[Placement], grid: &Grid) -> Result<Sandwich> {
     check_poses(mesh, poses, grid.h())?;
-    let [full, lower, outer] = union_of_copies(mesh, poses, grid)?;
+    let copies = union(poses, grid, |pose| mesh.transformed(pose.rotation, pose.translation))?;
     let cube = StructuringElement::cuboid([3; 3], grid.spacing())?;
-    let spread = dilate(&outer, &cube)?;
+    let spread = dilate(&copies.touched, &cube)?;
     let upper = spread.set.placed([1; 3], *grid)?;
-    Ok(Sandwich { volume: [full.volume(), upper.volume()], lower, upper, paths: vec![spread.path] })
+    let volume = [copies.full.volume(), upper.volume()];
+    Ok(Sandwich { lower: copies.points, upper, volume, paths: vec![spread.path] })
 }
 
 /// The sweep of a set of samples along a path of samples: their Minkowski sum.
@@ -80,7 +128,7 @@ pub fn sweep_set(set: &Indicator, path: &StructuringElement) -> Result<Morphed> 
 ///
 /// # Errors
 /// As [`erode`].
-pub fn unsweep(envelope: &Indicator, path: &StructuringElement) -> Result<Morphed> {
+pub fn unsweep_set(envelope: &Indicator, path: &StructuringElement) -> Result<Morphed> {
     erode(envelope, path)
 }
 
@@ -89,8 +137,8 @@ pub fn unsweep(envelope: &Indicator, path: &StructuringElement) -> Result<Morphe
 /// # Errors
 /// [`Error::Operand`] for a path that is not finite.
 pub fn path_cells(path: &[Vec3], spacing: Length, phase: [f64; 3]) -> Result<Indicator> {
-    let (lo, hi) = crate::geometry::vector::bounds(path.iter().copied()).ok_or_else(|| too_short(path.len()))?;
-    let grid = super::element::lattice_box(lo, hi, spacing, phase)?;
+    let (lo, hi) = bounds(path.iter().copied()).ok_or_else(|| too_short(path.len()))?;
+    let grid = lattice_box(lo, hi, spacing, phase)?;
     let mut cells = Indicator::empty(grid);
     let pieces: Vec<[Vec3; 2]> = match path {
         [only] => vec![[*only, *only]],
@@ -134,37 +182,30 @@ fn segment_meets_cube(a: Vec3, b: Vec3, centre: Vec3) -> bool {
     enter <= leave
 }
 
-/// Points on a polyline, its corners among them, no further apart than `step`.
-fn points_along(path: &[Vec3], step: f64) -> Vec<Vec3> {
-    let mut points: Vec<Vec3> = path.first().copied().into_iter().collect();
-    for pair in path.windows(2) {
-        let pieces = (distance(pair[0], pair[1]) / step).ceil().max(1.0) as usize;
-        let between = |n: usize| [0, 1, 2].map(|a| pair[0][a] + (pair[1][a] - pair[0][a]) * n as f64 / pieces as f64);
-        points.extend((1..=pieces).map(between));
-    }
-    points
+/// The three sides of the union of meshes, those of each in a window of its own.
+fn union<T: Sync>(copies: &[T], grid: &Grid, mesh_of: impl Fn(&T) -> TriangleMesh + Sync) -> Result<Sides> {
+    let nothing = || [0; 3].map(|_| Indicator::empty(*grid));
+    let unite = |mut all: [Indicator; 3], sides: &[Indicator; 3], first| {
+        all.iter_mut().zip(sides).for_each(|(all, side)| all.unite_window(first, side));
+        all
+    };
+    let some = |some: &[T]| {
+        some.iter().try_fold(nothing(), |all, copy| {
+            let mesh = mesh_of(copy);
+            let Some((first, own)) = window_of(&mesh, grid)? else { return Ok(all) };
+            let cast = enclose(&mesh, &own, InsideRule::Crossings)?;
+            Ok(unite(all, &[cast.inner, cast.centres, cast.outer], first))
+        })
+    };
+    let chunks = copies.par_chunks(copies.len().div_ceil(8).max(1)).map(some);
+    let [full, points, touched] = chunks.try_reduce(nothing, |a, b| Ok(unite(a, &b, [0; 3])))?;
+    Ok(Sides { full, points, touched })
 }
 
-/// The three sides of the union of copies of a mesh, those of each in a window of its own.
-fn union_of_copies(mesh: &TriangleMesh, copies: &[Placement], grid: &Grid) -> Result<[Indicator; 3]> {
-    let nothing = || [0; 3].map(|_| Indicator::empty(*grid));
-    copies
-        .par_chunks(copies.len().div_ceil(8).max(1))
-        .map(|some| {
-            let mut union = nothing();
-            for copy in some {
-                let moved = mesh.transformed(copy.rotation, copy.translation);
-                let Some((first, own)) = window_of(&moved, grid)? else { continue };
-                let cast = enclose(&moved, &own, InsideRule::Crossings)?;
-                let sides = union.iter_mut().zip([cast.inner, cast.centres, cast.outer]);
-                sides.for_each(|(all, side)| all.unite_window(first, &side));
-            }
-            Ok(union)
-        })
-        .try_reduce(nothing, |mut a, b| {
-            a.iter_mut().zip(&b).for_each(|(a, b)| a.unite_window([0; 3], b));
-            Ok(a)
-        })
+/// The box of what a mesh sweeps along a path.
+fn swept_box(mesh: &TriangleMesh, path: &[Vec3]) -> Result<(Vec3, Vec3)> {
+    let (own, way) = (mesh.bounds().ok_or_else(no_facets)?, bounds(path.iter().copied()).unwrap_or_default());
+    Ok((add(own.0, way.0), add(own.1, way.1)))
 }
 
 /// The samples of a grid that a mesh can reach, as first index and grid; `None` where there are none.
@@ -215,6 +256,10 @@ fn check_poses(mesh: &TriangleMesh, poses: &[Placement], h: f64) -> Result<()> {
     Ok(())
 }
 
+fn no_facets() -> Error {
+    Error::NoGeometry { problem: "the mesh has no facets".into(), remedy: "give a closed mesh".into() }
+}
+
 fn too_short(points: usize) -> Error {
     Error::Operand {
         operation: "sweep",
@@ -232,22 +277,73 @@ mod tests {
         Primitive::parse(text).unwrap().mesh(Length::mm(0.01))
     }
 
+    /// Checks the sides against a shape about a place, up to rounding.
+    fn encloses(found: &Sides, shape: &Primitive, middle: Vec3, h: Length) {
+        let grid = *found.points.grid();
+        assert_eq!([found.full.grid(), found.touched.grid()], [&grid; 2]);
+        for at in 0..grid.samples() {
+            let index = grid.index(at);
+            let d = shape.signed_distance(sub(grid.position(index), middle));
+            assert!(d.abs() < 1e-9 || found.points.contains(index) == (d < 0.0), "{index:?}: {d}");
+            let sides = [found.full.contains(index), found.touched.contains(index)];
+            assert!(!sides[0] || d < -0.5 * h.as_mm() + 1e-9, "{index:?}: {d}");
+            assert!(sides[1] || d > 0.5 * h.as_mm() - 1e-9, "{index:?}: {d}");
+        }
+    }
+
     #[test]
     fn a_box_along_a_line_is_a_longer_box() {
         let h = Length::mm(0.25);
         let path = [[-2.0, 0.5, 0.0], [3.0, 0.5, 0.0]];
         let found = sweep(&mesh("box:1x2x1mm"), &path, h, [0.25, 0.75, 0.5]).unwrap();
-        let whole = Primitive::parse("box:6x2x1mm").unwrap();
-        let grid = found.lower.grid();
-        assert_eq!(grid, found.upper.grid());
-        for at in 0..grid.samples() {
-            let p = grid.position(grid.index(at));
-            let d = whole.signed_distance([p[0] - 0.5, p[1] - 0.5, p[2]]);
-            assert!(d < 1e-9 || !found.lower.contains(grid.index(at)), "{p:?}");
-            assert!(d > -1e-9 || found.upper.contains(grid.index(at)), "{p:?}");
+        encloses(&found, &Primitive::parse("box:6x2x1mm").unwrap(), [0.5, 0.5, 0.0], h);
+        let [low, high] = [&found.full, &found.touched].map(|set| set.volume().as_mm3());
+        assert!(0.0 < low && low <= 12.0 && 12.0 <= high, "{low} … {high}");
+        let surface = sweep_surface(&mesh("box:1x2x1mm"), &path, h).unwrap().expect("few facets");
+        assert!((surface.mesh.signed_volume() - 12.0).abs() < 1e-3, "{}", surface.mesh.signed_volume());
+    }
+
+    #[test]
+    fn a_box_unswept_along_a_line_is_a_shorter_box() {
+        let h = Length::mm(0.25);
+        let path = [[-2.0, 0.5, 0.0], [0.0, 0.0, 0.5], [1.0, 0.5, 0.0]];
+        let found = unsweep(&mesh("box:6x3x2mm"), &path, h, [0.25, 0.75, 0.5]).unwrap();
+        // −3 ≤ x + p ≤ 3 for p from −2 to 1, and so for the others.
+        encloses(&found, &Primitive::parse("box:3x2.5x1.5mm").unwrap(), [0.5, -0.25, -0.25], h);
+        assert!(found.full.count() > 0);
+        // Along a way longer than itself nothing stays inside.
+        let none = unsweep(&mesh("box:6x3x2mm"), &[[0.0; 3], [9.0, 0.0, 0.0]], h, [0.0; 3]).unwrap();
+        assert!(none.full.is_empty() && none.points.is_empty());
+    }
+
+    #[test]
+    fn a_ball_along_a_path_is_a_chain_of_capsules() {
+        let (h, path) = (0.2, [[0.0; 3], [3.0, 1.0, 0.5], [3.0, -2.0, 0.0]]);
+        let ball = Primitive::parse("ball:0.8mm").unwrap().mesh(Length::mm(0.01 * h));
+        let both = |p: Vec3| {
+            [0, 1].map(|i: usize| {
+                let (d, v) = (sub(path[i + 1], path[i]), sub(p, path[i]));
+                let t = (dot(v, d) / dot(d, d)).clamp(0.0, 1.0);
+                distance(v, d.map(|x| t * x)) - 0.8
+            })
+        };
+        let capsules = |p: Vec3| both(p).into_iter().fold(f64::INFINITY, f64::min);
+        let surface = sweep_surface(&ball, &path, Length::mm(h)).unwrap().expect("few facets");
+        // The element's facets are inscribed by a hundredth of a spacing. Along the crease inside the bend the solids' own facets
+        // go on into the other solid, and cells there take the nearer one: up to a spacing inside.
+        for &p in &surface.mesh.vertices {
+            let ([first, second], off) = (both(p), capsules(p));
+            assert!(off.abs() < 0.05 * h || off > -h && off < 0.05 * h && (first - second).abs() < 1.5 * h, "{off}");
         }
-        let [low, high] = found.volume.map(|v| v.as_mm3());
-        assert!(0.0 < low && low <= 12.0 && 12.0 <= high);
+        let found = sweep(&ball, &path, Length::mm(h), [0.3, 0.6, 0.1]).unwrap();
+        let [low, high] = [&found.full, &found.touched].map(|set| set.volume());
+        let [lower, upper] = surface.volume;
+        assert!(lower <= high && low <= upper, "{lower:?} {upper:?} {low:?} {high:?}");
+        let grid = *found.points.grid();
+        for at in 0..grid.samples() {
+            let d = capsules(grid.position(grid.index(at)));
+            assert!(d.abs() < 0.011 * h || found.points.contains(grid.index(at)) == (d < 0.0), "{d}");
+        }
     }
 
     #[test]
@@ -284,7 +380,7 @@ mod tests {
         let grid = Grid::new([0.0; 3], h, [9, 4, 3]).unwrap();
         let envelope = Indicator::from_predicate(grid, |at| at % 11 != 0);
         let path = StructuringElement::new(path_cells(&[[0.0; 3], [2.0, 1.0, 0.0]], h, [0.0; 3]).unwrap()).unwrap();
-        let most = unsweep(&envelope, &path).unwrap().set;
+        let most = unsweep_set(&envelope, &path).unwrap().set;
         let swept = sweep_set(&most, &path).unwrap().set;
         let first = [0, 1, 2].map(|a| (-swept.grid().origin()[a]).round() as isize);
         assert!(swept.placed(first, grid).unwrap().is_subset(&envelope).unwrap());

@@ -6,7 +6,7 @@ use crate::field::{Field, Indicator};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
-    Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
+    Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh, sweep_surface,
 };
 use crate::units::{Length, Volume};
 use std::borrow::Cow;
@@ -135,7 +135,8 @@ pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Resu
     checked("obstacle", from_sandwich(Sandwich::obstacle(&a, &b)?)?)
 }
 
-/// What an element covers along a polyline of translations.
+/// What an element covers along a polyline of translations: by exact distances, or where the path has too many pieces for
+/// that by its samples.
 ///
 /// # Errors
 /// [`Error::Operand`] for a path of fewer than two points or without length; otherwise as [`offset`].
@@ -147,7 +148,16 @@ pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result
             shape.mesh(spacing * 0.01)
         }
     };
-    checked("sweep", from_sandwich(sweep_mesh(&mesh, path_mm, spacing, [0.0; 3])?)?)
+    let Sides { full, points, touched } = sweep_mesh(&mesh, path_mm, spacing, [0.25; 3])?;
+    let bracket = [full.volume(), touched.volume()];
+    let made = match sweep_surface(&mesh, path_mm, spacing)? {
+        Some(surface) => Operated { bracket, ..from_distances(surface) },
+        None => {
+            let same = Sandwich { lower: points.clone(), upper: points, volume: bracket, paths: Vec::new() };
+            Operated { path: "solids of the path's pieces, sample by sample".into(), ..from_sandwich(same)? }
+        }
+    };
+    checked("sweep", made)
 }
 
 /// What a tool sweeps within a window wherever it may go without meeting a part: see [`Sandwich::reachable`].

@@ -6,11 +6,16 @@
 mod morphology;
 mod section_2_2;
 mod section_2_3;
+#[allow(dead_code)]
+#[path = "../oracle/random.rs"]
+mod turns;
 
 use amcheck::convolution::{
     Convolver, RowContent, Spectrum, Transform, convolve_directly, convolve_fields, correlate_fields,
 };
 use amcheck::field::*;
+use amcheck::geometry::vector::{Vec3, norm, sub};
+use amcheck::geometry::{TriangleMesh, cuboid, occupancy};
 use amcheck::grid::Grid;
 use amcheck::morphology::*;
 use amcheck::units::{Length, Volume};

@@ -124,7 +124,7 @@ fn de_morgan() {
 #[test]
 fn an_unswept_envelope_swept_again_is_its_opening() {
     for (envelope, path) in cases() {
-        let most = unsweep(&envelope, &path).unwrap().set;
+        let most = unsweep_set(&envelope, &path).unwrap().set;
         let swept = sweep_set(&most, &path).unwrap().set;
         assert!(same(&swept, &opening(&envelope, &path).unwrap().set));
     }

@@ -132,3 +132,67 @@ fn proposition_2_2_15_sets_that_differ_by_sheets_and_wires_have_one_regularizati
     assert_ne!(regularize(&block).unwrap(), regularize(&grown).unwrap());
     assert!(!equal_up_to(&block, &grown, Volume::mm3(1.0)).unwrap());
 }
+
+/// A block of 6³ samples, and what hangs on it in sheets and wires one sample thick.
+fn whiskered(g: Grid, whisker: impl Fn([usize; 3]) -> bool + Sync) -> Indicator {
+    Indicator::from_predicate(g, |at| {
+        let index = g.index(at);
+        index.iter().all(|&i| (4..10).contains(&i)) || whisker(index)
+    })
+}
+
+#[test]
+fn definition_2_2_14_equal_almost_everywhere_is_equal_measure_in_every_set() {
+    // A block of a mesh with a fin of no thickness: two facets back to back on one of its edges, and a wire of such.
+    let block = cuboid([0.25, 0.25, 0.25], [4.0, 3.0, 2.0]);
+    let fin = TriangleMesh::weld([
+        [[4.0, 0.5, 0.5], [6.0, 0.5, 1.0], [4.0, 2.5, 1.5]],
+        [[4.0, 0.5, 0.5], [4.0, 2.5, 1.5], [6.0, 0.5, 1.0]],
+    ]);
+    let finned = block.clone().joined(&fin);
+    // Sums of a few terms near 20 round by 1e-14.
+    assert!((finned.signed_volume() - block.signed_volume()).abs() < 1e-12);
+    let g = Grid::new([-0.4; 3], Length::mm(0.3), [24, 14, 11]).unwrap();
+    let [a, b] = [&block, &finned].map(|mesh| occupancy(mesh, &g).unwrap());
+    let mut random = Random(9);
+    for thin in 1..20 {
+        let q = random.set_on(g, thin);
+        assert_eq!(overlap_volume(&a, &q).unwrap(), overlap_volume(&b, &q).unwrap());
+    }
+    assert!(!a.is_empty() && equal_up_to(&a, &b, Volume::mm3(0.0)).unwrap());
+
+    // Sets that differ by a volume: some set tells them apart, and the difference itself always does.
+    let moved = occupancy(&block.transformed(turns::Random(10).rotation(), [0.4, 0.0, 0.1]), &g).unwrap();
+    let apart = a.difference(&moved).unwrap().union(&moved.difference(&a).unwrap()).unwrap();
+    assert!(!equal_up_to(&a, &moved, Volume::mm3(0.0)).unwrap());
+    assert!(equal_up_to(&a, &moved, apart.volume()).unwrap());
+    let only_a = a.difference(&moved).unwrap();
+    assert!(overlap_volume(&a, &only_a).unwrap() > overlap_volume(&moved, &only_a).unwrap());
+}
+
+#[test]
+fn definition_2_2_16_each_class_of_sets_equal_almost_everywhere_has_one_regular_set() {
+    let g = grid([16, 14, 12]);
+    let shifted = |by: usize| Indicator::from_predicate(g, |at| g.index(at).iter().all(|&i| (4..10 + by).contains(&i)));
+    let classes = [
+        vec![
+            whiskered(g, |_| false),
+            whiskered(g, |[_, j, k]| j == 6 && k == 6),
+            whiskered(g, |[i, j, _]| i == 12 && j < 9),
+            whiskered(g, |[i, j, k]| [i, j, k] == [1, 1, 1] || (k == 2 && i < 4)),
+        ],
+        vec![shifted(1), shifted(1).union(&whiskered(g, |[i, _, k]| i == 12 && k == 3)).unwrap()],
+        vec![Indicator::empty(g), Indicator::from_predicate(g, |at| g.index(at)[1] == 5)],
+    ];
+    for (m, class) in classes.iter().enumerate() {
+        for set in class {
+            let regular = regularize(set).unwrap();
+            assert_eq!(regularize(&regular).unwrap(), regular, "a regular set is its own");
+            for (n, other) in classes.iter().enumerate() {
+                for set in other {
+                    assert_eq!(regularize(set).unwrap() == regular, m == n, "classes {m} and {n}");
+                }
+            }
+        }
+    }
+}
