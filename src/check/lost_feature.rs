@@ -34,7 +34,7 @@ static META: Meta = Meta {
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
     limits: "Detail is a sheet of at most 2 mm height; relief lower than half its width, and pins, are not looked at here. \
-             Volume is bracketed for the box around the place, edge rounding inside the box included.",
+             Volume is bracketed for what is lost and hangs together at the place, rounding of edges that touch it included.",
     source: "Opening: G. Matheron, Random Sets and Integral Geometry, 1975. Limits: see the profile.",
 };
 
@@ -123,13 +123,17 @@ impl Lost<'_> {
     fn finding(&self, detail: &Detail, on_lattice: bool) -> Result<Finding> {
         let normal = detail.thinnest.direction();
         let needed = self.bead.width_along(normal).as_mm();
-        let trial =
-            if on_lattice { Trial::around(self.part, self.bead, detail.extent, |d| d.printed(1.0))? } else { None };
-        let counted = trial.as_ref().map(Trial::lost);
+        let trial = if on_lattice { Trial::opened(self.part, self.bead, detail.extent)? } else { None };
+        let counted = trial.as_ref().map(Trial::lost).transpose()?;
         let about = detail.volume;
+        // Between the sides of a sheet lies what it holds; the sides of a rod or a speck have no such volume.
+        let flat = detail.noun() == "sheet";
         let (bracket, basis) = match counted {
             _ if detail.whole.is_some() => (Bracket::exact(about), Basis::Exact),
-            Some([low, high]) => (Bracket::new(about.clamp(low, high), low, high), Basis::Certified),
+            Some([cells, low, high]) => {
+                let value = if flat { about } else { cells };
+                (Bracket::new(value.clamp(low, high), low, high), Basis::Certified)
+            }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
         };
         let mut f = Finding::judged(META.code, "lost", bracket, basis, self.limits, "mm3", 0.0);

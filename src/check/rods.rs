@@ -3,6 +3,7 @@
 use super::contract::{Context, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{locate, reported};
+use super::room::Growth;
 use crate::geometry::vector::{sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
@@ -128,27 +129,14 @@ fn to_limit(f: &Finding, verb: &str) -> String {
 /// What to change, tried at each place on the surface: whether what lies beside a rod keeps its own limit (the gap beside a pin, the wall
 /// around a hole) after it has grown to the limit.
 pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Finding) -> String {
-    let (verb, rule) = if side == Side::Material { ("thicken", "narrow-gap") } else { ("widen", "thin-wall") };
-    let beside = limits_of(process, rule).and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
+    let verb = if side == Side::Material { "thicken" } else { "widen" };
+    let room = Growth::new(part, process, side);
     let target = f.fail.into_iter().chain(f.warn).filter(|l| f.value < *l).fold(f.value, f64::max);
     let own = |r: &&&Rod| f.places.iter().any(|p| p.at_mm == reported(part, r.narrowest.centre));
     let growth = 0.5 * (target - f.value);
     let (roomy, cramped): (Vec<&&Rod>, Vec<&&Rod>) =
-        rods.iter().filter(own).partition(|r| is_free(part, r, growth + beside));
-    match (roomy.len(), cramped.len()) {
-        (_, 0) => format!("{}: there is room for it, checked on the surface", to_limit(f, verb)),
-        (0, _) => format!(
-            "there is no room to {verb} it to {} mm: less than {} mm would be left beside it",
-            short(target),
-            short(beside)
-        ),
-        (n, m) => format!(
-            "{}: checked on the surface, there is room at {n} of {} places; elsewhere less than {} mm would be left beside it",
-            to_limit(f, verb),
-            n + m,
-            short(beside)
-        ),
-    }
+        rods.iter().filter(own).partition(|r| is_free(part, r, growth + room.beside));
+    room.tried(to_limit(f, verb), verb, target, [roomy.len(), cramped.len()])
 }
 
 /// Whether nothing lies within a length of a rod's side, on the other side of its surface.

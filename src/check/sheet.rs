@@ -5,6 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::search;
 use super::sheet_shape::{Form, Sheet, parallel_sheet, runs_out, sheet_of};
+use super::sheet_words::{Room, Rooms};
 use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
 use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
@@ -16,7 +17,7 @@ use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::{Notice, number_of};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{enough, report_digits, short};
+use crate::units::{report_digits, short};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
@@ -65,7 +66,7 @@ impl Sheets<'_> {
         1.25 * self.widest()
     }
 
-    fn widest(&self) -> f64 {
+    pub(super) fn widest(&self) -> f64 {
         self.kinds.iter().flat_map(|k| [k.limits.fail, k.limits.warn]).flatten().fold(0.0, f64::max)
     }
 
@@ -137,7 +138,7 @@ impl Sheets<'_> {
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
-        let judged: Vec<(usize, Option<Finding>)> = sheets
+        let judged: Vec<(usize, Option<(Finding, Room)>)> = sheets
             .into_par_iter()
             .enumerate()
             .with_max_len(1)
@@ -153,11 +154,14 @@ impl Sheets<'_> {
                 } else {
                     parallel_sheet(&samples, scale)
                 };
-                (samples.len(), sheet.map(|s| self.finding(kind, &s)))
+                let room = |s: &Sample| self.room(kind, (s.contacts, s.diameter), samples.iter());
+                let found = sheet.map(|s| (self.finding(kind, &s), room(&s.thinnest)));
+                (samples.len(), found)
             })
             .collect();
         *wedges += judged.iter().filter(|(_, f)| f.is_none()).map(|(n, _)| n).sum::<usize>();
-        let mut findings: Vec<Finding> = judged.into_iter().filter_map(|(_, f)| f).collect();
+        let (mut findings, rooms): (Vec<Finding>, Rooms) =
+            judged.into_iter().filter_map(|(_, f)| f).map(|(f, room)| (f.clone(), (f.at_mm, room))).unzip();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
             .first()
@@ -168,7 +172,7 @@ impl Sheets<'_> {
         let tolerance = |f: &[Finding]| f.first().map_or(0.0, |f| (0.01 * f.value).max(0.004));
         let step = tolerance(&findings);
         let mut grouped = group_equal(findings, step);
-        grouped.iter_mut().for_each(|f| self.describe(f));
+        grouped.iter_mut().for_each(|f| self.describe(f, &rooms));
         measured.findings.extend(grouped);
     }
 
@@ -286,7 +290,7 @@ impl Sheets<'_> {
                     .at(reported(self.part, first.points[0])),
             );
         }
-        let mut findings = Vec::new();
+        let (mut findings, mut rooms) = (Vec::new(), Rooms::new());
         for pair in apart {
             let middle = [0, 1, 2].map(|a| 0.5 * (pair.points[0][a] + pair.points[1][a]));
             self.note_worst(measured, Some((Bracket::exact(pair.distance), middle)));
@@ -317,41 +321,13 @@ impl Sheets<'_> {
             let points = pair.points.map(|p| reported(self.part, p));
             f.witness = Some(Witness { kind: "nearest-pair".into(), points_mm: points.to_vec() });
             f.message = format!("between bodies {} and {}", pair.bodies[0] + 1, pair.bodies[1] + 1);
+            rooms.push((f.at_mm, self.room(kind, (pair.points, pair.distance), near.iter().copied())));
             findings.push(f);
         }
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let mut grouped = group_equal(findings, 0.002);
-        grouped.iter_mut().for_each(|f| self.describe(f));
+        grouped.iter_mut().for_each(|f| self.describe(f, &rooms));
         measured.findings.extend(grouped);
-    }
-
-    /// Completes message and fix once the count is known.
-    fn describe(&self, f: &mut Finding) {
-        let value = short((f.value * 1e4).round() / 1e4);
-        let (noun, verb) = match (self.side, f.kind.as_str()) {
-            (Side::Material, _) => ("wall", "thicken"),
-            (Side::Void, "slot") => ("slot", "widen"),
-            (Side::Void, _) => ("clearance", "open"),
-        };
-        let place = std::mem::take(&mut f.message);
-        let area = f
-            .area_mm2
-            .filter(|a| *a > 0.0)
-            .map_or(String::new(), |a| format!(", {} mm²", short((a * 10.0).round() / 10.0)));
-        f.message = match f.count {
-            1 => format!("{noun} of {value} mm {place}{area}"),
-            n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
-        };
-        let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
-        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.tie());
-        f.fix = match (below(f.fail), below(f.warn)) {
-            (Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
-            (Some(limit), None) | (None, Some(limit)) => to(limit),
-            (None, None) => format!("{} mm is as much as the limit asks", value),
-        };
-        if f.kind == "gap-between-bodies" {
-            f.fix.push_str(", or join the bodies on purpose");
-        }
     }
 
     /// The places that the budget left open, as one undecided finding.
@@ -374,25 +350,5 @@ impl Sheets<'_> {
         f.message = format!("{} places were not decided before the budget ended; {bound}", open.len());
         f.fix = format!("run again with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
         Some(f)
-    }
-
-    fn cover_text(&self, q: &Question, cover: &Cover, wedges: usize) -> String {
-        let noun = if self.side == Side::Material { "wall" } else { "gap" };
-        let mut text = format!(
-            "All {} features were searched: no other {noun} thinner than {} mm is wider than {} mm.",
-            self.part.features(self.side).list.len(),
-            short(self.widest()),
-            short((q.finest * 1e3).ceil() / 1e3)
-        );
-        if !self.rods.is_empty() {
-            text.push_str(&format!(" {} rods are judged by their diameter.", self.rods.len()));
-        }
-        if wedges > 0 {
-            text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
-        }
-        if cover.unresolved.iter().any(|u| u.extent > q.finest && u.low < self.widest()) {
-            text.push_str(" The budget ended before all was decided.");
-        }
-        text
     }
 }

@@ -4,6 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
+use super::room::Growth;
 use super::sheet::{Kind, Reading, Sheets};
 use super::thin_body::{ThinBody, thin_bodies};
 use crate::error::Result;
@@ -106,6 +107,9 @@ fn body_finding(sheets: &Sheets, limits: Limits, b: &ThinBody) -> Finding {
     let [x, y, z] = [0, 1, 2].map(|a| plain(b.extent.1[a] - b.extent.0[a]));
     f.message = format!("body of {x} × {y} × {z} mm, no more than {} mm thick anywhere", plain(b.width));
     let limit = limits.fail.filter(|l| b.width < *l).or(limits.warn).unwrap_or(b.width);
-    f.fix = format!("thicken by {} mm to {} mm, or leave it out", enough(limit - b.width), short(limit));
+    let growth = Growth::new(part, sheets.process, Side::Material);
+    let fits = growth.fits_between(b.sides(), limit - b.width);
+    let hint = format!("thicken by {} mm to {} mm", enough(limit - b.width), short(limit));
+    f.fix = growth.tried(hint, "thicken", limit, [usize::from(fits), usize::from(!fits)]) + "; or leave it out";
     f
 }

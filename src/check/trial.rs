@@ -1,12 +1,15 @@
 //! Changes tried out before they are advised: a place is cast on a lattice of its own, changed there, and printed again.
 
 use crate::error::Result;
+use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, sub};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed};
 use crate::part::Part;
+use crate::topology::{Adjacency, components};
 
-/// Cells of a trial's lattice at most.
+/// Cells of a trial's lattice at most, and those of one whose cells are finer than the checks of the whole part take.
 const MOST_CELLS: u128 = 1 << 22;
+const MOST_FINE_CELLS: u128 = 1 << 21;
 /// Steps tried beyond the first.
 const STEPS: usize = 3;
 
@@ -18,6 +21,18 @@ pub struct Trial {
 }
 
 impl Trial {
+    /// The place in a box, opened by the element, on as fine a lattice as there is room for; `None` if it would be too large.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn opened(part: &Part, bead: Bead, extent: (Vec3, Vec3)) -> Result<Option<Trial>> {
+        let window = Trial::window(bead, extent);
+        match Cells::covering_closely(&bead, window, MOST_FINE_CELLS)? {
+            Some(cells) => Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(1.0)?, extent })),
+            None => Trial::around(part, bead, extent, |designed| designed.printed(1.0)),
+        }
+    }
+
     /// The place in a box, printed as said; `None` if its lattice would be too large.
     ///
     /// # Errors
@@ -28,17 +43,37 @@ impl Trial {
         extent: (Vec3, Vec3),
         print: impl Fn(Designed) -> Result<AsPrinted>,
     ) -> Result<Option<Trial>> {
-        let reach = 2.5 * bead.widest().as_mm();
-        let window = (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]));
-        let Some(cells) = Cells::covering(&bead, window, MOST_CELLS)? else { return Ok(None) };
+        let Some(cells) = Cells::covering(&bead, Trial::window(bead, extent), MOST_CELLS)? else { return Ok(None) };
         Ok(Some(Trial { made: print(part.deposited(bead, cells)?)?, extent }))
     }
 
-    /// The two numbers that the volume designed and not printed in the box lies between, mm³.
-    pub fn lost(&self) -> [f64; 2] {
-        let shape = &self.made.designed.shape;
-        [(&shape.inner, &self.made.upper), (&shape.outer, &self.made.lower)]
-            .map(|(from, without)| self.made.designed.cells.volume_in(from, without, self.extent).as_mm3())
+    /// The box with room for what the element does around it.
+    fn window(bead: Bead, extent: (Vec3, Vec3)) -> (Vec3, Vec3) {
+        let reach = 2.5 * bead.widest().as_mm();
+        (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]))
+    }
+
+    /// The volume designed and not printed at the place, mm³: estimate, and the two numbers that it lies between.
+    ///
+    /// The place is what may be lost and hangs together with what may be lost in the box: contacts of a rod or a sheet end
+    /// short of its ends. For certain counts what is lost in the box.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    pub fn lost(&self) -> Result<[f64; 3]> {
+        let (shape, cells) = (&self.made.designed.shape, &self.made.designed.cells);
+        let possibly = shape.outer.difference(&self.made.lower)?;
+        let pieces = components(&possibly, Adjacency::Corner);
+        let mut met = vec![false; pieces.count()];
+        for index in cells.indices_in(self.extent) {
+            let piece = pieces.of(index).and_then(|piece| met.get_mut(piece as usize));
+            piece.into_iter().for_each(|met| *met = true);
+        }
+        let place = pieces.select(|piece| met.get(piece as usize) == Some(&true));
+        let low = cells.volume_in(&shape.inner, &self.made.upper, self.extent);
+        let about = shape.centres.difference(&self.made.centres)?.intersection(&place)?;
+        let volume = |set: &Indicator| (cells.cell_volume() * set.count() as f64).as_mm3();
+        Ok([volume(&about), low.as_mm3(), volume(&place)])
     }
 
     /// What one step of thickening adds along a direction, both sides together, millimetres.
@@ -73,7 +108,7 @@ impl Trial {
             let printed = self.made.designed.thinned(steps).printed_as(&self.made)?;
             let filled = printed.filled()?;
             let cells = &self.made.designed.cells;
-            let none = crate::field::Indicator::empty(cells.grid);
+            let none = Indicator::empty(cells.grid);
             if cells.volume_in(&filled, &none, self.extent).as_mm3() == 0.0 {
                 return Ok(Some(steps));
             }

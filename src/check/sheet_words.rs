@@ -1,0 +1,84 @@
+//! What is said of sheets: their places, what to change there, and how far the search went.
+
+use super::finding::Finding;
+use super::room::Growth;
+use super::sheet::{Kind, Sheets};
+use crate::geometry::vector::Vec3;
+use crate::medial::{Cover, Question, Sample, Side};
+use crate::units::{enough, short};
+
+/// Whether there is room to grow to the limit that fails, and to the one that warns.
+pub type Room = [bool; 2];
+/// Where findings lie, and what room there is.
+pub type Rooms = Vec<([f64; 3], Room)>;
+
+impl Sheets<'_> {
+    /// Whether there is room to grow to the limit that fails and to the one that warns: where a sheet is thinnest, given by its
+    /// contacts and their distance, and at samples of it.
+    pub(super) fn room<'s>(
+        &self,
+        kind: &Kind,
+        (contacts, width): ([Vec3; 2], f64),
+        samples: impl ExactSizeIterator<Item = &'s Sample> + Clone,
+    ) -> Room {
+        let growth = Growth::new(self.part, self.process, self.side);
+        let fits = |to: f64| growth.fits_between(contacts, to - width) && growth.fits(samples.clone(), to);
+        [kind.limits.fail, kind.limits.warn].map(|limit| limit.is_some_and(fits))
+    }
+
+    /// Completes message and fix once the count is known.
+    pub(super) fn describe(&self, f: &mut Finding, rooms: &Rooms) {
+        let value = short((f.value * 1e4).round() / 1e4);
+        let (noun, verb) = match (self.side, f.kind.as_str()) {
+            (Side::Material, _) => ("wall", "thicken"),
+            (Side::Void, "slot") => ("slot", "widen"),
+            (Side::Void, _) => ("clearance", "open"),
+        };
+        let place = std::mem::take(&mut f.message);
+        let area = f
+            .area_mm2
+            .filter(|a| *a > 0.0)
+            .map_or(String::new(), |a| format!(", {} mm²", short((a * 10.0).round() / 10.0)));
+        f.message = match f.count {
+            1 => format!("{noun} of {value} mm {place}{area}"),
+            n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
+        };
+        let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
+        let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.tie());
+        let own = |at: &[f64; 3]| f.places.iter().any(|p| p.at_mm == *at);
+        let count = |side: usize, fits: bool| rooms.iter().filter(|(at, r)| own(at) && r[side] == fits).count();
+        let growth = Growth::new(self.part, self.process, self.side);
+        let tried = |hint, to, side| growth.tried(hint, verb, to, [count(side, true), count(side, false)]);
+        f.fix = match (below(f.fail), below(f.warn)) {
+            (Some(fail), Some(warn)) if count(1, false) == 0 => {
+                tried(format!("{}; {} mm clears the warning too", to(fail), short(warn)), warn, 1)
+            }
+            (Some(limit), _) => tried(to(limit), limit, 0),
+            (None, Some(limit)) => tried(to(limit), limit, 1),
+            (None, None) => format!("{} mm is as much as the limit asks", value),
+        };
+        if f.kind == "gap-between-bodies" {
+            f.fix.push_str(", or join the bodies on purpose");
+        }
+    }
+
+    pub(super) fn cover_text(&self, q: &Question, cover: &Cover, wedges: usize) -> String {
+        let noun = if self.side == Side::Material { "wall" } else { "gap" };
+        let mut text = format!(
+            "All {} features were searched: no other {noun} thinner than {} mm is wider than {} mm.",
+            self.part.features(self.side).list.len(),
+            short(self.widest()),
+            short((q.finest * 1e3).ceil() / 1e3)
+        );
+        if !self.rods.is_empty() {
+            text.push_str(&format!(" {} rods are judged by their diameter.", self.rods.len()));
+        }
+        if wedges > 0 {
+            text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
+        }
+        if cover.unresolved.iter().any(|u| u.extent > q.finest && u.low < self.widest()) {
+            text.push_str(" The budget ended before all was decided.");
+        }
+        text
+    }
+}
