@@ -7,9 +7,8 @@ use crate::morphology::{AsPrinted, Bead, Cells, Designed};
 use crate::part::Part;
 use crate::topology::{Adjacency, components};
 
-/// Cells of a trial's lattice at most, and those of one whose cells are finer than the checks of the whole part take.
+/// Cells of a trial's lattice at most.
 const MOST_CELLS: u128 = 1 << 22;
-const MOST_FINE_CELLS: u128 = 1 << 21;
 /// Steps tried beyond the first.
 const STEPS: usize = 3;
 
@@ -27,7 +26,7 @@ impl Trial {
     /// As [`Part::deposited`].
     pub fn opened(part: &Part, bead: Bead, extent: (Vec3, Vec3)) -> Result<Option<Trial>> {
         let window = Trial::window(bead, extent);
-        match Cells::covering_closely(&bead, window, MOST_FINE_CELLS)? {
+        match Cells::covering_closely(&bead, window, MOST_CELLS)? {
             Some(cells) => Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(1.0)?, extent })),
             None => Trial::around(part, bead, extent, |designed| designed.printed(1.0)),
         }
