@@ -131,8 +131,8 @@ impl Lost<'_> {
         let (bracket, basis) = match counted {
             _ if detail.whole.is_some() => (Bracket::exact(about), Basis::Exact),
             Some([cells, low, high]) => {
-                let value = if flat { about } else { cells };
-                (Bracket::new(value.clamp(low, high), low, high), Basis::Certified)
+                let value = if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) };
+                (Bracket::new(value, low, high), Basis::Certified)
             }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
         };

@@ -3,7 +3,7 @@
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, sub};
-use crate::morphology::{AsPrinted, Bead, Cells, Designed};
+use crate::morphology::{AsPrinted, Bead, Cells, Designed, StructuringElement, dilate};
 use crate::part::Part;
 use crate::topology::{Adjacency, components};
 
@@ -54,21 +54,26 @@ impl Trial {
 
     /// The volume designed and not printed at the place, mm³: estimate, and the two numbers that it lies between.
     ///
-    /// The place is what may be lost and hangs together with what may be lost in the box: contacts of a rod or a sheet end
-    /// short of its ends. For certain counts what is lost in the box.
+    /// The place is what may be lost and hangs together with what may be lost in the box, but for the skin of what is
+    /// certainly printed: contacts of a rod or a sheet end short of its ends. For certain counts what is lost in the box.
     ///
     /// # Errors
     /// None for shapes that exist.
     pub fn lost(&self) -> Result<[f64; 3]> {
         let (shape, cells) = (&self.made.designed.shape, &self.made.designed.cells);
         let possibly = shape.outer.difference(&self.made.lower)?;
-        let pieces = components(&possibly, Adjacency::Corner);
+        let near = |set: &Indicator| -> Result<Indicator> {
+            let cube = StructuringElement::cuboid([3; 3], cells.grid.spacing())?;
+            dilate(set, &cube)?.set.placed([1; 3], cells.grid)
+        };
+        // Every face is a cell thick in doubt, and all of them hang together: only what is beyond that makes a place.
+        let pieces = components(&possibly.difference(&near(&self.made.lower)?)?, Adjacency::Corner);
         let mut met = vec![false; pieces.count()];
         for index in cells.indices_in(self.extent) {
             let piece = pieces.of(index).and_then(|piece| met.get_mut(piece as usize));
             piece.into_iter().for_each(|met| *met = true);
         }
-        let place = pieces.select(|piece| met.get(piece as usize) == Some(&true));
+        let place = near(&pieces.select(|piece| met.get(piece as usize) == Some(&true)))?.intersection(&possibly)?;
         let low = cells.volume_in(&shape.inner, &self.made.upper, self.extent);
         let about = shape.centres.difference(&self.made.centres)?.intersection(&place)?;
         let volume = |set: &Indicator| (cells.cell_volume() * set.count() as f64).as_mm3();
