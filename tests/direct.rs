@@ -3,22 +3,18 @@
 //! These are the tests that see a count of two taken for one, padding too short by a sample, a transform that wraps
 //! around, and a shifted or reflected element.
 
+mod random;
+
 use amcheck::convolution::{Convolver, Precision, convolve_directly, convolve_tiled, dilate_by_runs, dilate_tiled};
 use amcheck::field::Indicator;
 use amcheck::grid::Grid;
 use amcheck::morphology::{Path, StructuringElement, dilate, dilate_along, erode, erode_by_path};
 use amcheck::units::Length;
+use random::Random;
 
 const H: f64 = 0.4;
 
-struct Random(u64);
-
 impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) as usize % n
-    }
-
     /// A random set on a grid of random counts; one in `thin` samples is inside.
     fn set(&mut self, most: [usize; 3], thin: usize) -> Indicator {
         let dims = most.map(|n| 1 + self.below(n));

@@ -1,6 +1,6 @@
 //! What is said of sheets: their places, what to change there, and how far the search went.
 
-use super::finding::Finding;
+use super::finding::{Finding, Limits};
 use super::room::Growth;
 use super::sheet::{Kind, Sheets};
 use crate::geometry::vector::Vec3;
@@ -13,8 +13,8 @@ pub type Room = [bool; 2];
 pub type Rooms = Vec<([f64; 3], Room)>;
 
 impl Sheets<'_> {
-    /// Whether there is room to grow to the limit that fails and to the one that warns: where a sheet is thinnest, given by its
-    /// contacts and their distance, and at samples of it.
+    /// Whether there is room to grow to the limit that fails and to the one that warns, which for a neck is the one that fails
+    /// where no other is set: where a sheet is thinnest, given by its contacts and their distance, and at samples of it.
     pub(super) fn room<'s>(
         &self,
         kind: &Kind,
@@ -23,7 +23,8 @@ impl Sheets<'_> {
     ) -> Room {
         let growth = Growth::new(self.part, self.process, self.side);
         let fits = |to: f64| growth.fits_between(contacts, to - width) && growth.fits(samples.clone(), to);
-        [kind.limits.fail, kind.limits.warn].map(|limit| limit.is_some_and(fits))
+        let Limits { fail, warn, .. } = kind.limits;
+        [fail, warn.or(fail)].map(|limit| limit.is_some_and(fits))
     }
 
     /// Completes message and fix once the count is known.

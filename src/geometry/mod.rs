@@ -31,6 +31,6 @@ pub use health::Health;
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;
 pub use solid::{Doubt, Enclosure, InsideRule, Solid};
-pub use swept::{swept, swept_along};
+pub use swept::swept;
 pub use voxelize::{enclose, occupancy, voxelize, voxelize_layers};
 pub use winding::Winding;

@@ -1,7 +1,7 @@
-//! The solids that a closed mesh sweeps along a polyline.
+//! The solid that a closed mesh sweeps along a way.
 
 use super::mesh::TriangleMesh;
-use super::vector::{Vec3, add, dot, sub};
+use super::vector::{Vec3, add, dot};
 use rustc_hash::FxHashMap;
 
 /// The closed mesh of what a closed mesh B sweeps along one translation: `∪ { B + p + t·v : 0 ≤ t ≤ 1 }` is where its
@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 /// positive just where some copy holds x.
 ///
 /// # Limits
-/// A mesh that is not closed sweeps one that is not.
+/// A mesh that is not closed sweeps one that is not, and where winding numbers are negative the sweep may hold too much.
 ///
 /// # Cost
 /// O(facets).
@@ -50,14 +50,6 @@ pub fn swept(mesh: &TriangleMesh, p: Vec3, v: Vec3) -> TriangleMesh {
         }
     }
     TriangleMesh { vertices: at_start.chain(at_end).collect(), triangles }
-}
-
-/// What a closed mesh sweeps along each piece of a polyline: their union is the sweep along the whole.
-///
-/// Pieces without length are left out.
-pub fn swept_along<'a>(mesh: &'a TriangleMesh, path: &'a [Vec3]) -> impl Iterator<Item = TriangleMesh> + 'a {
-    let pieces = path.windows(2).filter(|pair| pair[0] != pair[1]);
-    pieces.map(|pair| swept(mesh, pair[0], sub(pair[1], pair[0])))
 }
 
 #[cfg(test)]

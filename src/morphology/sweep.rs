@@ -7,12 +7,12 @@ use super::sandwich::Sandwich;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, bounds, distance, dot, norm, sub};
-use crate::geometry::{InsideRule, TriangleMesh, cuboid, enclose, swept, swept_along};
+use crate::geometry::{InsideRule, TriangleMesh, cuboid, enclose, swept};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
 
-/// More facets than this are not kept at once for the surface of a sweep: some 300 MB with their tree.
+/// More facets than this are not kept at once for the surface of a sweep: memory grows with them and their tree.
 const MOST_FACETS: usize = 1 << 20;
 
 /// A rigid placement `p ↦ R·p + t`.
@@ -46,8 +46,7 @@ pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3
     check_path(path)?;
     let (lo, hi) = swept_box(mesh, path)?;
     let grid = lattice_box(lo, hi, spacing, phase)?;
-    let pieces: Vec<[Vec3; 2]> = path.windows(2).map(|pair| [pair[0], sub(pair[1], pair[0])]).collect();
-    union(&pieces, &grid, |&[p, v]| swept(mesh, p, v))
+    union(&pieces(path), &grid, |&[p, v]| swept(mesh, p, v))
 }
 
 /// The surface of the sweep of a closed mesh along a polyline, from exact distances to the solids that its pieces sweep;
@@ -62,10 +61,11 @@ pub fn sweep(mesh: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3
 /// As an [`offset`] of a mesh with the element's facets once for each piece.
 pub fn sweep_surface(mesh: &TriangleMesh, path: &[Vec3], spacing: Length) -> Result<Option<Shaped>> {
     check_path(path)?;
-    if mesh.triangles.len().saturating_mul(path.len()) > MOST_FACETS {
+    let pieces = pieces(path);
+    if mesh.triangles.len().saturating_mul(pieces.len()) > MOST_FACETS {
         return Ok(None);
     }
-    let solids = swept_along(mesh, path).fold(TriangleMesh::default(), |all, solid| all.joined(&solid));
+    let solids = pieces.iter().fold(TriangleMesh::default(), |all, &[p, v]| all.joined(&swept(mesh, p, v)));
     offset(&solids, Length::mm(0.0), spacing).map(Some)
 }
 
@@ -74,6 +74,9 @@ pub fn sweep_surface(mesh: &TriangleMesh, path: &[Vec3], spacing: Length) -> Res
 ///
 /// What leaves the envelope is the sweep of its complement along the reflected path, so that samples and cubes are as
 /// exact as those of [`sweep`].
+///
+/// # Limits
+/// Bodies of the envelope that overlap have to be united first: the complement's winding number is negative where they do.
 ///
 /// # Errors
 /// As [`sweep`].
@@ -88,8 +91,7 @@ pub fn unsweep(envelope: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [
     // The complement within a box that no way of the grid's cubes leaves.
     let room = 2.0 * spacing.as_mm() + path.iter().map(|&p| distance(p, path[0])).fold(0.0, f64::max);
     let outside = cuboid(lo.map(|x| x - 2.0 * room), hi.map(|x| x + 2.0 * room)).joined(&envelope.flipped());
-    let pieces: Vec<[Vec3; 2]> = back.windows(2).map(|pair| [pair[0], sub(pair[1], pair[0])]).collect();
-    let left = union(&pieces, &grid, |&[p, v]| swept(&outside, p, v))?;
+    let left = union(&pieces(&back), &grid, |&[p, v]| swept(&outside, p, v))?;
     let [full, points, touched] = [&left.touched, &left.points, &left.full].map(Indicator::complement);
     Ok(Sides { full, points, touched })
 }
@@ -180,6 +182,12 @@ fn segment_meets_cube(a: Vec3, b: Vec3, centre: Vec3) -> bool {
         leave = leave.min(p.max(q));
     }
     enter <= leave
+}
+
+/// The pieces of a polyline that have a length: where each starts, and its way.
+fn pieces(path: &[Vec3]) -> Vec<[Vec3; 2]> {
+    let moving = path.windows(2).filter(|pair| pair[0] != pair[1]);
+    moving.map(|pair| [pair[0], sub(pair[1], pair[0])]).collect()
 }
 
 /// The three sides of the union of meshes, those of each in a window of its own.

@@ -4,11 +4,10 @@
 //! statements are tested exactly; statements about integrals within the rounding said beside them.
 
 mod morphology;
+#[path = "../random/mod.rs"]
+mod random;
 mod section_2_2;
 mod section_2_3;
-#[allow(dead_code)]
-#[path = "../oracle/random.rs"]
-mod turns;
 
 use amcheck::convolution::{
     Convolver, RowContent, Spectrum, Transform, convolve_directly, convolve_fields, correlate_fields,
@@ -19,17 +18,11 @@ use amcheck::geometry::{TriangleMesh, cuboid, occupancy};
 use amcheck::grid::Grid;
 use amcheck::morphology::*;
 use amcheck::units::{Length, Volume};
+use random::Random;
 
 const H: f64 = 0.5;
 
-struct Random(u64);
-
 impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 33) as usize % n
-    }
-
     fn set_on(&mut self, grid: Grid, thin: usize) -> Indicator {
         let bits: Vec<bool> = (0..grid.samples()).map(|_| self.below(thin) == 0).collect();
         Indicator::from_predicate(grid, |at| bits[at])

@@ -162,7 +162,7 @@ fn definition_2_2_14_equal_almost_everywhere_is_equal_measure_in_every_set() {
     assert!(!a.is_empty() && equal_up_to(&a, &b, Volume::mm3(0.0)).unwrap());
 
     // Sets that differ by a volume: some set tells them apart, and the difference itself always does.
-    let moved = occupancy(&block.transformed(turns::Random(10).rotation(), [0.4, 0.0, 0.1]), &g).unwrap();
+    let moved = occupancy(&block.transformed(Random(10).rotation(), [0.4, 0.0, 0.1]), &g).unwrap();
     let apart = a.difference(&moved).unwrap().union(&moved.difference(&a).unwrap()).unwrap();
     assert!(!equal_up_to(&a, &moved, Volume::mm3(0.0)).unwrap());
     assert!(equal_up_to(&a, &moved, apart.volume()).unwrap());

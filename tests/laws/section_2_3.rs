@@ -86,7 +86,7 @@ fn equation_2_3_6_indicators_are_covariant_with_motions() {
     }
     // Screws: 1_{cS}(x) = 1_S(c⁻¹x), the mesh moved and cast beside the box asked at the moved place (also 2.3.17).
     let (lo, hi) = ([-1.0, 0.5, 2.0], [5.0, 3.0, 3.25]);
-    let mut random = turns::Random(18);
+    let mut random = Random(18);
     for _ in 0..40 {
         let (turn, shift) = (random.rotation(), random.point(9.0));
         let moved = cuboid(lo, hi).transformed(turn, shift);
@@ -120,7 +120,7 @@ fn definition_2_3_5_collisions_are_overlaps_with_a_volume_whatever_the_motion() 
         ("far apart", cuboid([9.0, 9.0, 9.0], [10.0, 10.0, 10.0]), false),
     ];
     let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let mut random = turns::Random(19);
+    let mut random = Random(19);
     let mut motions = vec![(still, [0.0; 3])];
     motions.extend((0..12).map(|_| (random.rotation(), random.point(20.0))));
     for (what, other, collides) in &others {

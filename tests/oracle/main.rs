@@ -5,5 +5,6 @@
 
 mod fields;
 mod medial;
+#[path = "../random/mod.rs"]
 mod random;
 mod thickness;

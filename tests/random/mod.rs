@@ -1,4 +1,5 @@
-//! Random turns, shifts and sizes, the same in every run.
+//! Random turns, shifts, sizes and counts for tests, the same in every run.
+#![allow(dead_code)]
 
 use amcheck::geometry::TriangleMesh;
 use amcheck::geometry::vector::Vec3;
@@ -7,6 +8,12 @@ use amcheck::geometry::vector::Vec3;
 pub struct Random(pub u64);
 
 impl Random {
+    /// A whole number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) as usize % n
+    }
+
     /// Uniform in [lo, hi).
     pub fn between(&mut self, lo: f64, hi: f64) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
