@@ -5,8 +5,8 @@ use crate::field::Indicator;
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// Most cells an element may have along x: a window then spans at most two words.
-const WIDEST: usize = 32;
+/// Most cells an element may have along x: a window, a cell wider on either side, then spans at most two words.
+const WIDEST: usize = 62;
 /// Most cells along x, and most altogether, of an element whose cells are counted: counts are bytes.
 const WIDEST_COUNTED: usize = 16;
 const MOST_COUNTED: u64 = 255;
@@ -34,7 +34,7 @@ impl Prism {
         };
         let prism = Prism { runs: (0..wide).map(run).collect(), high };
         if wide > WIDEST || prism.cells() == 0 {
-            return Err(prism.refused("at most 32 cells wide"));
+            return Err(prism.refused(&format!("at most {WIDEST} cells wide")));
         }
         Ok(prism)
     }
@@ -87,27 +87,35 @@ impl Prism {
     fn eroded(&self, set: &Indicator) -> Indicator {
         let mut out = Indicator::empty(*set.grid());
         let ([nx, ny, nz], words) = (set.grid().dims(), set.words_per_row());
+        let rows: Vec<(usize, (usize, usize))> =
+            self.runs.iter().copied().enumerate().filter(|(_, (first, end))| first < end).collect();
+        let tallest = rows.iter().map(|(dy, _)| dy + 1).max().unwrap_or(0);
         out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
-            if k + self.high > nz {
+            if k + self.high > nz || tallest > ny {
                 return;
             }
-            let mut common = vec![0u64; words];
-            for (j, target) in plane.chunks_mut(words).enumerate() {
-                target.fill(!0);
-                for (dy, &(first, end)) in self.runs.iter().enumerate().filter(|(_, (first, end))| first < end) {
-                    common.fill(if j + dy < ny { !0 } else { 0 });
-                    for z in (k..k + self.high).filter(|_| j + dy < ny) {
-                        common.iter_mut().zip(set.row(j + dy, z)).for_each(|(c, row)| *c &= row);
-                    }
-                    for w in 0..words {
-                        let next = common.get(w + 1).copied().unwrap_or(0);
-                        target[w] &= (first..end).fold(!0, |all, d| {
-                            all & if d == 0 { common[w] } else { common[w] >> d | next << (64 - d) }
-                        });
+            let layer = |z: usize| &set.words()[z * words * ny..(z + 1) * words * ny];
+            let mut common = layer(k).to_vec();
+            for z in k + 1..k + self.high {
+                common.iter_mut().zip(layer(z)).for_each(|(c, row)| *c &= row);
+            }
+            for j in 0..=ny - tallest {
+                for w in 0..words {
+                    let held = |&(dy, run): &(usize, (usize, usize))| {
+                        let row = &common[(j + dy) * words..(j + dy + 1) * words];
+                        all_of(row[w], row.get(w + 1).copied().unwrap_or(0), run)
+                    };
+                    let target = &mut plane[j * words + w];
+                    *target = !0;
+                    for row in &rows {
+                        *target &= held(row);
+                        if *target == 0 {
+                            break;
+                        }
                     }
                 }
                 if !nx.is_multiple_of(64) {
-                    target[words - 1] &= !(!0u64 << (nx % 64));
+                    plane[(j + 1) * words - 1] &= !(!0u64 << (nx % 64));
                 }
             }
         });
@@ -183,20 +191,17 @@ impl Prism {
             })
             .collect();
         out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
-            let mut gathered = vec![0u64; words];
-            let layers = (k as isize - (self.high + reach) as isize + 1)..=(k as isize + reach as isize);
+            let mut gathered = vec![0u64; words * ny];
+            for z in (k + 1).saturating_sub(self.high + reach)..(k + reach + 1).min(nz) {
+                let layer = &placements.words()[z * words * ny..(z + 1) * words * ny];
+                gathered.iter_mut().zip(layer).for_each(|(g, row)| *g |= row);
+            }
             for (j, target) in plane.chunks_mut(words).enumerate() {
-                for &(dy, (first, end)) in &grown {
+                for &(dy, run) in &grown {
                     let y = j as isize - dy;
-                    if !(0..ny as isize).contains(&y) {
-                        continue;
+                    if (0..ny as isize).contains(&y) {
+                        smear(&gathered[y as usize * words..(y as usize + 1) * words], run, target);
                     }
-                    gathered.fill(0);
-                    for z in layers.clone().filter(|z| (0..nz as isize).contains(z)) {
-                        let row = placements.row(y as usize, z as usize);
-                        gathered.iter_mut().zip(row).for_each(|(g, r)| *g |= r);
-                    }
-                    smear(&gathered, first, end, target);
                 }
                 if !nx.is_multiple_of(64) {
                     target[words - 1] &= !(!0u64 << (nx % 64));
@@ -207,23 +212,43 @@ impl Prism {
     }
 }
 
+/// Bit i: whether all bits `i + first .. i + end` of two words that follow each other are set; a run of n bits is told by
+/// log₂ n shifts.
+fn all_of(word: u64, next: u64, (first, end): (usize, usize)) -> u64 {
+    let both = u128::from(word) | u128::from(next) << 64;
+    if both == 0 || both == u128::MAX {
+        return both as u64;
+    }
+    let (mut all, mut covered) = (both >> first, 1);
+    while 2 * covered < end - first {
+        all &= all >> covered;
+        covered *= 2;
+    }
+    (all & all >> (end - first - covered)) as u64
+}
+
 /// Sets in `target` every bit at `first..end` from a bit of `row`.
-fn smear(row: &[u64], first: isize, end: isize, target: &mut [u64]) {
+fn smear(row: &[u64], (first, end): (isize, isize), target: &mut [u64]) {
     for w in 0..row.len() {
         let before = if w > 0 { row[w - 1] } else { 0 };
         let after = row.get(w + 1).copied().unwrap_or(0);
-        if before | row[w] | after == 0 {
+        if before | row[w] | after == 0 || first >= end || target[w] == u64::MAX {
             continue;
         }
-        let mut word = 0u64;
-        for d in first..end {
-            word |= match d {
-                0 => row[w],
-                d if d > 0 => row[w] << d | before >> (64 - d),
-                d => row[w] >> -d | after << (64 + d),
-            };
+        let onwards = first.max(0);
+        if onwards < end {
+            let length = (end - onwards) as usize;
+            let both = u128::from(before) | u128::from(row[w]) << 64;
+            let (mut any, mut covered) = (both << onwards, 1);
+            while 2 * covered < length {
+                any |= any << covered;
+                covered *= 2;
+            }
+            target[w] |= ((any | any << (length - covered)) >> 64) as u64;
         }
-        target[w] |= word;
+        for d in first..end.min(0) {
+            target[w] |= row[w] >> -d | after << (64 + d);
+        }
     }
 }
 
@@ -274,7 +299,9 @@ mod tests {
         let square = Prism::new(2, 1, |_, _| true).unwrap();
         // Too many cells to count.
         let large = Prism::new(9, 4, |i, j| i + j > 1).unwrap();
-        for (prism, share) in [(lopsided, 40), (square, 70), (large, 99)] {
+        // As wide as there is room for, in two rows.
+        let wide = Prism::new(62, 1, |i, j| j < 2 && i + j > 0).unwrap();
+        for (prism, share) in [(lopsided, 40), (square, 70), (large, 99), (wide, 100)] {
             let set = noise(grid, 7, share);
             let cells: Vec<[isize; 3]> = (0..prism.high)
                 .flat_map(|z| {
@@ -283,7 +310,8 @@ mod tests {
                 .map(|c| c.map(|x| x as isize))
                 .collect();
             let counted = [1, prism.cells() / 2, prism.cells()].into_iter();
-            for least in counted.filter(|&n| n == prism.cells() || prism.cells() <= MOST_COUNTED) {
+            let countable = prism.cells() <= MOST_COUNTED && prism.runs.len() <= WIDEST_COUNTED;
+            for least in counted.filter(|&n| n == prism.cells() || countable) {
                 let found = prism.placements(&set, least).unwrap();
                 let wanted = Indicator::from_predicate(grid, |at| {
                     let p = grid.index(at).map(|c| c as isize);
@@ -313,7 +341,7 @@ mod tests {
 
     #[test]
     fn elements_too_large_to_count_are_refused() {
-        assert!(Prism::new(33, 1, |_, _| true).is_err());
+        assert!(Prism::new(63, 1, |_, _| true).is_err());
         let set = Indicator::empty(Grid::new([0.0; 3], Length::mm(1.0), [40; 3]).unwrap());
         for (wide, high) in [(17, 1), (16, 1), (5, 11)] {
             let large = Prism::new(wide, high, |_, _| true).unwrap();
