@@ -18,7 +18,8 @@ use crate::report::mount::{Wanted, mount};
 use crate::report::stances::stances as stances_of;
 use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
-    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, WorstReport,
+    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
+    WorstReport,
 };
 use crate::units::{Length, report_digits};
 use sha2::{Digest, Sha256};
@@ -232,7 +233,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
             told(check.meta().name);
             let (report, measured) = judge(*check, part, options, &context, &mut acceptance)?;
             if let Some(m) = measured {
-                spent += m.spent;
+                spent += m.spent + m.budget.map_or(0, |b| b.spent);
                 notices.extend(m.notices);
                 shapes.extend(m.shapes);
                 wanted.extend(m.map.map(|map| (report.name.clone(), map)));
@@ -335,6 +336,7 @@ fn judge(
         worst: None,
         limit: None,
         cover: None,
+        refined: None,
         findings: Vec::new(),
     };
     if let Some(why) = left_out(meta, &options.only, &options.skip) {
@@ -365,6 +367,7 @@ fn judge(
             });
             report.limit = m.rule.and_then(|key| LimitReport::of(&options.process, key));
             report.cover = Some(std::mem::take(&mut m.cover));
+            report.refined = m.budget.map(|b| RefinedReport { looks: b.looks, samples: b.spent, left: b.left });
             report.findings = std::mem::take(&mut m.findings);
             report.findings.sort_by(crate::check::Finding::worst_first);
             (report, Some(*m))

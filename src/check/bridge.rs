@@ -1,8 +1,9 @@
 //! AM203: ceilings between anchors.
 
+use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
-use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of};
+use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of, looked_at_again};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, along, scale};
@@ -13,6 +14,9 @@ use crate::units::{report_digits, short};
 
 /// AM203 `bridge`.
 pub struct Bridge;
+
+/// Pairs of a line and a side that take as long as a sample.
+const PAIRS: u64 = 4;
 
 static META: Meta = Meta {
     code: "AM203",
@@ -65,7 +69,16 @@ impl Check for Bridge {
             })),
             ..Measured::default()
         };
-        let mut findings: Vec<Finding> = all.iter().flat_map(|c| judged(part, process, context, c)).collect();
+        let mut budget = Budget::of(context.refine);
+        let mut told = |c: &Ceiling| {
+            let first = judged(part, process, context, c);
+            match first.iter().any(|f| !f.decided) {
+                true => told_apart(part, process, context, c, &mut budget).unwrap_or(first),
+                false => first,
+            }
+        };
+        let mut findings: Vec<Finding> = all.iter().flat_map(&mut told).collect();
+        measured.budget = (budget.looks > 0).then_some(budget);
         findings.sort_by(Finding::worst_first);
         measured.findings = group_equal(findings, 0.05);
         for f in measured.findings.iter_mut().filter(|f| f.count > 1) {
@@ -77,6 +90,25 @@ impl Check for Bridge {
 
 fn bracket(r: &Reach) -> Bracket {
     Bracket::new(r.low_mm, r.low_mm, r.high_mm)
+}
+
+/// What a ceiling breaks, once a finer look has told its spans from the limits within their brackets, as far as the budget goes.
+fn told_apart(
+    part: &Part,
+    process: &Process,
+    context: &Context,
+    c: &Ceiling,
+    budget: &mut Budget,
+) -> Option<Vec<Finding>> {
+    // Whatever is no longer than the least limit within a bracket does not matter; other spans are as they were.
+    let beyond = [(BRIDGE, c.bridge), (LEDGE, c.cantilever)].map(|(rule, reach)| {
+        let limits = limits_of(process, rule).into_iter().flat_map(|l| [l.fail, l.warn]).flatten();
+        let within = limits.filter(|&l| reach.is_some_and(|r| r.low_mm <= l && l < r.high_mm));
+        within.reduce(f64::min).or(reach.map(|r| r.high_mm)).unwrap_or(f64::INFINITY)
+    });
+    let closer = looked_at_again(part, process, c, beyond, budget.left.saturating_mul(PAIRS))?;
+    budget.note(1, closer.pairs / PAIRS);
+    Some(judged(part, process, context, &closer))
 }
 
 /// What a ceiling breaks: its bridge and its ledge if it is flat, its diameter if it is a crown.

@@ -1,5 +1,6 @@
 //! What a check is and what it returns.
 
+use super::budget::Budget;
 use super::finding::{Bracket, Finding, Limits, Sense};
 use crate::error::Result;
 use crate::field::Field;
@@ -98,8 +99,10 @@ pub struct Measured {
     pub map: Option<MapWanted>,
     /// Shapes to be shown with the part.
     pub shapes: Vec<ShapeShown>,
-    /// Evaluations spent.
+    /// Samples and evaluations spent on the first look.
     pub spent: u64,
+    /// What finer looks at open places took, where there were any to decide.
+    pub budget: Option<Budget>,
     /// What the report has to repeat.
     pub notices: Vec<crate::notice::Notice>,
 }

@@ -104,12 +104,23 @@ pub fn plate_z(process: &Process) -> f64 {
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, ledge];
-    part.ceilings(key, || {
-        let below = Below { part, layer_mm: process.layer_height_mm };
-        let (plate_z, step_mm) = (plate_z(process), part.step());
-        let how = Measuring { plate_z, ledge_mm: ledge, step_mm, search: Search::Measure };
-        ceilings(part.mesh(), &hanging(part, process), how, &below)
-    })
+    part.ceilings(key, || measured(part, process, &hanging(part, process), Search::Measure))
+}
+
+/// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that
+/// do not reach beyond `beyond` (bridge, ledge) are left as they are.
+pub fn looked_at_again(part: &Part, process: &Process, c: &Ceiling, beyond: [f64; 2], pairs: u64) -> Option<Ceiling> {
+    match &measured(part, process, &c.facets, Search::Tell { beyond, pairs })[..] {
+        [one] if one.facets == c.facets => Some(one.clone()),
+        _ => None,
+    }
+}
+
+fn measured(part: &Part, process: &Process, facets: &[u32], search: Search) -> Vec<Ceiling> {
+    let below = Below { part, layer_mm: process.layer_height_mm };
+    let ledge_mm = self_holding(process).ledge_mm.unwrap_or(0.0);
+    let how = Measuring { plate_z: plate_z(process), ledge_mm, step_mm: part.step(), search };
+    ceilings(part.mesh(), facets, how, &below)
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.

@@ -1,8 +1,10 @@
 //! AM106: material that the process' element cannot make at all, and detail too fine to read.
 
+use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::detail::{Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::lost_volume::{LostPlace, Volumes};
 use super::place::{group_equal, locate, reported};
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
@@ -17,8 +19,11 @@ use crate::units::{report_digits, short};
 /// AM106 `lost-feature`.
 pub struct LostFeature;
 
-/// Places whose volume is measured on a lattice of their own.
+/// Places whose volume is measured on a lattice of their own, and for which a thickness that prints is sought; others are measured as
+/// far as the budget for finer looks goes.
 const MEASURED: usize = 6;
+/// Samples that have to be left for that: as many as its lattice may take.
+const FIRST_LOOK: u64 = 1 << 22;
 
 static META: Meta = Meta {
     code: "AM106",
@@ -71,10 +76,11 @@ impl Check for LostFeature {
             gone.sort_by(|a, b| b.volume.total_cmp(&a.volume));
             let places = gone.len();
             let judge = Lost { part, context, bead, limits };
-            let mut findings = Vec::new();
+            let (mut findings, mut budget) = (Vec::new(), Budget::of(context.refine));
             for (i, detail) in gone.iter().enumerate() {
-                findings.push(judge.finding(detail, i < MEASURED)?);
+                findings.push(judge.finding(detail, i, &mut budget)?);
             }
+            measured.budget = (budget.looks > 0).then_some(budget);
             measured.worst = Some(findings.iter().max_by(|a, b| a.value.total_cmp(&b.value)).map_or(
                 Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None },
                 |f| Worst {
@@ -120,18 +126,27 @@ struct Lost<'a> {
 }
 
 impl Lost<'_> {
-    fn finding(&self, detail: &Detail, on_lattice: bool) -> Result<Finding> {
+    fn finding(&self, detail: &Detail, rank: usize, budget: &mut Budget) -> Result<Finding> {
         let normal = detail.thinnest.direction();
         let needed = self.bead.width_along(normal).as_mm();
-        let trial = if on_lattice { Trial::opened(self.part, self.bead, detail.extent)? } else { None };
-        let counted = trial.as_ref().map(Trial::lost).transpose()?;
+        let measured = rank < MEASURED || budget.left >= FIRST_LOOK;
+        let trial = if measured { Trial::opened(self.part, self.bead, detail.extent)? } else { None };
+        if let (Some(trial), true) = (&trial, rank >= MEASURED) {
+            budget.note(1, trial.cells());
+        }
+        let counted = trial.as_ref().map(|t| Ok((t.cell(), t.lost()?))).transpose()?;
         let about = detail.volume;
         // Between the sides of a sheet lies what it holds; the sides of a rod or a speck have no such volume.
         let flat = detail.noun() == "sheet";
         let (bracket, basis) = match counted {
             _ if detail.whole.is_some() => (Bracket::exact(about), Basis::Exact),
-            Some([cells, low, high]) => {
-                let value = if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) };
+            Some((cell, counted)) => {
+                let likely = |[cells, low, high]: Volumes| {
+                    if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) }
+                };
+                let place = LostPlace { part: self.part, bead: self.bead, limits: self.limits, detail, cell };
+                let told = place.told([likely(counted), counted[1], counted[2]], budget)?;
+                let [value, low, high] = [likely(told), told[1], told[2]];
                 (Bracket::new(value, low, high), Basis::Certified)
             }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
@@ -153,8 +168,8 @@ impl Lost<'_> {
         );
         let missing = needed - t.diameter;
         let steps = match &trial {
-            Some(trial) => trial.thickened(normal, missing)?,
-            None => None,
+            Some(trial) if rank < MEASURED => trial.thickened(normal, missing)?,
+            _ => None,
         };
         f.fix = match (&trial, steps) {
             (Some(trial), Some(steps)) => {

@@ -1,5 +1,6 @@
 //! AM301: voids that keep what is in them.
 
+use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::place::{locate, reported};
@@ -54,18 +55,21 @@ impl Check for TrappedVolume {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
         let mut measured = look(part, part.solid()?, process, context)?;
-        let (mut h, mut left) = (context.spacing_mm, context.refine);
+        let (mut h, mut budget) = (context.spacing_mm, Budget::of(context.refine));
         // The way out is a matter of the whole void: a finer look at a place of it decides nothing. Nor does one at a surface that
         // is not closed, where inside is as doubtful at any spacing.
         while part.health().is_solid() && measured.findings.iter().any(|f| !f.decided) {
             h *= 0.5;
             let whole = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3])?;
             let (samples, edge) = (whole.samples() as u64, [2.0 * h; 3]);
-            let Some(rest) = left.checked_sub(samples) else { break };
+            measured.budget = Some(budget);
+            if samples > budget.left {
+                break;
+            }
             let Ok(solid) = part.window(scale(edge, -1.0), add(part.extent(), edge), Length::mm(h)) else { break };
-            left = rest;
+            budget.note(1, samples);
             measured = look(part, &solid, process, &Context { spacing_mm: h, ..*context })?;
-            measured.spent = context.refine - left;
+            measured.budget = Some(budget);
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }

@@ -6,6 +6,7 @@ use crate::geometry::vector::{Vec3, add, sub};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, StructuringElement, dilate};
 use crate::part::Part;
 use crate::topology::{Adjacency, components};
+use crate::units::Length;
 
 /// Cells of a trial's lattice at most.
 const MOST_CELLS: u128 = 1 << 22;
@@ -44,6 +45,52 @@ impl Trial {
     ) -> Result<Option<Trial>> {
         let Some(cells) = Cells::covering(&bead, Trial::window(bead, extent), MOST_CELLS)? else { return Ok(None) };
         Ok(Some(Trial { made: print(part.deposited(bead, cells)?)?, extent }))
+    }
+
+    /// The place in a box, opened by the element, on cells that divide the element as asked; `None` if it takes more than `most` of
+    /// them.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn opened_on(
+        part: &Part,
+        bead: Bead,
+        extent: (Vec3, Vec3),
+        (division, most): ((usize, usize), u64),
+    ) -> Result<Option<Trial>> {
+        let window = Trial::window(bead, extent);
+        let Some(cells) = Cells::divided_into(&bead, window, most.into(), division)? else { return Ok(None) };
+        Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(1.0)?, extent }))
+    }
+
+    /// The volume in a box that is designed and not printed for certain, mm³, on cells that divide the element as asked, and the number of
+    /// cells; `None` if it takes more than `most`.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn certainly_lost(
+        part: &Part,
+        bead: Bead,
+        extent: (Vec3, Vec3),
+        (division, most): ((usize, usize), u64),
+    ) -> Result<Option<(f64, u64)>> {
+        // What is beyond an element's width, which the lattice adds, changes nothing in the box.
+        let Some(cells) = Cells::divided_into(&bead, extent, most.into(), division)? else { return Ok(None) };
+        let made = part.deposited(bead, cells)?.printed(1.0)?;
+        // Cells on the rim of a box reach into the next one.
+        let within = (add(extent.0, cells.cell_mm()), sub(extent.1, cells.cell_mm()));
+        let lost = cells.volume_in(&made.designed.shape.inner, &made.upper, within);
+        Ok(Some((lost.as_mm3(), cells.grid.samples() as u64)))
+    }
+
+    /// Number of cells of the lattice.
+    pub fn cells(&self) -> u64 {
+        self.made.designed.cells.grid.samples() as u64
+    }
+
+    /// Width of a cell across the build direction.
+    pub fn cell(&self) -> Length {
+        self.made.designed.cells.grid.spacing()
     }
 
     /// The box with room for what the element does around it.

@@ -40,6 +40,8 @@ pub struct Ceiling {
     pub cantilever: Option<Reach>,
     /// The round passage whose crown this is; `None` for flat ceilings, for cantilevers and for what does not rise between its anchors.
     pub crown: Option<Crown>,
+    /// What measuring it took, in pairs of a line and a side.
+    pub pairs: u64,
 }
 
 /// The diameter of a round passage across the build direction, from the chord below its crown.
@@ -299,7 +301,8 @@ fn describe(
         _ => None,
     };
     let is_level = flat || bridge.is_some_and(|b| rise.abs() <= SHALLOW * b.low_mm);
-    Some(Ceiling { area_mm2, flat_share, extent, is_level, is_anchored, bridge, cantilever, crown, facets })
+    let pairs = spans.pairs;
+    Some(Ceiling { area_mm2, flat_share, extent, is_level, is_anchored, bridge, cantilever, crown, pairs, facets })
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.

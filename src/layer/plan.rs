@@ -24,29 +24,42 @@ pub struct Spans {
     pub bridge: Option<Farthest>,
     /// Over the places that lie on no such line: the longest of their shortest ways to an anchor, inside the region.
     pub cantilever: Option<Farthest>,
+    /// Pairs of a line and a side that finding them took.
+    pub pairs: u64,
 }
 
 /// What is asked of a region's spans, and what may be spent on it in pairs of a line and a side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Search {
     /// The spans, as narrowly as 20 million pairs bound them.
     Measure,
     /// Whether the region holds itself: the first place that lies on no line from anchor to anchor ends the search, and so do
     /// 100,000 pairs. What is found is true, but a longer bridge or a farther cantilever may be left out.
     Judge,
+    /// Whether bridge and cantilever are longer than two lengths, with so many pairs: places that can be no longer are left as they are.
+    Tell { beyond: [f64; 2], pairs: u64 },
 }
 
 impl Search {
-    fn effort(self) -> usize {
+    fn effort(self) -> u64 {
         match self {
             Search::Measure => 20_000_000,
             Search::Judge => 100_000,
+            Search::Tell { pairs, .. } => pairs,
         }
     }
 
     /// Whether nothing that is still open can change the answer.
     fn is_answered(self, best: &Spans) -> bool {
         self == Search::Judge && best.cantilever.is_some()
+    }
+
+    /// Lengths up to which nothing has to be told apart.
+    fn of_no_interest(self) -> [f64; 2] {
+        match self {
+            Search::Tell { beyond, .. } => beyond,
+            Search::Measure | Search::Judge => [0.0; 2],
+        }
     }
 }
 
@@ -141,14 +154,16 @@ impl Plan {
                 }
             }
             let work: usize = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, ledge)).sum();
-            left = left.saturating_sub(work);
-            let known = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
+            left = left.saturating_sub(work as u64);
+            best.pairs += work as u64;
+            let found = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
+            let known = [0, 1].map(|n| found[n].max(search.of_no_interest()[n]));
             let is_open =
                 |c: &Cell| (0..2).any(|n| c.high[n] > known[n] * (1.0 + CLOSE) + 1e-9) && c.half > 1e-4 * self.extent;
-            let each = work / cells.len().max(1);
+            let each = (work / cells.len().max(1)) as u64;
             let (open, done): (Vec<Cell>, Vec<Cell>) = cells.into_iter().partition(is_open);
             done.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
-            if open.is_empty() || open.len() * 4 * each > left {
+            if open.is_empty() || open.len() as u64 * 4 * each > left {
                 open.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
                 break;
             }
@@ -454,7 +469,8 @@ mod tests {
         );
         // A ledge of 0.4 mm along a wall of 30 mm is held by the wall.
         let narrow = region(&rectangle(30.0, 0.4), &[true, false, false, false], 0.3, [1.0; 2]);
-        assert_eq!(narrow.spans(0.5, Search::Measure), Spans::default());
+        let none = narrow.spans(0.5, Search::Measure);
+        assert_eq!((none.bridge, none.cantilever), (None, None));
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
         holds(narrow.spans(0.0, Search::Measure).cantilever, 0.4, 0.1);
     }

@@ -13,7 +13,6 @@ use crate::units::{Length, Volume};
 const DIVISIONS: [(usize, usize); 7] = [(6, 4), (5, 3), (4, 3), (4, 2), (3, 2), (2, 2), (2, 1)];
 /// Those of places that are looked at by themselves.
 const CLOSE_DIVISIONS: [(usize, usize); 3] = [(24, 16), (16, 10), (10, 6)];
-
 /// A lattice whose cells divide an element: `wide` cells across and `high` along z.
 ///
 /// Its grid is cubic in a frame that is stretched along z by `stretch`, so that flat elements have whole numbers of cells.
@@ -40,6 +39,19 @@ impl Cells {
     /// As there.
     pub fn covering_closely(bead: &Bead, window: (Vec3, Vec3), most: u128) -> Result<Option<Self>> {
         Cells::divided(bead, window, most, &CLOSE_DIVISIONS)
+    }
+
+    /// The lattice over a box with so many cells along the width and the height of the element, unless it takes more than `most`.
+    ///
+    /// # Errors
+    /// As [`Cells::covering`].
+    pub fn divided_into(
+        bead: &Bead,
+        window: (Vec3, Vec3),
+        most: u128,
+        division: (usize, usize),
+    ) -> Result<Option<Self>> {
+        Cells::divided(bead, window, most, &[division])
     }
 
     fn divided(bead: &Bead, (lo, hi): (Vec3, Vec3), most: u128, divisions: &[(usize, usize)]) -> Result<Option<Self>> {

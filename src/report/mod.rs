@@ -27,5 +27,6 @@ pub mod thickness;
 
 pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
-    Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, Report, SCHEMA, Tool, Verdict, WorstReport,
+    Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
+    Verdict, WorstReport,
 };

@@ -137,7 +137,21 @@ pub struct CheckReport {
     /// What was searched and how sure a pass is, one sentence.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub cover: Option<String>,
+    /// What finer looks at places that the first left open took, and what is left for more.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub refined: Option<RefinedReport>,
     pub findings: Vec<Finding>,
+}
+
+/// Finer looks of one check.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RefinedReport {
+    /// Windows, features and ceilings that were looked at again.
+    pub looks: u64,
+    /// Samples that they took.
+    pub samples: u64,
+    /// Samples left of the budget.
+    pub left: u64,
 }
 
 impl LimitReport {

@@ -212,7 +212,7 @@ fn check(code: &str, name: &str, title: &str, limit: Option<LimitReport>, findin
         at_mm: Some(f.at_mm),
     });
     let [code, name, title] = [code, name, title].map(String::from);
-    CheckReport { code, name, title, state, why: None, worst, limit, cover: None, findings }
+    CheckReport { code, name, title, state, why: None, worst, limit, cover: None, refined: None, findings }
 }
 
 fn checks() -> Vec<CheckReport> {

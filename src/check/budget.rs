@@ -1,0 +1,45 @@
+//! What finer looks may take, counted in samples, so that the same input gives the same answer on any machine.
+
+/// Samples that an evaluation of the search for sheets stands for: it visits some sixty-four boxes and facets.
+pub(super) const EVALUATION: u64 = 64;
+
+/// The budget of one check for deciding what its first look left open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Budget {
+    /// Finer looks taken.
+    pub looks: u64,
+    /// Samples that they took.
+    pub spent: u64,
+    /// Samples that are left.
+    pub left: u64,
+}
+
+impl Budget {
+    /// A whole one.
+    pub fn of(samples: u64) -> Self {
+        Budget { looks: 0, spent: 0, left: samples }
+    }
+
+    /// Pays for a look; `false`, and nothing is paid, where it would take more than is left.
+    ///
+    /// ```
+    /// use amcheck::check::Budget;
+    /// let mut budget = Budget::of(1000);
+    /// assert!(budget.pays_for(700) && !budget.pays_for(700));
+    /// assert_eq!((budget.looks, budget.spent, budget.left), (1, 700, 300));
+    /// ```
+    pub fn pays_for(&mut self, samples: u64) -> bool {
+        let enough = samples <= self.left;
+        if enough {
+            self.note(1, samples);
+        }
+        enough
+    }
+
+    /// Notes looks that were taken, whatever is left.
+    pub fn note(&mut self, looks: u64, samples: u64) {
+        self.looks += looks;
+        self.spent += samples;
+        self.left = self.left.saturating_sub(samples);
+    }
+}
