@@ -4,6 +4,7 @@
 //! table of expected results; a test fails if any is missing.
 
 mod acceptance;
+mod apart;
 mod as_printed;
 mod basin;
 mod bed_contact;
@@ -11,8 +12,10 @@ mod blend;
 mod bridge;
 mod build_volume;
 mod contract;
+mod cut;
 mod detail;
 mod drain;
+mod fillet;
 mod filling;
 mod finding;
 mod hanging;
