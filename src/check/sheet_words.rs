@@ -56,7 +56,7 @@ impl Sheets<'_> {
         let count = |side: usize, fits: bool| rooms.iter().filter(|(at, r)| own(at) && r[side] == fits).count();
         let tried = |hint, to, side| self.growth(to).tried(hint, verb, to, [count(side, true), count(side, false)]);
         f.fix = match (below(f.fail), below(f.warn)) {
-            (Some(fail), Some(warn)) if count(1, false) == 0 => {
+            (Some(fail), Some(warn)) if warn > fail && count(1, false) == 0 => {
                 tried(format!("{}; {} mm clears the warning too", to(fail), short(warn)), warn, 1)
             }
             (Some(limit), _) => tried(to(limit), limit, 0),
