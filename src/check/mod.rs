@@ -23,6 +23,7 @@ mod hanging;
 mod island;
 mod knife_edge;
 mod lost_feature;
+mod mend;
 mod mesh;
 mod narrow_gap;
 mod offset;
