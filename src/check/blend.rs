@@ -1,10 +1,11 @@
 //! AM601: concave edges sharper than the fillet that the process asks for.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
-use crate::geometry::vector::{along, bounds};
+use crate::geometry::vector::{Vec3, along, bounds};
 use crate::medial::cluster::principal_extents;
 use crate::medial::reflex::{ReflexEdge, joined, reflex_edges};
 use crate::part::Part;
@@ -39,7 +40,8 @@ static META: Meta = Meta {
     how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
           misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. Shallower edges \
           side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
-          suggested has been laid in at every edge, and the surface measured for whether the ball fits.",
+          suggested has been laid in along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole \
+          narrower than itself; where it does not, a smaller one is sought.",
     limits: "Steps lower than five radii are relief and are not judged, nor is what is shorter than a radius. Grooves and holes that \
              turn by more than 150 degrees are judged by narrow-gap and small-hole. Edges between bodies that only touch are \
              not seen. The radius of a round is an estimate. A process asks for one only where a published guide does; else it is yours to ask.",
@@ -127,13 +129,6 @@ impl Notches<'_> {
         })
     }
 
-    /// Whether a ball of the asked radius rests in the edge without meeting anything else.
-    fn fits(&self, edge: &ReflexEdge) -> bool {
-        // The two contacts are at the radius itself.
-        let clear = self.radius * (1.0 - 1e-6) - 2.0 * self.part.step();
-        self.part.distance().nearest(edge.fillet_centre(self.radius), clear).is_none()
-    }
-
     /// All sharp edges as one finding.
     fn of_edges(&self, chains: &[Chain]) -> Option<Finding> {
         let longest = chains.first()?;
@@ -153,36 +148,37 @@ impl Notches<'_> {
         let ends = lead.ends.map(|v| reported(self.part, self.part.mesh().vertices[v as usize]));
         f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });
         let all: f64 = chains.iter().map(|c| c.length).sum();
-        let (mut fitting, mut filled) = (0.0, 0.0);
-        for e in chains.iter().flat_map(|c| &c.edges).filter(|e| self.fits(e)) {
-            fitting += e.length;
-            filled += e.length * e.fillet_section(self.radius);
-        }
+        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| c.edges.iter().copied()).collect();
+        let laid = Fillets(self.part).lay(&edges, self.radius);
         let noun =
             if chains.len() == 1 { "concave edge is".into() } else { format!("{} concave edges are", chains.len()) };
         f.message = format!("{noun} sharp, {} mm in all, the longest {} mm", rounded(all), rounded(longest.length));
-        f.volume_mm3 = Some(report_digits(filled));
-        let r = short(self.radius);
-        f.fix = if fitting >= 0.999 * all {
-            format!(
-                "round with a radius of {r} mm: it fits everywhere, checked on the surface, and adds {} mm³",
-                rounded(filled)
-            )
-        } else if fitting > 0.0 {
-            format!(
-                "round with a radius of {r} mm: checked on the surface, it fits along {} of {} mm and adds {} mm³; elsewhere there is no \
-                 room for it",
-                rounded(fitting),
-                rounded(all),
-                rounded(filled)
-            )
-        } else {
-            format!(
-                "nowhere is there room for a radius of {r} mm: widen the notch to {} mm first",
-                short(2.0 * self.radius)
-            )
-        };
+        f.volume_mm3 = Some(report_digits(laid.volume));
+        f.fix = self.advised(&laid, all);
         Some(f)
+    }
+
+    /// What trying fillets in edges of so many millimetres has shown.
+    fn advised(&self, laid: &Laid, all: f64) -> String {
+        let (r, volume) = (short(self.radius), rounded(laid.volume));
+        let smaller = match laid.elsewhere {
+            0.0 => "not even a tenth of it fits everywhere".to_string(),
+            most => format!("{} mm fits", rounded(most)),
+        };
+        match laid.fitting {
+            _ if laid.everywhere => {
+                format!(
+                    "round with a radius of {r} mm: it fits everywhere, checked on the surface, and adds {volume} mm³"
+                )
+            }
+            0.0 => format!("nowhere is there room for a radius of {r} mm, checked on the surface: {smaller}"),
+            // Rounded down: what fits along nearly all does not fit along all.
+            fitting => format!(
+                "round with a radius of {r} mm: checked on the surface, it fits along {} of {} mm and adds {volume} mm³; elsewhere {smaller}",
+                short((10.0 * fitting).floor() / 10.0),
+                short((10.0 * all).round() / 10.0),
+            ),
+        }
     }
 
     /// Rounds of a smaller radius than asked.
@@ -194,10 +190,11 @@ impl Notches<'_> {
             .collect();
         let triangles = &self.part.mesh().triangles;
         let corners = |e: &ReflexEdge| e.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
-        let mut findings: Vec<Finding> = joined(&tight, corners)
+        let (mut findings, rooms): (Vec<Finding>, Vec<([f64; 3], bool)>) = joined(&tight, corners)
             .into_iter()
             .filter_map(|members| self.round(&members.into_iter().map(|i| tight[i]).collect::<Vec<_>>()))
-            .collect();
+            .map(|(f, fits)| (f.clone(), (f.at_mm, fits)))
+            .unzip();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let mut grouped = group_equal(findings, 0.05 * self.radius);
         for f in &mut grouped {
@@ -206,29 +203,51 @@ impl Notches<'_> {
                 1 => format!("fillet of about {value} mm"),
                 n => format!("{n} fillets of about {value} mm"),
             };
-            f.fix = format!("enlarge the radius by {} mm to {} mm", rounded(self.radius - f.value), short(self.radius));
+            let own = |at: &[f64; 3]| f.places.iter().any(|p| p.at_mm == *at);
+            let tried = |fits: bool| rooms.iter().filter(|r| r.1 == fits && own(&r.0)).count();
+            f.fix = self.enlarged(f.value, [tried(true), tried(false)]);
             f.places.truncate(NAMED);
         }
         grouped
     }
 
+    /// What trying the asked radius over rounds of another has shown, at `roomy` and `cramped` of them.
+    fn enlarged(&self, radius: f64, [roomy, cramped]: [usize; 2]) -> String {
+        let to = short(self.radius);
+        let hint = format!("enlarge the radius by {} mm to {to} mm", rounded(self.radius - radius));
+        let met = "the ball would rest on an edge beside it";
+        match [roomy, cramped] {
+            [_, 0] => format!("{hint}: there is room for it, checked on the surface"),
+            [0, _] => format!("there is no room to enlarge the radius to {to} mm: {met}"),
+            [n, m] => {
+                format!("{hint}: checked on the surface, there is room at {n} of {} places; elsewhere {met}", n + m)
+            }
+        }
+    }
+
     /// Whether a ball of radius r comes down over an edge and stays more than a share of r away.
+    fn misses(&self, edge: &ReflexEdge, r: f64, share: f64) -> bool {
+        self.rest(edge, r, share).is_some()
+    }
+
+    /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
     ///
     /// The ball moves out from the edge by what it lacks until it is clear: no place before is, for the distance changes by at
     /// most the way. One that is not clear within its radius over cos 75° lies in a groove or a hole.
-    fn misses(&self, edge: &ReflexEdge, r: f64, share: f64) -> bool {
+    fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
         let outward = edge.outward();
         let mut away = (1.0 + share) * r;
         for looks in 0..40 {
-            let Some(near) = self.part.distance().nearest(along(edge.middle, outward, away), r * (1.0 - 1e-6)) else {
-                return looks > 0;
+            let centre = along(edge.middle, outward, away);
+            let Some(near) = self.part.distance().nearest(centre, r * (1.0 - 1e-6)) else {
+                return (looks > 0).then_some(centre);
             };
             away += r - near.distance;
             if away > r / (0.5 * GROOVE).cos() {
-                return false;
+                return None;
             }
         }
-        false
+        None
     }
 
     /// The largest ball, up to the asked radius, that touches the facets beside an edge, to a hundredth of that radius.
@@ -244,7 +263,9 @@ impl Notches<'_> {
     }
 
     /// One round, if it is long enough to be a fillet: the median over its longest edges.
-    fn round(&self, edges: &[ReflexEdge]) -> Option<Finding> {
+    ///
+    /// And whether a ball of the asked radius comes to rest on faces beside it.
+    fn round(&self, edges: &[ReflexEdge]) -> Option<(Finding, bool)> {
         let ends: Vec<_> = edges.iter().flat_map(|e| e.ends).map(|v| self.part.mesh().vertices[v as usize]).collect();
         if principal_extents(&ends)[0] < RELIEF * self.radius {
             return None;
@@ -252,7 +273,13 @@ impl Notches<'_> {
         let mut longest: Vec<&ReflexEdge> = edges.iter().collect();
         longest.sort_by(|a, b| b.length.total_cmp(&a.length));
         let lead = *longest.first()?;
-        let mut radii: Vec<f64> = longest.into_iter().take(TRIED).map(|e| self.largest(e)).collect();
+        longest.truncate(TRIED);
+        let fits = |e: &&ReflexEdge| {
+            let rest = self.rest(e, self.radius, MISSED);
+            rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
+        };
+        let has_room = longest.iter().all(fits);
+        let mut radii: Vec<f64> = longest.into_iter().map(|e| self.largest(e)).collect();
         radii.sort_by(f64::total_cmp);
         let radius = *radii.get(radii.len() / 2)?;
         let bracket = Bracket::new(radius, *radii.first()?, *radii.last()? + 0.01 * self.radius);
@@ -261,7 +288,7 @@ impl Notches<'_> {
             return None;
         }
         locate(&mut f, self.part, self.context, lead.middle, bounds(ends)?);
-        Some(f)
+        Some((f, has_room))
     }
 }
 

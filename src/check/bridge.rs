@@ -1,22 +1,28 @@
 //! AM203: ceilings between anchors.
 
 use super::budget::Budget;
+use super::chamfer::Chamfer;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of, looked_at_again};
 use super::place::{group_equal, locate, reported};
+use super::rib::Ribbing;
+use super::roof::Roof;
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, along, scale};
 use crate::layer::{Ceiling, Reach};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
+use rayon::prelude::*;
 
 /// AM203 `bridge`.
 pub struct Bridge;
 
 /// Pairs of a line and a side that take as long as a sample.
 const PAIRS: u64 = 4;
+/// Findings whose remedy is tried, worst first.
+const TRIED: usize = 16;
 
 static META: Meta = Meta {
     code: "AM203",
@@ -34,7 +40,9 @@ static META: Meta = Meta {
           over its places. Places with no such line reach out: the shortest way to an anchor inside the ceiling counts, round corners \
           where a slit lies between. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
-          out. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
+          out. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
+          along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
+          above them. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
              Sloped surface that reaches out is judged by `overhang` alone, and what has no anchor at all is an `island`.",
@@ -77,12 +85,17 @@ impl Check for Bridge {
                 false => first,
             }
         };
-        let mut findings: Vec<Finding> = all.iter().flat_map(&mut told).collect();
+        let mut found: Vec<(Finding, &Ceiling)> =
+            all.iter().flat_map(|c| told(c).into_iter().map(move |f| (f, c))).collect();
         measured.budget = (budget.looks > 0).then_some(budget);
-        findings.sort_by(Finding::worst_first);
-        measured.findings = group_equal(findings, 0.05);
-        for f in measured.findings.iter_mut().filter(|f| f.count > 1) {
-            f.message = format!("{} places: {}", f.count, f.message);
+        found.sort_by(|a, b| Finding::worst_first(&a.0, &b.0));
+        let remedies: Vec<Tried> = found.par_iter().take(TRIED).map(|(f, c)| Tried::of(part, process, f, c)).collect();
+        measured.findings = group_equal(found.into_iter().map(|(f, _)| f).collect(), 0.05);
+        for f in &mut measured.findings {
+            f.fix = advised(part, process, f, &remedies);
+            if f.count > 1 {
+                f.message = format!("{} places: {}", f.count, f.message);
+            }
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
@@ -156,22 +169,78 @@ fn place(
     let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
     f.layers = Some([layer(c.extent.0[2]), layer(c.extent.1[2])]);
     f.witness = Some(Witness { kind: "span".into(), points_mm: ends.map(|p| reported(part, p)).to_vec() });
-    let limit = short(limits.warn.or(limits.fail).unwrap_or(0.0));
     let value = short((bracket.value * 100.0).round() / 100.0);
-    let support = if process.prints_supports { "or let it be supported" } else { "this process prints no supports" };
-    (f.message, f.fix) = match kind {
-        "bridge" => (
-            format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round())),
-            format!("put a wall or rib under it so that no span exceeds {limit} mm, {support}"),
-        ),
-        "ledge" => (
-            format!("flat ledge reaches {value} mm out from its only anchor"),
-            format!("keep it within {limit} mm, put a chamfer under it, {support}"),
-        ),
-        _ => (
-            format!("crown of a lying hole of about {value} mm hangs over"),
-            format!("make it {limit} mm or less, or give it a teardrop or a flat roof, {support}"),
-        ),
+    f.message = match kind {
+        "bridge" => {
+            format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round()))
+        }
+        "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
+        _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
+}
+
+/// A remedy tried at the place of a finding.
+struct Tried {
+    kind: String,
+    at_mm: [f64; 3],
+    remedy: Remedy,
+}
+
+enum Remedy {
+    Ribs(Ribbing),
+    Chamfer(Option<Chamfer>),
+    Roof(Option<Roof>),
+}
+
+impl Tried {
+    fn of(part: &Part, process: &Process, f: &Finding, c: &Ceiling) -> Self {
+        let limit = limit_of(f);
+        let remedy = match f.kind.as_str() {
+            "bridge" => Remedy::Ribs(Ribbing::of(part, process, c, limit)),
+            "ledge" => Remedy::Chamfer(Chamfer::of(part, process, c, limit)),
+            _ => Remedy::Roof(Roof::of(part, process, c)),
+        };
+        Tried { kind: f.kind.clone(), at_mm: f.at_mm, remedy }
+    }
+
+    fn works(&self, part: &Part) -> bool {
+        match &self.remedy {
+            Remedy::Ribs(ribs) => ribs.holds(),
+            Remedy::Chamfer(chamfer) => chamfer.is_some_and(|c| c.has_room()),
+            Remedy::Roof(roof) => roof.is_some_and(|r| r.has_room(part)),
+        }
+    }
+}
+
+/// What is asked for: to keep the warn limit.
+fn limit_of(f: &Finding) -> f64 {
+    f.warn.or(f.fail).unwrap_or(0.0)
+}
+
+/// The hint of a finding, from what was tried at its places.
+fn advised(part: &Part, process: &Process, f: &Finding, remedies: &[Tried]) -> String {
+    let own = |t: &&Tried| t.kind == f.kind && f.places.iter().any(|p| p.at_mm == t.at_mm);
+    let tries: Vec<&Tried> = remedies.iter().filter(own).collect();
+    let (limit, length) = (limit_of(f), short(limit_of(f)));
+    let first = match tries.first().map(|t| &t.remedy) {
+        Some(Remedy::Ribs(ribs)) => ribs.words(part, limit),
+        Some(Remedy::Chamfer(Some(chamfer))) => chamfer.words(limit),
+        Some(Remedy::Roof(Some(roof))) => roof.words(part, limit),
+        _ => format!("no more than {length} mm holds itself"),
+    };
+    let others = match (f.count, tries.len()) {
+        (1, _) | (_, 0) => String::new(),
+        (places, tried) => {
+            let working = tries.iter().filter(|t| t.works(part)).count();
+            format!("; tried at {tried} of {places} places, {working} of them have room for their own")
+        }
+    };
+    let without = matches!(tries.first().map(|t| &t.remedy), Some(Remedy::Ribs(ribs)) if !ribs.holds());
+    let support = match (process.prints_supports, without) {
+        (false, _) => "; this process prints no supports",
+        (true, true) => "; let it be supported",
+        (true, false) => "; or let it be supported",
+    };
+    format!("{first}{others}{support}")
 }

@@ -2,6 +2,7 @@
 
 use super::contract::limits_of;
 use crate::access::self_holding;
+use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add, along, bounds, sub};
 use crate::layer::{Ceiling, Ground, Measuring, Search, ceilings, downward_facets, lies_below};
 use crate::part::Part;
@@ -75,6 +76,54 @@ impl Ground for Below<'_> {
     }
 }
 
+/// A ceiling alone, with ribs under it that hold it up.
+struct Ribbed<'a> {
+    below: Below<'a>,
+    /// The numbers that its facets and their neighbours have in the part.
+    numbers: Vec<u32>,
+    /// What the ribs cover, in plan.
+    ribs: &'a [[Vec3; 3]],
+}
+
+impl Ribbed<'_> {
+    fn number(&self, facet: u32) -> Option<u32> {
+        self.numbers.get(facet as usize).copied()
+    }
+}
+
+impl Ground for Ribbed<'_> {
+    fn holds(&self, facet: u32) -> bool {
+        self.number(facet).is_some_and(|f| self.below.holds(f))
+    }
+
+    fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
+        let own = self.number(facet).map_or(Vec::new(), |f| self.below.beneath(f));
+        own.into_iter().chain(self.ribs.iter().copied()).collect()
+    }
+}
+
+/// A ceiling measured again as [`ceilings_of`] measures it, with ribs under it: triangles that tell what they cover in plan.
+///
+/// # Cost
+/// That of the ceiling's own search; no more of the part is looked at than lies about it.
+pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec3; 3]]) -> Vec<Ceiling> {
+    let mut numbers = Vec::new();
+    let around = part.tie() + 1e-6;
+    let (lo, hi) = (ceiling.extent.0.map(|x| x - around), ceiling.extent.1.map(|x| x + around));
+    part.distance().tree().in_box((lo, hi), |f| numbers.push(f));
+    numbers.sort_unstable();
+    let mesh = TriangleMesh::weld(numbers.iter().map(|&f| part.mesh().corners(f as usize)));
+    let own = |f: &u32| numbers.binary_search(f).ok().map(|at| at as u32);
+    let hanging: Vec<u32> = ceiling.facets.iter().filter_map(own).collect();
+    let how = measuring(part, process, Search::Measure);
+    let ground = Ribbed { below: Below { part, layer_mm: process.layer_height_mm }, numbers, ribs };
+    let quickly = ceilings(&mesh, &hanging, Measuring { search: Search::Judge, ..how }, &ground);
+    // A quick search that finds nothing in its way has looked at all of it.
+    let limit = self_holding(process).bridge_mm.unwrap_or(0.0);
+    let within = |c: &Ceiling| c.cantilever.is_none() && c.bridge.is_none_or(|b| b.high_mm <= limit);
+    if quickly.iter().all(within) { quickly } else { ceilings(&mesh, &hanging, how, &ground) }
+}
+
 /// Whether material lies no more than a layer below any of an underside, or around it.
 ///
 /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
@@ -102,25 +151,25 @@ pub fn plate_z(process: &Process) -> f64 {
 
 /// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
-    let ledge = self_holding(process).ledge_mm.unwrap_or(0.0);
-    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, ledge];
-    part.ceilings(key, || measured(part, process, &hanging(part, process), Search::Measure))
+    let how = measuring(part, process, Search::Measure);
+    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm];
+    part.ceilings(key, || {
+        let below = Below { part, layer_mm: process.layer_height_mm };
+        ceilings(part.mesh(), &hanging(part, process), how, &below)
+    })
 }
 
 /// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that
 /// do not reach beyond `beyond` (bridge, ledge) are left as they are.
 pub fn looked_at_again(part: &Part, process: &Process, c: &Ceiling, beyond: [f64; 2], pairs: u64) -> Option<Ceiling> {
-    match &measured(part, process, &c.facets, Search::Tell { beyond, pairs })[..] {
-        [one] if one.facets == c.facets => Some(one.clone()),
-        _ => None,
-    }
+    let how = measuring(part, process, Search::Tell { beyond, pairs });
+    let below = Below { part, layer_mm: process.layer_height_mm };
+    ceilings(part.mesh(), &c.facets, how, &below).into_iter().find(|again| again.facets == c.facets)
 }
 
-fn measured(part: &Part, process: &Process, facets: &[u32], search: Search) -> Vec<Ceiling> {
-    let below = Below { part, layer_mm: process.layer_height_mm };
+fn measuring(part: &Part, process: &Process, search: Search) -> Measuring {
     let ledge_mm = self_holding(process).ledge_mm.unwrap_or(0.0);
-    let how = Measuring { plate_z: plate_z(process), ledge_mm, step_mm: part.step(), search };
-    ceilings(part.mesh(), facets, how, &below)
+    Measuring { plate_z: plate_z(process), ledge_mm, step_mm: part.step(), search }
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.

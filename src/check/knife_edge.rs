@@ -1,6 +1,7 @@
 //! AM105: edges so sharp that the material before them is thinner than a wall.
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::cut::Cut;
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::plain;
@@ -10,6 +11,7 @@ use crate::medial::crease::{Crease, Ridge, creases, length, ridges};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
+use rayon::prelude::*;
 
 /// AM105 `knife-edge`.
 pub struct KnifeEdge;
@@ -28,7 +30,8 @@ static META: Meta = Meta {
     what: "Measures the angle of the material at every sharp edge, and how far in from the edge it is thinner than the wall limit.",
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
     how: "The angle between the two facets of each edge is exact. The depth is where a ball on the bisector, measured on the mesh, first is as \
-          thick as the wall limit. Edges that follow each other are one finding. Walls and wedges share the rule that a ball with contacts \
+          thick as the wall limit. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
+          along them: it stays within the material, and a wall as thick as the limit is left at the blunt face and behind it. Walls and wedges share the rule that a ball with contacts \
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
           up to 60 degrees that runs out to an edge of the mesh is measured here.",
     limits: "A convex right angle, a chamfer and a thread of 60 degrees are no knife edges. What is shorter than the wall limit or never as thick as a \
@@ -63,17 +66,22 @@ impl Check for KnifeEdge {
         let chosen = |c: &Crease| c.angle < widest && is_deep(c);
         let lines = ridges(&found, chosen);
         let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
-        let mut findings: Vec<Finding> = lines
-            .iter()
+        let (mut findings, cuts): (Vec<Finding>, Vec<([f64; 3], Cut)>) = lines
+            .par_iter()
             .filter(long)
             .filter_map(|r| sharp(part, context, &found, r, (limits, wall)))
-            .filter(|f| f.state > State::Pass)
-            .collect();
+            .filter(|(f, _)| f.state > State::Pass)
+            .map(|(f, cut)| (f.clone(), (f.at_mm, cut)))
+            .unzip();
         let judged = lines.iter().filter(long).count();
         findings.sort_by(Finding::worst_first);
         let mut findings = group_equal(findings, 0.05);
-        for f in findings.iter_mut().filter(|f| f.count > 1) {
-            f.message = format!("{} such edges, the first an {}", f.count, f.message);
+        for f in &mut findings {
+            let own = cuts.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at));
+            f.fix = own.fold(Cut::default(), |all, (_, cut)| all.joined(*cut)).words(wall);
+            if f.count > 1 {
+                f.message = format!("{} such edges, the first an {}", f.count, f.message);
+            }
         }
         let cover = format!(
             "All edges were measured: {} of at most {WIDEST} degrees, {} of them on slivers or nicks never {} mm thick; {} lines of edges below the limit are \
@@ -100,14 +108,14 @@ fn middle(part: &Part, c: &Crease) -> [f64; 3] {
     [0, 1, 2].map(|x| 0.5 * (a[x] + b[x]))
 }
 
-/// The finding of a line of sharp edges, at its sharpest.
+/// The finding of a line of sharp edges, at its sharpest, and what cutting it back has shown.
 fn sharp(
     part: &Part,
     context: &Context,
     found: &[Crease],
     ridge: &Ridge,
     (limits, wall): (Limits, f64),
-) -> Option<Finding> {
+) -> Option<(Finding, Cut)> {
     let line: Vec<&Crease> = ridge.creases.iter().map(|&i| &found[i]).collect();
     let sharpest = line.iter().min_by(|a, b| a.angle.total_cmp(&b.angle))?;
     let long: f64 = line.iter().map(|c| length(part.mesh(), c)).sum();
@@ -129,6 +137,5 @@ fn sharp(
         plain(depth),
         plain(wall)
     );
-    f.fix = format!("cut the edge back by {} mm, where it is {} mm thick, or round it", plain(depth), plain(wall));
-    Some(f)
+    Some((f, Cut::of_line(part, &line, depth, wall)))
 }

@@ -4,6 +4,7 @@
 //! table of expected results; a test fails if any is missing.
 
 mod acceptance;
+mod apart;
 mod as_printed;
 mod basin;
 mod bed_contact;
@@ -11,9 +12,12 @@ mod blend;
 mod bridge;
 mod budget;
 mod build_volume;
+mod chamfer;
 mod contract;
+mod cut;
 mod detail;
 mod drain;
+mod fillet;
 mod filling;
 mod finding;
 mod hanging;
@@ -21,6 +25,7 @@ mod island;
 mod knife_edge;
 mod lost_feature;
 mod lost_volume;
+mod mend;
 mod mesh;
 mod narrow_gap;
 mod offset;
@@ -28,7 +33,9 @@ mod overhang;
 mod place;
 mod powder;
 pub mod registry;
+mod rib;
 mod rods;
+mod roof;
 mod room;
 mod search;
 mod sheet;

@@ -3,6 +3,7 @@
 use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
 use super::finding::Limits;
 use super::rods::judged;
+use super::room::Beside;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
 use crate::medial::Side;
@@ -44,8 +45,8 @@ impl Check for NarrowGap {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let rods = judged(part, process, Side::Void);
-        let sheets =
-            Sheets { part, process, context, code: META.code, side: Side::Void, kinds, rods, necks: Vec::new() };
+        let (code, side, beside) = (META.code, Side::Void, Beside::Limit);
+        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks: Vec::new(), beside };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,

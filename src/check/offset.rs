@@ -1,9 +1,13 @@
 //! AM602: what a compensation offset joins, closes, splits or loses.
 
+use super::apart::{TRIED, can_part, words};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Bracket, Finding, Limits, State};
+use super::place::reported;
+use super::room::{Beside, NO_ROOM};
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
+use crate::geometry::BodyPair;
 use crate::medial::Side;
 use crate::part::Part;
 use crate::process::Process;
@@ -22,7 +26,9 @@ static META: Meta = Meta {
           be undone by the opposite offset afterwards.",
     how: "Growing by d closes a gap between opposing surfaces when 2 d is as wide as the gap, shrinking by d loses a wall when 2 d is as \
           thick as the wall. So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
-          none is found, no offset up to the limit does either, and this is a proof. The offset itself changes the part by closing or \
+          none is found, no offset up to the limit does either, and this is a proof. What is to grow has been tried on the surface: beside \
+          it has to be left as much, for the opposite offset; bodies to be moved apart have been moved, and their distances measured \
+          again. The offset itself changes the part by closing or \
           removing what lies within half the distance between the contacts of a ball on its middle surface.",
     limits: "Corners and wedges are rounded or blunted by any offset and are not listed. A gap that closes may join a body to itself or \
              enclose a void; which of the two is not told. Offsets are uniform; scaling is not.",
@@ -42,9 +48,8 @@ impl Check for Offset {
         let twice = Limits { fail: limits.fail.map(|l| 2.0 * l), warn: limits.warn.map(|l| 2.0 * l), ..limits };
         let kind = |name, reading| Kind { name, rule: "offset", limits: twice, reading };
         let search = |side, kinds| {
-            Sheets { part, process, context, code: META.code, side, kinds, rods: Vec::new(), necks: Vec::new() }
-                .measure()
-                .0
+            let (code, rods, necks, beside) = (META.code, Vec::new(), Vec::new(), Beside::AsMuch);
+            Sheets { part, process, context, code, side, kinds, rods, necks, beside }.measure().0
         };
         let inwards = search(Side::Material, vec![kind("lost", Reading::WithinBody)]);
         let outwards =
@@ -60,7 +65,8 @@ impl Check for Offset {
             worst: least(inwards.worst, outwards.worst).map(halved),
             ..Measured::default()
         };
-        measured.findings = inwards.findings.into_iter().chain(outwards.findings).map(|f| told(f, limits)).collect();
+        let found = inwards.findings.into_iter().chain(outwards.findings);
+        measured.findings = found.map(|f| told(part, f, limits)).collect();
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
@@ -78,7 +84,9 @@ fn halved(w: Worst) -> Worst {
 }
 
 /// A finding about a width, as one about the offset of half of it.
-fn told(mut f: Finding, limits: Limits) -> Finding {
+///
+/// Its hint to grow stays: it has been tried with the width that an offset of the limit asks for, on both sides of the surface.
+fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
     let width = f.value;
     for x in [&mut f.value, &mut f.low, &mut f.high, &mut f.margin] {
         *x = report_digits(0.5 * *x);
@@ -99,37 +107,42 @@ fn told(mut f: Finding, limits: Limits) -> Finding {
     if f.state == State::Undecided || !f.decided || f.kind.ends_with("-undecided") {
         return f;
     }
-    let limit = short(limits.warn.or(limits.fail).unwrap_or(0.0));
+    let grow = std::mem::take(&mut f.fix);
     (f.message, f.fix) = match f.kind.as_str() {
         "merged" => (
             format!("growing by {offset} mm merges {}{pair}, {width} mm apart", many("bodies", "pairs of bodies")),
-            format!(
-                "move them {} mm apart to stand an offset of {limit} mm",
-                short(2.0 * limits.warn.or(limits.fail).unwrap_or(0.0))
-            ),
+            format!("do not grow by more than {offset} mm, or {}", parted(part, &f, limits, &grow)),
         ),
         "closed" => (
             format!("growing by {offset} mm closes {} of {width} mm", many("a gap", "gaps")),
-            format!(
-                "do not grow by more than {offset} mm, or widen to more than {} mm",
-                short(2.0 * limits.warn.or(limits.fail).unwrap_or(0.0))
-            ),
+            format!("do not grow by more than {offset} mm{}", or_else(&grow)),
         ),
         _ => (
             format!("shrinking by {offset} mm loses {} of {width} mm", many("a wall", "walls")),
-            format!(
-                "do not shrink by more than {offset} mm, or thicken to more than {} mm",
-                short(2.0 * limits.warn.or(limits.fail).unwrap_or(0.0))
-            ),
+            format!("do not shrink by more than {offset} mm{}", or_else(&grow)),
         ),
     };
     f
 }
 
+/// A hint to grow as the second choice; that there is no room for it is no choice.
+fn or_else(grow: &str) -> String {
+    if grow.starts_with(NO_ROOM) { format!("; {grow}") } else { format!(", or {grow}") }
+}
+
+/// What is said of moving the bodies of a finding apart, tried with each pair.
+fn parted(part: &Part, f: &Finding, limits: Limits, grow: &str) -> String {
+    let to = 2.0 * limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
+    let own = |p: &&BodyPair| f.places.iter().any(|s| s.at_mm == reported(part, p.middle()));
+    let pairs = part.body_pairs().iter().filter(own).take(TRIED);
+    let tries: Vec<Option<bool>> = pairs.map(|p| can_part(part, p, to)).collect();
+    words(&tries, to, grow)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Primitive, TriangleMesh};
+    use crate::geometry::{Primitive, TriangleMesh, extruded};
     use crate::morphology::offset;
     use crate::part::Up;
     use crate::units::Length;
@@ -149,6 +162,44 @@ mod tests {
             Outcome::Measured(m) => m.findings,
             Outcome::NotApplicable(why) => panic!("{why}"),
         }
+    }
+
+    #[test]
+    fn what_is_to_grow_leaves_as_much_beside_it() {
+        // A wall of 0.3 mm beside a slot of 0.9 mm in a block: to stand 0.3 mm both ways, wall and slot have to be 0.6 mm wide.
+        let comb = |slot: f64| {
+            let (a, b, c) = (3.3, 3.3 + slot, 8.0);
+            let outline = [
+                [0.0, 0.0],
+                [c, 0.0],
+                [c, 9.0],
+                [b, 9.0],
+                [b, 2.0],
+                [a, 2.0],
+                [a, 9.0],
+                [3.0, 9.0],
+                [3.0, 2.0],
+                [0.0, 2.0],
+            ];
+            let caps = [[0, 1, 4], [1, 2, 3], [1, 3, 4], [0, 4, 5], [0, 5, 8], [5, 6, 7], [5, 7, 8], [0, 8, 9]];
+            extruded(&outline, &caps, 6.0)
+        };
+        let fix = |slot: f64| {
+            let all = found(comb(slot), "0.3mm,0.3mm");
+            all.into_iter().find(|f| f.kind == "lost").map(|f| f.fix).unwrap_or_default()
+        };
+        assert!(fix(0.9).contains(", or thicken by 0.3 mm to 0.6 mm: there is room"), "{}", fix(0.9));
+        // The other side is open: there it grows whatever the slot is like.
+        assert!(fix(0.62).contains("there is room"), "{}", fix(0.62));
+        let between =
+            slab(0.0, 2.0).joined(&slab(1.0 + 0.65 + 0.15, 0.3)).joined(&slab(1.0 + 0.65 + 0.3 + 0.65 + 1.0, 2.0));
+        let all = found(between, "0.3mm,0.3mm");
+        let lost = all.iter().find(|f| f.kind == "lost").unwrap();
+        assert!(
+            lost.fix.contains("there is no room to thicken it to 0.6 mm: less than 0.6 mm would be left"),
+            "{}",
+            lost.fix
+        );
     }
 
     #[test]

@@ -10,6 +10,18 @@ use crate::units::short;
 /// Pairs of contacts of a sheet that are tried, evenly over it.
 const TRIED: usize = 64;
 
+/// How a hint begins that says that there is none.
+pub const NO_ROOM: &str = "there is no room";
+
+/// What has to be left beside what grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beside {
+    /// The limit of what lies there.
+    Limit,
+    /// At least as much as it has grown to: an offset that spares one then spares the other.
+    AsMuch,
+}
+
 /// Something on one side of a part's surface that is to grow.
 pub struct Growth<'a> {
     part: &'a Part,
@@ -23,6 +35,12 @@ impl<'a> Growth<'a> {
     pub fn new(part: &'a Part, process: &Process, side: Side) -> Self {
         let rule = if side == Side::Material { "narrow-gap" } else { "thin-wall" };
         Growth { part, side, beside: limits_of(process, rule).and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0) }
+    }
+
+    /// The same, with what is to be left beside something that has grown to a width.
+    pub fn leaving(self, beside: Beside, width: f64) -> Self {
+        let least = if beside == Beside::AsMuch { width } else { 0.0 };
+        Growth { beside: self.beside.max(least), ..self }
     }
 
     /// Whether a sheet can grow to a width at all pairs of contacts that are tried: on one side, or by half on both.
@@ -61,7 +79,7 @@ impl<'a> Growth<'a> {
         match [roomy, cramped] {
             [0, 0] => hint,
             [_, 0] => format!("{hint}: there is room for it, checked on the surface"),
-            [0, _] => format!("there is no room to {verb} it to {} mm: {left}", short(width)),
+            [0, _] => format!("{NO_ROOM} to {verb} it to {} mm: {left}", short(width)),
             [n, m] => {
                 format!("{hint}: checked on the surface, there is room at {n} of {} places; elsewhere {left}", n + m)
             }

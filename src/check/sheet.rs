@@ -4,6 +4,7 @@ use super::budget::Budget;
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::room::Beside;
 use super::search;
 use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Territory};
@@ -52,6 +53,8 @@ pub struct Sheets<'a> {
     pub rods: Vec<Rod>,
     /// Rods that hold two pieces together, however short: necks that are judged like a wall.
     pub necks: Vec<Rod>,
+    /// What a hint to grow has to leave.
+    pub beside: Beside,
 }
 
 impl Sheets<'_> {
@@ -246,7 +249,7 @@ impl Sheets<'_> {
         }
         let (mut findings, mut rooms) = (Vec::new(), Rooms::new());
         for pair in apart {
-            let middle = [0, 1, 2].map(|a| 0.5 * (pair.points[0][a] + pair.points[1][a]));
+            let middle = pair.middle();
             self.note_worst(measured, Some((Bracket::exact(pair.distance), middle)));
             if pair.distance >= widest {
                 continue;

@@ -21,10 +21,17 @@ impl Sheets<'_> {
         (contacts, width): ([Vec3; 2], f64),
         samples: impl ExactSizeIterator<Item = &'s Sample> + Clone,
     ) -> Room {
-        let growth = Growth::new(self.part, self.process, self.side);
-        let fits = |to: f64| growth.fits_between(contacts, to - width) && growth.fits(samples.clone(), to);
+        let fits = |to: f64| {
+            let growth = self.growth(to);
+            growth.fits_between(contacts, to - width) && growth.fits(samples.clone(), to)
+        };
         let Limits { fail, warn, .. } = kind.limits;
         [fail, warn.or(fail)].map(|limit| limit.is_some_and(fits))
+    }
+
+    /// Growth to a width, with what it has to leave.
+    fn growth(&self, to: f64) -> Growth<'_> {
+        Growth::new(self.part, self.process, self.side).leaving(self.beside, to)
     }
 
     /// Completes message and fix once the count is known.
@@ -32,7 +39,7 @@ impl Sheets<'_> {
         let value = short((f.value * 1e4).round() / 1e4);
         let (noun, verb) = match (self.side, f.kind.as_str()) {
             (Side::Material, _) => ("wall", "thicken"),
-            (Side::Void, "slot") => ("slot", "widen"),
+            (Side::Void, "slot" | "closed") => ("slot", "widen"),
             (Side::Void, _) => ("clearance", "open"),
         };
         let place = std::mem::take(&mut f.message);
@@ -48,10 +55,9 @@ impl Sheets<'_> {
         let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.tie());
         let own = |at: &[f64; 3]| f.places.iter().any(|p| p.at_mm == *at);
         let count = |side: usize, fits: bool| rooms.iter().filter(|(at, r)| own(at) && r[side] == fits).count();
-        let growth = Growth::new(self.part, self.process, self.side);
-        let tried = |hint, to, side| growth.tried(hint, verb, to, [count(side, true), count(side, false)]);
+        let tried = |hint, to, side| self.growth(to).tried(hint, verb, to, [count(side, true), count(side, false)]);
         f.fix = match (below(f.fail), below(f.warn)) {
-            (Some(fail), Some(warn)) if count(1, false) == 0 => {
+            (Some(fail), Some(warn)) if warn > fail && count(1, false) == 0 => {
                 tried(format!("{}; {} mm clears the warning too", to(fail), short(warn)), warn, 1)
             }
             (Some(limit), _) => tried(to(limit), limit, 0),

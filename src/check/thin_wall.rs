@@ -4,7 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
-use super::room::Growth;
+use super::room::{Beside, Growth};
 use super::sheet::{Kind, Reading, Sheets};
 use super::thin_body::{ThinBody, thin_bodies};
 use crate::error::Result;
@@ -53,6 +53,7 @@ impl Check for ThinWall {
             kinds: vec![Kind { name: "wall", rule: "thin-wall", limits, reading: Reading::WithinBody }],
             rods: judged(part, process, Side::Material),
             necks: necks(part, process),
+            beside: Beside::Limit,
         };
         let (mut measured, facets) = sheets.measure();
         add_bodies(&sheets, limits, &mut measured);

@@ -1,12 +1,17 @@
 //! AM402: pieces, tunnels and voids as designed and as printed.
 
+use super::apart::{self, can_part};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
+use super::mend::{self, TRIED, growth};
 use super::place::{locate, reported};
+use super::room::Growth;
 use crate::error::Result;
 use crate::field::Indicator;
+use crate::geometry::BodyPair;
 use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::{Vec3, bounds};
+use crate::medial::Side;
 use crate::morphology::{AsPrinted, Cells};
 use crate::notice::Notice;
 use crate::part::Part;
@@ -30,7 +35,8 @@ static META: Meta = Meta {
           For the rest the part is printed on a lattice as by as-printed. First what is not \
           printed is taken away from the design, then what is printed beside it is added. Of either, all samples that change no Betti \
           number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
-          characteristic and by union-find. The changes add up to the differences of the Betti numbers.",
+          characteristic and by union-find. The changes add up to the differences of the Betti numbers. What is to be thickened or widened \
+          has been, on a lattice of the place, and was printed again; bodies to be moved apart have been moved, and measured again.",
     limits: "An estimate: the lattice has a few cells across the element, and what is finer than a cell is not seen; where the lattice \
              sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer. \
              Two changes that touch are one place.",
@@ -76,7 +82,7 @@ impl Check for Topology {
         let judge = Judge { part, context, process, limits };
         for kind in KINDS {
             let own: Vec<&Event> = events.iter().filter(|e| e.kind == kind.0).collect();
-            measured.findings.extend(judge.finding(kind, &own));
+            measured.findings.extend(judge.finding(kind, &own)?);
         }
         let all: u64 = events.iter().map(|e| e.times).sum();
         let at = events.first().map(|e| e.at);
@@ -129,7 +135,7 @@ fn fused(part: &Part, process: &Process) -> Vec<Event> {
     near.map(|p| Event {
         kind: "fused",
         times: 1,
-        at: [0, 1, 2].map(|a| 0.5 * (p.points[0][a] + p.points[1][a])),
+        at: p.middle(),
         extent: bounds(p.points).unwrap_or_default(),
         bodies: p.bodies.map(|b| u64::from(b) + 1).to_vec(),
     })
@@ -154,20 +160,20 @@ struct Event {
     bodies: Vec<u64>,
 }
 
-/// Kind, words for one, words for many, and what to do.
-type Kind = (&'static str, &'static str, &'static str, &'static str);
+/// Kind, words for one, words for many, and what to let grow: the material, or the void.
+type Kind = (&'static str, &'static str, &'static str, &'static str, Side);
 
 const KINDS: [Kind; 10] = [
-    ("fused", "pieces fuse", "places where pieces fuse", "part them by more than the gap that closes"),
-    ("piece-lost", "a piece is not printed", "pieces are not printed", "make it at least one element wide"),
-    ("split", "a piece falls apart", "places where a piece falls apart", "thicken the neck to at least one element"),
-    ("hole-closed", "a hole closes", "holes close", "open it by at least one element"),
-    ("bridged", "a slot is bridged", "places where a slot is bridged", "widen it by at least one element"),
-    ("hole-opened", "a hole opens in a wall", "holes open in walls", "thicken the wall to at least one element"),
-    ("loop-cut", "a strut or rib is cut", "struts or ribs are cut", "thicken it to at least one element"),
-    ("void-enclosed", "a void is enclosed", "voids are enclosed", "widen its way out by at least one element"),
-    ("void-opened", "a closed void is opened", "closed voids are opened", "thicken its wall to at least one element"),
-    ("void-filled", "a void is filled", "voids are filled", "widen it to at least one element"),
+    ("fused", "pieces fuse", "places where pieces fuse", "open the gap", Side::Void),
+    ("piece-lost", "a piece is not printed", "pieces are not printed", "thicken it", Side::Material),
+    ("split", "a piece falls apart", "places where a piece falls apart", "thicken the neck", Side::Material),
+    ("hole-closed", "a hole closes", "holes close", "open it", Side::Void),
+    ("bridged", "a slot is bridged", "places where a slot is bridged", "widen it", Side::Void),
+    ("hole-opened", "a hole opens in a wall", "holes open in walls", "thicken the wall", Side::Material),
+    ("loop-cut", "a strut or rib is cut", "struts or ribs are cut", "thicken it", Side::Material),
+    ("void-enclosed", "a void is enclosed", "voids are enclosed", "widen its way out", Side::Void),
+    ("void-opened", "a closed void is opened", "closed voids are opened", "thicken its wall", Side::Material),
+    ("void-filled", "a void is filled", "voids are filled", "widen it", Side::Void),
 ];
 
 /// What a change means, read forward for what is added and backward for what is lost.
@@ -271,16 +277,16 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     /// One finding for all events of a kind, the largest first.
-    fn finding(&self, (kind, one, many, remedy): Kind, events: &[&Event]) -> Option<Finding> {
+    fn finding(&self, (kind, one, many, remedy, side): Kind, events: &[&Event]) -> Result<Option<Finding>> {
         let span = |e: &Event| (0..3).map(|a| e.extent.1[a] - e.extent.0[a]).sum::<f64>();
         let mut order: Vec<&Event> = events.to_vec();
         order.sort_by(|a, b| span(b).total_cmp(&span(a)));
-        let first = *order.first()?;
+        let Some(&first) = order.first() else { return Ok(None) };
         let times: u64 = order.iter().map(|e| e.times).sum();
         let bracket = Bracket::exact(times as f64);
         let mut f = Finding::judged(META.code, kind, bracket, Basis::Estimated, self.limits, "1", 0.0);
         if f.state == State::Pass {
-            return None;
+            return Ok(None);
         }
         let extent = bounds(order.iter().flat_map(|e| [e.extent.0, e.extent.1])).unwrap_or_default();
         locate(&mut f, self.part, self.context, first.at, extent);
@@ -300,15 +306,33 @@ impl Judge<'_> {
             String::new()
         };
         f.message = if times == 1 { format!("{one}{named}") } else { format!("{times} {many}{named}") };
-        let (width, height) = (self.process.element.width_mm, self.process.layer_height_mm);
         f.fix = match kind {
-            "fused" => format!("{remedy}, {} mm", short(self.process.element.closing_gap_mm)),
-            _ => format!("{remedy} ({} × {} mm)", short(width), short(height)),
+            "fused" => self.parted(&order),
+            _ => {
+                let tried = order.iter().take(TRIED);
+                let grown = tried.map(|e| growth(self.part, self.process, side, e.extent));
+                let grown = grown.collect::<Result<Vec<_>>>()?;
+                let tries: Vec<mend::Growth> = grown.into_iter().flatten().collect();
+                mend::words(remedy, &tries, order.len())
+            }
         };
         if self.part.health().bodies.len() > 1 && !bodies.is_empty() {
             f.bodies = Some(bodies);
         }
-        Some(f)
+        Ok(Some(f))
+    }
+
+    /// What is said of pieces that fuse: whether they can be moved apart, or their gap opened, tried with the nearest of them.
+    fn parted(&self, events: &[&Event]) -> String {
+        let to = self.process.element.closing_gap_mm;
+        let own = |p: &&BodyPair| events.iter().any(|e| e.at == p.middle());
+        let pairs: Vec<&BodyPair> = self.part.body_pairs().iter().filter(own).take(apart::TRIED).collect();
+        let moved: Vec<Option<bool>> = pairs.iter().map(|p| can_part(self.part, p, to)).collect();
+        let growth = Growth::new(self.part, self.process, Side::Void);
+        let opened = pairs.iter().filter(|p| growth.fits_between(p.points, to - p.distance)).count();
+        let opening =
+            growth.tried(format!("open the gap to {} mm", short(to)), "open", to, [opened, pairs.len() - opened]);
+        apart::words(&moved, to, &opening)
     }
 }
 

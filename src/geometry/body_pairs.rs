@@ -14,6 +14,13 @@ pub struct BodyPair {
     pub points: [Vec3; 2],
 }
 
+impl BodyPair {
+    /// Halfway between the two nearest points.
+    pub fn middle(&self) -> Vec3 {
+        [0, 1, 2].map(|a| 0.5 * (self.points[0][a] + self.points[1][a]))
+    }
+}
+
 /// Nearest points of all bodies whose boxes come within reach.
 pub fn body_pairs(mesh: &TriangleMesh, health: &Health, reach: f64) -> Vec<BodyPair> {
     let mut facets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();

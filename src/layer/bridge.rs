@@ -4,6 +4,7 @@ use super::beneath::{Ground, Resting, left_to_span};
 use super::line::Side;
 use super::plan::{Farthest, Plan, Search, Spans};
 use super::section::Point;
+use super::stretch::lifted;
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
@@ -34,6 +35,8 @@ pub struct Ceiling {
     pub is_level: bool,
     /// Whether any of its border is an anchor; without one it hangs in mid-air and reaches out from nothing.
     pub is_anchored: bool,
+    /// The edges by which it hangs on walls, on the plate and on other bodies; the ceiling lies to the right of them in plan.
+    pub anchors: Vec<[Vec3; 2]>,
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
     pub bridge: Option<Reach>,
     /// The farthest that material reaches out from its only anchor.
@@ -271,6 +274,7 @@ fn describe(
     let flat: f64 = facets.iter().filter(|&&f| slope(mesh, f) <= FLAT).map(area).sum();
     let mut next = f64::INFINITY;
     let mut sides = Vec::with_capacity(rims.len());
+    let mut anchors = Vec::new();
     for rim in rims {
         let folded = rim.neighbour.filter(|&g| folds_to_void(mesh, rim, g));
         if let Some(g) = folded {
@@ -279,6 +283,9 @@ fn describe(
         let on_plate = rim.from[2].max(rim.to[2]) <= how.plate_z;
         let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(|g| ground.holds(g));
         let plan = |p: Vec3| [p[0], p[1]];
+        if anchored {
+            anchors.push([rim.from, rim.to]);
+        }
         sides.push((rim.facet, Side { from: plan(rim.from), to: plan(rim.to), anchored }));
     }
     let sides = left_to_span(&sides, resting);
@@ -302,7 +309,19 @@ fn describe(
     };
     let is_level = flat || bridge.is_some_and(|b| rise.abs() <= SHALLOW * b.low_mm);
     let pairs = spans.pairs;
-    Some(Ceiling { area_mm2, flat_share, extent, is_level, is_anchored, bridge, cantilever, crown, pairs, facets })
+    Some(Ceiling {
+        area_mm2,
+        flat_share,
+        extent,
+        is_level,
+        is_anchored,
+        anchors,
+        bridge,
+        cantilever,
+        crown,
+        pairs,
+        facets,
+    })
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.
@@ -320,24 +339,6 @@ fn folds_to_void(mesh: &TriangleMesh, rim: &Rim, neighbour: u32) -> bool {
 fn reach(mesh: &TriangleMesh, facets: &[u32], f: Farthest) -> Reach {
     let lift = |p: Point| lifted(mesh, facets, p);
     Reach { low_mm: f.low, high_mm: f.high, at: lift(f.at), ends: f.ends.map(lift) }
-}
-
-/// The point of the facets above a place; at the height of the lowest of them where none is.
-fn lifted(mesh: &TriangleMesh, facets: &[u32], p: Point) -> Vec3 {
-    let over = |f: &&u32| {
-        let [a, b, c] = mesh.corners(**f as usize);
-        let turn = |a: Vec3, b: Vec3| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-        let signs = [turn(a, b), turn(b, c), turn(c, a)];
-        // A point on the boundary may lie a rounding beside it.
-        let tie = 1e-9 * (1.0 + norm(sub(b, a)) * norm(sub(c, a)));
-        signs.iter().all(|s| *s >= -tie) || signs.iter().all(|s| *s <= tie)
-    };
-    let on = |f: &u32| {
-        let (n, a) = (mesh.area_vector(*f as usize), mesh.corners(*f as usize)[0]);
-        a[2] - (n[0] * (p[0] - a[0]) + n[1] * (p[1] - a[1])) / n[2]
-    };
-    let lowest = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
-    [p[0], p[1], facets.iter().find(over).map_or(lowest, on)]
 }
 
 /// How far the facets above the middle between two points lie above them.

@@ -75,6 +75,11 @@ pub fn creases(
         .collect()
 }
 
+/// The direction from a sharp edge into the material, at right angles to it; `None` if its facets have no corner off it.
+pub fn inward(mesh: &TriangleMesh, crease: &Crease) -> Option<Vec3> {
+    bisector(mesh, crease.facets, crease.ends, crease.facets.map(|f| mesh.normal(f as usize)))
+}
+
 /// The direction from an edge into the material: between the two facets.
 fn bisector(mesh: &TriangleMesh, facets: [u32; 2], ends: [u32; 2], normals: [Vec3; 2]) -> Option<Vec3> {
     let outward = add(normals[0], normals[1]);

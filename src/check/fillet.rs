@@ -1,0 +1,191 @@
+//! Fillets laid into concave edges before they are advised: a ball that rests on both faces and meets nothing else.
+
+use crate::geometry::vector::{Vec3, along, angle, dot, norm, sub, unit};
+use crate::medial::reflex::ReflexEdge;
+use crate::part::Part;
+use rayon::prelude::*;
+
+/// Places along an edge at which the ball is laid in, at most.
+const PLACES: usize = 9;
+/// Radii between two such places.
+const APART: f64 = 4.0;
+/// A face that ends, or bends away by more than this share of the radius, before the ball touches it carries no fillet.
+const CONTACT: f64 = 0.1;
+/// What a ball meets within 60 degrees of the edge's own direction is a wall at its end, from which it keeps away.
+const AHEAD: f64 = 0.5;
+/// A facet is touched on its inside if the way to the ball's centre is its normal, but for this angle, radians (15°).
+const SQUARE: f64 = 15.0 * std::f64::consts::PI / 180.0;
+/// Radii below the one asked for that are tried where that one has no room.
+const STEPS: u32 = 10;
+
+/// Fillets in a part.
+#[derive(Clone, Copy)]
+pub struct Fillets<'a>(pub &'a Part);
+
+/// How far fillets of a radius fit into a set of edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Laid {
+    /// Length over which it fits, millimetres.
+    pub fitting: f64,
+    /// Whether it fits at every place that was tried.
+    pub everywhere: bool,
+    /// What it adds there, mm³.
+    pub volume: f64,
+    /// A radius that fits where the asked one does not, to a tenth of that; 0 if none was found.
+    pub elsewhere: f64,
+}
+
+impl Fillets<'_> {
+    /// Lays fillets of a radius into edges.
+    ///
+    /// A ball that fits leaves a void of its own width: no slot or hole narrower than that is filled.
+    ///
+    /// # Cost
+    /// At most 36 looks at the surface for an edge, and as many for each of four smaller radii where one does not fit.
+    pub fn lay(&self, edges: &[ReflexEdge], radius: f64) -> Laid {
+        let shares: Vec<f64> = edges.par_iter().map(|e| self.share(e, radius)).collect();
+        let mut laid = Laid { fitting: 0.0, everywhere: true, volume: 0.0, elsewhere: radius };
+        let mut cramped = Vec::new();
+        for (edge, share) in edges.iter().zip(shares) {
+            laid.fitting += share * edge.length;
+            laid.volume += share * edge.length * edge.fillet_section(radius);
+            if share < 1.0 {
+                cramped.push(*edge);
+            }
+        }
+        if !cramped.is_empty() {
+            laid = Laid { everywhere: false, elsewhere: self.largest(&cramped, radius), ..laid };
+        }
+        laid
+    }
+
+    /// The largest tenth of a radius, below all of it, that fits everywhere.
+    fn largest(&self, edges: &[ReflexEdge], radius: f64) -> f64 {
+        let of = |step: u32| radius * f64::from(step) / f64::from(STEPS);
+        let (mut fits, mut fails) = (0, STEPS);
+        while fails - fits > 1 {
+            let step = (fits + fails) / 2;
+            if edges.par_iter().all(|e| self.share(e, of(step)) == 1.0) { fits = step } else { fails = step }
+        }
+        of(fits)
+    }
+
+    /// The share of the places along an edge at which a ball rests in it.
+    fn share(&self, edge: &ReflexEdge, radius: f64) -> f64 {
+        let places = ((edge.length / (APART * radius)).ceil() as usize).clamp(1, PLACES);
+        let at = |n: usize| edge.length * ((n as f64 + 0.5) / places as f64 - 0.5);
+        let fitting = (0..places).filter(|&n| self.rests(edge, at(n), radius)).count();
+        fitting as f64 / places as f64
+    }
+
+    /// Whether a ball rests on both faces of an edge, so far from its middle, and nothing lies in or behind it.
+    fn rests(&self, edge: &ReflexEdge, off: f64, radius: f64) -> bool {
+        let (surface, step) = (self.0.distance(), self.0.step());
+        let run = self.run(edge);
+        // The two contacts are at the radius itself.
+        let clear = radius * (1.0 - 1e-6) - 2.0 * step;
+        let mut foot = along(edge.middle, run, off);
+        let centre = |foot: Vec3| along(edge.fillet_centre(radius), run, dot(sub(foot, edge.middle), run));
+        if let Some(met) = surface.nearest(centre(foot), clear) {
+            let ahead = dot(sub(met.point, centre(foot)), run) / met.distance.max(f64::MIN_POSITIVE);
+            if ahead.abs() < AHEAD {
+                return false;
+            }
+            // In a corner the ball comes no nearer to the end than its radius, and rounds the corner from there.
+            foot = along(foot, run, -(radius - met.distance) / ahead);
+            if surface.nearest(centre(foot), clear).is_some() {
+                return false;
+            }
+        }
+        let height = radius / (0.5 * edge.bend).cos();
+        let behind = surface.first_hit(foot, edge.outward(), 4.0 * step + 1e-6 * radius, height);
+        let touches = |normal: Vec3| {
+            let contact = along(centre(foot), normal, -radius);
+            surface.nearest(contact, CONTACT * radius + 2.0 * step).is_some()
+        };
+        behind.is_none() && edge.normals.iter().all(|&n| touches(n))
+    }
+
+    /// Unit vector along an edge.
+    fn run(&self, edge: &ReflexEdge) -> Vec3 {
+        let [p, q] = edge.ends.map(|v| self.0.mesh().vertices.get(v as usize).copied().unwrap_or(edge.middle));
+        unit(sub(q, p))
+    }
+
+    /// Whether a ball that touches the surface touches the inside of a facet, and no edge that stands in its way.
+    pub fn lies_on_a_face(&self, centre: Vec3, radius: f64) -> bool {
+        self.0.distance().nearest(centre, 1.5 * radius).is_some_and(|met| {
+            let normal = self.0.distance().normal(met.facet);
+            norm(normal) > 0.5 && angle(normal, sub(centre, met.point)) < SQUARE
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::medial::reflex::reflex_edges;
+    use crate::part::Up;
+
+    /// A block of 20 × 20 × 10 mm with a square pocket, so wide and so deep, open at the top, and something in it.
+    fn pocket(wide: f64, deep: f64, inside: Option<crate::geometry::TriangleMesh>) -> Part {
+        let (a, b, floor) = (10.0 - 0.5 * wide, 10.0 + 0.5 * wide, 10.0 - deep);
+        let outline = |lo: f64, hi: f64, z: f64| [[lo, lo, z], [hi, lo, z], [hi, hi, z], [lo, hi, z]];
+        let (rim, mouth, bottom) = (outline(0.0, 20.0, 10.0), outline(a, b, 10.0), outline(a, b, floor));
+        let foot = outline(0.0, 20.0, 0.0);
+        let mut facets = vec![[foot[0], foot[2], foot[1]], [foot[0], foot[3], foot[2]]];
+        facets.extend([[bottom[0], bottom[1], bottom[2]], [bottom[0], bottom[2], bottom[3]]]);
+        for n in 0..4 {
+            let m = (n + 1) % 4;
+            for [p, q, r, s] in [
+                [foot[n], foot[m], rim[m], rim[n]],
+                [rim[n], rim[m], mouth[m], mouth[n]],
+                [mouth[n], mouth[m], bottom[m], bottom[n]],
+            ] {
+                facets.extend([[p, q, r], [p, r, s]]);
+            }
+        }
+        let mesh = crate::geometry::TriangleMesh::weld(facets);
+        let mesh = inside.map_or(mesh.clone(), |more| mesh.joined(&more));
+        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    fn laid(part: &Part, radius: f64) -> Laid {
+        Fillets(part).lay(&reflex_edges(part.mesh(), 0.8, |_| true), radius)
+    }
+
+    #[test]
+    fn a_fillet_fits_into_a_pocket_twice_as_wide_and_no_narrower_one() {
+        let roomy = laid(&pocket(2.0, 5.0, None), 1.0);
+        // Four edges at the bottom of 2 mm and four upright ones of 5 mm, corners included.
+        assert!(roomy.everywhere && (roomy.fitting - 28.0).abs() < 1e-9, "{roomy:?}");
+        let tight = laid(&pocket(1.5, 5.0, None), 1.0);
+        assert!(!tight.everywhere && tight.fitting == 0.0 && tight.volume == 0.0, "{tight:?}");
+        assert!((tight.elsewhere - 0.7).abs() < 1e-9, "{tight:?}");
+    }
+
+    #[test]
+    fn what_stands_in_an_edge_or_ends_before_the_ball_is_no_room() {
+        let free = laid(&pocket(8.0, 5.0, None), 1.0);
+        assert!(free.everywhere && free.elsewhere == 1.0);
+        // A bar along one lower edge, too small to meet the ball: it would be buried.
+        let bar = cuboid([6.03, 7.0, 5.03], [6.2, 13.0, 5.2]);
+        let buried = laid(&pocket(8.0, 5.0, Some(bar)), 1.0);
+        assert!(
+            !buried.everywhere && buried.fitting < free.fitting && buried.fitting > 0.8 * free.fitting,
+            "{buried:?}"
+        );
+        // Walls lower than the radius carry no fillet of it.
+        let low = laid(&pocket(8.0, 0.5, None), 1.0);
+        assert!(!low.everywhere && (low.elsewhere - 0.5).abs() < 0.11, "{low:?}");
+    }
+
+    #[test]
+    fn a_ball_on_a_face_is_told_from_one_on_an_edge() {
+        let part = pocket(8.0, 5.0, None);
+        let fillets = Fillets(&part);
+        assert!(fillets.lies_on_a_face([10.0, 10.0, 6.0], 1.0));
+        assert!(!fillets.lies_on_a_face([6.0 + 0.7, 10.0, 10.0 + 0.7], 1.0));
+    }
+}

@@ -1,0 +1,284 @@
+//! Ribs put under a ceiling before they are advised: it is measured again between them, and what they stand on is looked for.
+
+use super::contract::limits_of;
+use super::hanging::{LEDGE, respanned};
+use super::place::reported;
+use super::rods::plain;
+use crate::geometry::vector::{Vec3, along, distance, sub, unit};
+use crate::layer::{Ceiling, Reach, lifted, stretch};
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::short;
+
+/// Ribs under one ceiling at most: what needs more is better supported.
+const MOST: usize = 8;
+/// Rounds of looking for the span that is still too long.
+const ROUNDS: usize = 3;
+/// Thickness of a rib where the process asks for none of a wall, millimetres.
+const THICK: f64 = 1.0;
+/// How far a rib is drawn beyond the ceiling, so that it ends in what bounds it, millimetres.
+const BEYOND: f64 = 0.05;
+
+/// A wall under a ceiling: from end to end at the ceiling's height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rib {
+    ends: [Vec3; 2],
+}
+
+/// What trying ribs has shown.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ribbing {
+    /// With these ribs no span is longer than the limit.
+    Holds(Held),
+    /// So many would be needed, or more.
+    TooMany(usize),
+    /// So long is a span that is left with all ribs in place.
+    StillSpans(f64),
+}
+
+/// Ribs under which a ceiling holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    ribs: Vec<Rib>,
+    thick: f64,
+    /// Height of the tallest.
+    tall: f64,
+    /// Whether all stand on the part, and none on the plate.
+    on_part: bool,
+    /// Whether one reaches from wall to wall over its whole height.
+    closes: bool,
+    /// The longest span that is left, for certain.
+    span: f64,
+}
+
+impl Ribbing {
+    /// Puts ribs across the longest span of a ceiling, and across what is then still too long.
+    ///
+    /// # Cost
+    /// A search of the ceiling's plan for each round, three at most, twice where ribs have to be thicker than a wall to stand.
+    pub fn of(part: &Part, process: &Process, ceiling: &Ceiling, limit: f64) -> Self {
+        let wall = limits_of(process, "thin-wall").and_then(|l| l.warn.or(l.fail)).unwrap_or(THICK);
+        let first = Trying { part, process, ceiling, limit, thick: wall }.run();
+        let slender = limits_of(process, "tall-feature").and_then(|l| l.warn.or(l.fail));
+        match (&first, slender) {
+            (Ribbing::Holds(held), Some(most)) if held.tall > most * wall => {
+                // Rounded up to tenths: a tall rib has to stand by itself before the ceiling reaches it.
+                let thick = (10.0 * held.tall / most - 1e-6).ceil() / 10.0;
+                Trying { part, process, ceiling, limit, thick }.run()
+            }
+            _ => first,
+        }
+    }
+
+    pub fn holds(&self) -> bool {
+        matches!(self, Ribbing::Holds(_))
+    }
+
+    /// In words, for a limit of spans.
+    pub fn words(&self, part: &Part, limit: f64) -> String {
+        let limit = short(limit);
+        match self {
+            Ribbing::Holds(held) => held.words(part),
+            Ribbing::TooMany(_) => {
+                format!("more than {MOST} ribs would be needed under it for spans of no more than {limit} mm")
+            }
+            Ribbing::StillSpans(span) => {
+                format!(
+                    "ribs across its longest spans leave one of {} mm, measured again: no rib is advised",
+                    plain(*span)
+                )
+            }
+        }
+    }
+}
+
+impl Held {
+    fn words(&self, part: &Part) -> String {
+        let point = |p: Vec3| reported(part, p).map(|c| short((100.0 * c).round() / 100.0)).join(", ");
+        let ends = self.ribs.first().map(|r| r.ends.map(point));
+        let [from, to] = ends.unwrap_or_default();
+        let (ribs, first) = match self.ribs.len() {
+            1 => ("a rib".to_string(), String::new()),
+            n => (format!("{n} ribs"), "the first ".into()),
+        };
+        let more = match self.ribs.len() {
+            1 => String::new(),
+            _ => {
+                let middles = self.ribs.iter().skip(1).map(|r| point(middle(r.ends)));
+                format!(", the others across {}", middles.collect::<Vec<_>>().join(" and across "))
+            }
+        };
+        let stands = if self.on_part { "on the part" } else { "on the plate" };
+        let closes = if self.closes { "; leave a way through it, for it reaches from wall to wall" } else { "" };
+        format!(
+            "put {ribs} of {} mm under it, {first}from {from} to {to}{more}, {} mm tall, {stands}: measured again, no span is then longer than \
+             {} mm{closes}",
+            plain(self.thick),
+            plain(self.tall),
+            plain(self.span),
+        )
+    }
+}
+
+/// Ribs of one thickness under a ceiling.
+struct Trying<'a> {
+    part: &'a Part,
+    process: &'a Process,
+    ceiling: &'a Ceiling,
+    limit: f64,
+    thick: f64,
+}
+
+impl Trying<'_> {
+    fn run(&self) -> Ribbing {
+        let mut ribs: Vec<Rib> = Vec::new();
+        // What hangs out from a rib has to hold as well as what did before, as closely as that is measured.
+        let ledge = limits_of(self.process, LEDGE).and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
+        let reaches = 1.01 * self.reach(std::slice::from_ref(self.ceiling)).max(ledge) + self.part.tie();
+        let Some(mut longest) = self.ceiling.bridge else { return Ribbing::StillSpans(0.0) };
+        for _ in 0..ROUNDS {
+            let more = self.across(&longest);
+            if more.is_empty() || ribs.len() + more.len() > MOST {
+                return Ribbing::TooMany(ribs.len() + more.len());
+            }
+            ribs.extend(more);
+            let plan: Vec<[Vec3; 3]> = ribs.iter().flat_map(|r| self.in_plan(r)).collect();
+            let left = respanned(self.part, self.process, self.ceiling, &plan);
+            let span = left.iter().filter_map(|c| c.bridge).max_by(|a, b| a.high_mm.total_cmp(&b.high_mm));
+            if self.reach(&left) > reaches {
+                return Ribbing::StillSpans(self.reach(&left));
+            }
+            match span.filter(|s| s.high_mm > self.limit + 1e-6) {
+                Some(long) if long.low_mm > self.limit => longest = long,
+                Some(long) => return Ribbing::StillSpans(long.high_mm),
+                None => return Ribbing::Holds(self.standing(ribs, span.map_or(0.0, |s| s.high_mm))),
+            }
+        }
+        Ribbing::StillSpans(longest.high_mm)
+    }
+
+    /// How far ceilings reach out from an anchor, or may.
+    fn reach(&self, ceilings: &[Ceiling]) -> f64 {
+        ceilings.iter().filter_map(|c| c.cantilever).map(|c| c.high_mm).fold(0.0, f64::max)
+    }
+
+    /// Ribs across a span that leave even stretches no longer than the limit, each from border to border of the ceiling.
+    fn across(&self, span: &Reach) -> Vec<Rib> {
+        let [from, to] = span.ends.map(|p| [p[0], p[1], 0.0]);
+        let (long, way) = (distance(from, to), unit(sub(to, from)));
+        let count = ((long - self.limit) / (self.limit + self.thick) - 1e-9).ceil().max(1.0);
+        let free = (long - count * self.thick) / (count + 1.0);
+        if count > MOST as f64 || free <= 0.0 {
+            return Vec::new();
+        }
+        let middle = |n: usize| along(from, way, (n as f64 + 1.0) * (free + self.thick) - 0.5 * self.thick);
+        let rib = |n: usize| {
+            let p = middle(n);
+            stretch(self.part.mesh(), &self.ceiling.facets, [p[0], p[1]], [-way[1], way[0]]).map(|ends| Rib { ends })
+        };
+        (0..count as usize).filter_map(rib).collect()
+    }
+
+    /// The outline of a rib from above, as two triangles.
+    fn in_plan(&self, rib: &Rib) -> [[Vec3; 3]; 2] {
+        let [a, b] = rib.ends;
+        let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+        let aside = [-0.5 * self.thick * way[1], 0.5 * self.thick * way[0], 0.0];
+        let (a, b) = (along(a, way, -BEYOND), along(b, way, BEYOND));
+        let [p, q, r, s] = [along(a, aside, -1.0), along(b, aside, -1.0), along(b, aside, 1.0), along(a, aside, 1.0)];
+        [[p, q, r], [p, r, s]]
+    }
+
+    /// What ribs stand on, looked for below five places along the middle and both sides of each.
+    fn standing(&self, ribs: Vec<Rib>, span: f64) -> Held {
+        let mut held = Held { ribs, thick: self.thick, tall: 0.0, on_part: true, closes: false, span };
+        for rib in &held.ribs {
+            let [a, b] = rib.ends;
+            let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+            for (n, side) in (0..5).flat_map(|n| [-0.49, 0.0, 0.49].map(|side| (n, side))) {
+                let at = along(a, sub(b, a), 0.05 + 0.225 * f64::from(n));
+                let at = [at[0] - side * self.thick * way[1], at[1] + side * self.thick * way[0]];
+                let top = lifted(self.part.mesh(), &self.ceiling.facets, at);
+                let met = self.below(top);
+                held.on_part &= met.is_some();
+                held.tall = held.tall.max(met.unwrap_or(top[2]));
+            }
+            held.closes |= self.closes(rib);
+        }
+        held
+    }
+
+    /// How far below a place of the ceiling the part is met; `None` where the plate is met first.
+    fn below(&self, top: Vec3) -> Option<f64> {
+        let hit = self.part.distance().first_hit(top, [0.0, 0.0, -1.0], 4.0 * self.part.step() + 1e-6, top[2]);
+        hit.map(|h| h.0)
+    }
+
+    /// Whether a rib meets walls at both ends, halfway down.
+    fn closes(&self, rib: &Rib) -> bool {
+        let middle = middle(rib.ends);
+        let tall = self.below(middle).unwrap_or(middle[2]);
+        let from = along(middle, [0.0, 0.0, -1.0], 0.5 * tall);
+        let [a, b] = rib.ends;
+        let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+        let reach = 0.5 * distance(a, b) + self.thick;
+        [way, way.map(|x| -x)].iter().all(|&w| self.part.distance().first_hit(from, w, 0.0, reach).is_some())
+    }
+}
+
+fn middle([a, b]: [Vec3; 2]) -> Vec3 {
+    along(a, sub(b, a), 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::hanging::ceilings_of;
+    use crate::geometry::{TriangleMesh, cuboid, extruded};
+    use crate::part::Up;
+
+    /// A bench 6 mm deep on legs of 3 mm and 8 mm tall, so far apart.
+    fn bench(span: f64) -> TriangleMesh {
+        let (a, b) = (3.0, 3.0 + span);
+        let outline =
+            [[0.0, 0.0], [a, 0.0], [a, 8.0], [b, 8.0], [b, 0.0], [b + 3.0, 0.0], [b + 3.0, 11.0], [0.0, 11.0]];
+        extruded(&outline, &[[0, 1, 2], [0, 2, 7], [7, 2, 3], [7, 3, 6], [3, 4, 5], [3, 5, 6]], 6.0)
+    }
+
+    fn tried(mesh: TriangleMesh) -> (Ribbing, Part) {
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let process = Process::named("fdm").unwrap();
+        let ceilings = ceilings_of(&part, &process);
+        let longest = ceilings.iter().max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2)).unwrap();
+        (Ribbing::of(&part, &process, longest, 10.0), part)
+    }
+
+    #[test]
+    fn ribs_are_as_few_as_do_and_the_spans_between_them_are_measured() {
+        for (span, ribs) in [(18.0, 1), (21.2, 1), (21.3, 2), (40.0, 3)] {
+            let (found, part) = tried(bench(span));
+            let Ribbing::Holds(held) = &found else { panic!("{span}: {found:?}") };
+            let free = (span - 1.2 * f64::from(ribs)) / (f64::from(ribs) + 1.0);
+            assert_eq!((held.ribs.len(), held.on_part, held.closes), (ribs as usize, false, false), "{held:?}");
+            assert!((held.span - free).abs() < 1e-6 && (held.tall - 8.0).abs() < 1e-9 && held.thick == 1.2, "{held:?}");
+            assert!(found.words(&part, 10.0).contains("on the plate"), "{}", found.words(&part, 10.0));
+        }
+        assert!(matches!(tried(bench(120.0)).0, Ribbing::TooMany(_)));
+    }
+
+    #[test]
+    fn a_rib_in_a_room_stands_on_its_floor_and_a_tall_one_is_thicker() {
+        let room = |height: f64| {
+            let (outer, void) =
+                (cuboid([0.0; 3], [20.0, 24.0, height + 4.0]), cuboid([2.0; 3], [18.0, 22.0, height + 2.0]));
+            outer.joined(&void.flipped())
+        };
+        let (found, part) = tried(room(9.0));
+        let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
+        assert!(held.on_part && held.closes && (held.tall - 9.0).abs() < 1e-9 && held.thick == 1.2, "{held:?}");
+        assert!(found.words(&part, 10.0).contains("on the part") && found.words(&part, 10.0).contains("leave a way"));
+        let (found, _) = tried(room(16.0));
+        let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
+        assert!((held.thick - 2.0).abs() < 1e-9, "{held:?}");
+    }
+}
