@@ -4,6 +4,7 @@
 //! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
 
 mod bead;
+mod bodies;
 mod buried;
 mod cells;
 mod cost;
