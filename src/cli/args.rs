@@ -315,7 +315,8 @@ pub enum Operation {
         /// The part: a mesh, or a built-in element, about the origin; with --gcode the bead, about the path
         #[arg(required_unless_present = "gcode")]
         part: Option<PathBuf>,
-        /// The path: x, y, z of one point on each line, millimetres
+        /// The path: x, y, z of one point on each line, millimetres; or poses: x, y, z and a unit quaternion w, x, y, z,
+        /// which turns the part about its origin
         #[arg(long, value_name = "PATH.csv|xyz", required_unless_present = "gcode")]
         along: Option<PathBuf>,
         /// G-code: its extrusion moves are the path, or all feed moves where nothing is extruded

@@ -3,6 +3,7 @@
 use super::complaint::{Answer, Complaint};
 use super::words::usage;
 use crate::error::{Error, Result};
+use crate::geometry::vector::norm;
 use crate::geometry::{Health, Primitive, TriangleMesh};
 use crate::io::Loaded;
 use crate::memory::Allowance;
@@ -45,6 +46,14 @@ impl Operand {
         match &self.element {
             Element::BuiltIn(shape) => shape.half_extent().map(|x| 2.0 * x),
             Element::Mesh(mesh) => mesh.bounds().map_or([0.0; 3], |(lo, hi)| [0, 1, 2].map(|a| hi[a] - lo[a])),
+        }
+    }
+
+    /// How far it reaches from its origin, millimetres.
+    pub fn reach(&self) -> f64 {
+        match &self.element {
+            Element::BuiltIn(shape) => norm(shape.half_extent()),
+            Element::Mesh(mesh) => mesh.vertices.iter().map(|&p| norm(p)).fold(0.0, f64::max),
         }
     }
 

@@ -6,11 +6,11 @@ use super::made::{Before, Outputs};
 use super::operand::{Operand, one_from_stdin};
 use super::toolpath as printed;
 use super::words::{allowance, length, units};
-use crate::error::{Error, Place, Result, printable};
+use crate::error::{Error, Result, printable};
 use crate::geometry::vector::{Vec3, bounds, sub};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
-use crate::io::toolpath;
+use crate::io::motion::{Motion, read_motion};
 use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::operate::{self, Element, Operated};
@@ -79,12 +79,15 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Sweep { part: Some(part), along: Some(along), how, .. } => {
             one_from_stdin(&[part, along])?;
-            let path = stroke(along, &allowance(&how.memory)?).map_err(|e| Complaint::about(Some(along), e))?;
-            let (lo, hi) = bounds(path.iter().copied()).unwrap_or_default();
-            let room = [0, 1, 2].map(|a| hi[a] - lo[a]);
+            let read = || allowance(&how.memory)?.content(along).and_then(|bytes| read_motion(&bytes));
+            let motion = read().map_err(|e| Complaint::about(Some(along), e))?;
             let mut job = Job::new("sweep", part, how)?.sparing(&[part, along])?;
+            let room = room_of(&motion, &job.part);
             job.spacing = job.spacing.or_else(|| Some(sweep_spacing(job.part.extent(), room)));
-            job.run(room, BYTES_BY_SETS, None, |part, h| operate::sweep(&part.element, &path, h))
+            job.run(room, BYTES_BY_SETS, None, |part, h| match &motion {
+                Motion::Points(path) => operate::sweep(&part.element, path, h),
+                Motion::Poses(poses) => operate::sweep_motion(&part.element, poses, h),
+            })
         }
         Operation::Sweep { .. } => Err(Error::Usage {
             problem: "a sweep needs a part and a path".into(),
@@ -179,16 +182,18 @@ fn ball(radius: &str) -> Result<(Element, Length)> {
     Ok((Element::BuiltIn(shape), radius))
 }
 
-/// The one stroke of a path.
-fn stroke(file: &Path, memory: &Allowance) -> Result<Vec<Vec3>> {
-    let mut strokes = toolpath::read_points(&memory.content(file)?)?.strokes;
-    match (strokes.pop(), strokes.len()) {
-        (Some(stroke), 0) => Ok(stroke),
-        (_, others) => Err(Error::Unsupported {
-            what: format!("a path of {} strokes", others + 1),
-            place: Place::Whole,
-            remedy: "sweep along one stroke at a time: an empty line ends a stroke".into(),
-        }),
+/// How much larger than a part its sweep may be: a part that turns stays in a ball about its origin.
+fn room_of(motion: &Motion, part: &Operand) -> Vec3 {
+    let sides = |places: &mut dyn Iterator<Item = Vec3>| {
+        let (lo, hi) = bounds(places).unwrap_or_default();
+        sub(hi, lo)
+    };
+    match motion {
+        Motion::Points(path) => sides(&mut path.iter().copied()),
+        Motion::Poses(poses) => {
+            let (way, own) = (sides(&mut poses.iter().map(|pose| pose.at_mm)), part.extent());
+            [0, 1, 2].map(|a| way[a] + (2.0 * part.reach() - own[a]).max(0.0))
+        }
     }
 }
 

@@ -18,6 +18,7 @@ mod swept;
 pub mod triangle;
 pub mod vector;
 pub mod voxelize;
+mod waypoint;
 pub mod wide;
 pub mod winding;
 
@@ -33,4 +34,5 @@ pub use primitive::Primitive;
 pub use solid::{Doubt, Enclosure, InsideRule, Solid};
 pub use swept::swept;
 pub use voxelize::{enclose, occupancy, voxelize, voxelize_layers};
+pub use waypoint::Waypoint;
 pub use winding::Winding;

@@ -2,7 +2,7 @@
 //!
 //! Formats are recognised by content, never by suffix; no number in a header is believed before the bytes
 //! behind it have been counted. Meshes are read as STL, 3MF, OBJ and PLY and written as these and GLB; paths are
-//! read as G-code and lists of points; fields are written as NPY, NRRD and VTI. A writer takes any
+//! read as G-code and lists of points and poses; fields are written as NPY, NRRD and VTI. A writer takes any
 //! `std::io::Write`; to a file it goes through [`write_atomically`], so that no half-written file is ever left.
 
 // What comes from outside is neither unwrapped nor indexed.
@@ -15,6 +15,7 @@ pub mod gcode;
 pub mod glb;
 mod loaded;
 pub mod machine;
+pub mod motion;
 pub mod npy;
 pub mod nrrd;
 pub mod obj;
@@ -23,6 +24,7 @@ pub mod ply;
 mod polygon;
 mod raster;
 mod read;
+mod rows;
 mod salvage;
 mod sniff;
 pub mod stl;

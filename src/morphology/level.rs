@@ -13,6 +13,9 @@ const ON_FACET: f64 = 1e-6;
 /// A point within this many spacings of a level may be brought onto it.
 const BESIDE: f64 = 0.6;
 
+/// A point is brought from body to body at most so often: each time leaves cos² of the angle between their surfaces.
+const MOST_PROJECTIONS: usize = 4;
+
 /// The level set `{ x : d(x) = r }` of the signed distance d to a mesh, seen from the samples of a grid.
 pub(super) struct Level {
     pub(super) near: Near,
@@ -46,7 +49,10 @@ impl Level {
 
     /// The plane that touches beside x the sheet of the level that p lies on, as a point and the outward normal.
     pub(super) fn beside(&self, x: Vec3, p: Vec3) -> Option<(Vec3, Vec3)> {
-        let (from, nearest) = (self.near.nearest(p)?, self.near.nearest(x)?);
+        let from = self.near.nearest(p)?;
+        // A body's sheet goes on inside others.
+        let own = || self.near.on_body_of(from.facet, x, 2.0 * (distance(x, p) + from.distance));
+        let nearest = own().or_else(|| self.near.nearest(x))?;
         let sheet = match self.height(p, &from) {
             // Over a facet the level is flat, and seen from beyond the facet's rim it is no rounder.
             Some((_, facing)) => (from.point, facing),
@@ -87,12 +93,18 @@ impl Level {
         if apart { scale(sub(p, n.point), self.r.signum() / n.distance) } else { self.near.facing(n) }
     }
 
+    /// A point of a body's surface, or where other bodies of a union hold it, one near it that they hold less deep: beside the
+    /// crease where they meet.
+    fn uncovered(&self, q: Vec3) -> Vec3 {
+        (0..MOST_PROJECTIONS).fold(q, |q, _| self.near.deepest(q).map_or(q, |n| n.point))
+    }
+
     /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
     pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
         let (n, h) = (self.near.nearest(p)?, self.near.h());
         let beside = (n.distance - self.r.abs()).abs() < BESIDE * h;
         if beside && self.r == 0.0 {
-            return Some(n.point);
+            return Some(self.uncovered(n.point));
         }
         (beside && n.distance > 0.5 * h).then(|| along(n.point, sub(p, n.point), self.r.abs() / distance(p, n.point)))
     }

@@ -4,6 +4,7 @@
 //! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
 
 mod bead;
+mod bodies;
 mod buried;
 mod cells;
 mod cost;
@@ -11,6 +12,7 @@ mod deposit;
 mod element;
 mod level;
 mod minkowski;
+mod motion;
 mod near;
 mod offset;
 mod opening;
@@ -28,6 +30,7 @@ pub use cells::Cells;
 pub use deposit::{AsPrinted, Bead, Designed, Footprint};
 pub use element::{Shape, Sides, StructuringElement};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
+pub use motion::placements_along;
 pub use offset::{Shaped, offset};
 pub use opening::{closing, opening, regularize};
 pub use rolling::{close_by_ball, open_by_ball};

@@ -4,11 +4,12 @@
 //! block is no further from c than the facet nearest to c by 2ρ: |c − f| ≤ ρ + d(p) ≤ 2ρ + d(c). Where few facets are so
 //! near, they are kept for the block; where many are, each point searches the tree from the facet of its neighbour.
 
+use super::bodies::{Around, Ball, Facets};
 use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::distance::Nearest;
-use crate::geometry::vector::{Vec3, distance, scale, sub};
+use crate::geometry::vector::{Vec3, distance, dot, scale, sub};
 use crate::geometry::{Enclosure, MeshDistance};
 use crate::grid::Grid;
 use rayon::prelude::*;
@@ -26,9 +27,15 @@ pub(super) const EXACT: f64 = 1.0 + 1e-6;
 /// How far from the level a sample may seem to be by the shell's cubes, and yet be that near: half a diagonal more.
 const SEEN: f64 = 1.9;
 
+/// How deep, in spacings, samples lie that a body holds whose surface is not near.
+const DEEP: f64 = 2.0;
+
+/// A segment is searched for facets by this much beyond its ends, as a share of it.
+const BEYOND: f64 = 1e-9;
+
 /// The mesh as seen from the samples of a grid.
 pub(super) struct Near {
-    exact: MeshDistance,
+    of: Facets,
     grid: Grid,
     /// Blocks along x and y.
     blocks: [usize; 2],
@@ -44,6 +51,10 @@ struct Slab {
     firsts: Vec<u32>,
     /// Distance from the middle of the block, and number, the nearest first.
     kept: Vec<(f64, u32)>,
+    /// Where the bodies of each block start in `bodies`, and where those of the last one end.
+    body_firsts: Vec<u32>,
+    /// Those that can hold a point of the block, where facets of several are near: as [`Bodies::around`] lists them.
+    bodies: Vec<(f64, u32)>,
 }
 
 impl Near {
@@ -53,7 +64,7 @@ impl Near {
     /// `shell2` are squared distances, in spacings, to the cubes that facets touch. Samples `known` otherwise are not
     /// measured exactly.
     pub(super) fn of(
-        exact: MeshDistance,
+        of: Facets,
         centres: &Indicator,
         shell2: &Field<u32>,
         level: f64,
@@ -63,7 +74,7 @@ impl Near {
         let [nx, ny, _] = grid.dims();
         let (mut values, mut facets) = (vec![0f32; grid.samples()], vec![0u32; grid.samples()]);
         let thick = BLOCK * nx * ny;
-        let band = Band { exact: &exact, centres, grid, level, known };
+        let band = Band { of: &of, centres, grid, level, known };
         let slabs = (values.par_chunks_mut(thick), facets.par_chunks_mut(thick), shell2.values().par_chunks(thick))
             .into_par_iter()
             .enumerate()
@@ -73,7 +84,7 @@ impl Near {
                 band.exactly(slab, values, facets)
             })
             .collect();
-        let near = Near { exact, grid, blocks: [nx, ny].map(|n| n.div_ceil(BLOCK)), slabs, facets };
+        let near = Near { of, grid, blocks: [nx, ny].map(|n| n.div_ceil(BLOCK)), slabs, facets };
         Ok((Field::from_values(grid, values, f32::MAX)?, near))
     }
 
@@ -84,18 +95,18 @@ impl Near {
 
     /// The distances to the mesh.
     pub(super) fn mesh(&self) -> &MeshDistance {
-        &self.exact
+        &self.of.exact
     }
 
-    /// The distances to the mesh, for other samples or another level.
-    pub(super) fn into_mesh(self) -> MeshDistance {
-        self.exact
+    /// What was measured to, for other samples or another level.
+    pub(super) fn into_facets(self) -> Facets {
+        self.of
     }
 
     /// The point of the mesh nearest to a sample that was measured exactly.
     pub(super) fn nearest_of_sample(&self, index: [usize; 3]) -> Option<Nearest> {
         let facet = self.facets[self.grid.offset(index)].checked_sub(1)?;
-        Some(self.exact.nearest_of(self.grid.position(index), facet))
+        Some(self.of.exact.nearest_of(self.grid.position(index), facet))
     }
 
     /// The slope of the signed distance at a sample whose value is exact: outwards, of length 1.
@@ -107,45 +118,94 @@ impl Near {
         }
         let facet = self.facets[(k * ny + j) * nx + i].checked_sub(1)?;
         let p = self.grid.position([i, j, k]);
-        let n = self.exact.nearest_of(p, facet);
+        let n = self.of.exact.nearest_of(p, facet);
         let side = if value < 0.0 { -1.0 } else { 1.0 };
         (n.distance > 1e-9 * self.grid.h()).then(|| scale(sub(p, n.point), side / n.distance))
     }
 
     /// Outward normal of the facet that a nearest point lies on.
     pub(super) fn facing(&self, n: &Nearest) -> Vec3 {
-        self.exact.normal(n.facet)
+        self.of.exact.normal(n.facet)
     }
 
-    /// The point of the mesh nearest to a point near the level.
+    /// The point of the mesh nearest to a point near the level; in a union of bodies that of the body that holds the point
+    /// deepest, if any does.
     pub(super) fn nearest(&self, p: Vec3) -> Option<Nearest> {
-        let place = self.grid.continuous_index(p);
-        let index = [0, 1, 2].map(|a| place[a].clamp(0.0, self.grid.dims()[a] as f64 - 1.0) as usize);
-        let block = index.map(|i| i / BLOCK);
-        let slab = self.slabs.get(block[2])?;
-        let list = slab.list(block[1] * self.blocks[0] + block[0]);
-        let (middle, corner) = middle(&self.grid, block);
-        let off = distance(p, middle);
-        if !list.is_empty() && off <= corner {
-            return nearest_kept(&self.exact, p, off, list);
+        let (exact, place) = (&self.of.exact, self.place(p));
+        let (list, off) = (self.slabs.get(place.block[2])?.list(place.number), distance(p, place.ball.middle));
+        if let Some(found) = self.deepest(p) {
+            return Some(found);
+        }
+        if !list.is_empty() && off <= place.ball.radius {
+            return nearest_kept(exact, p, off, list);
         }
         let [nx, ny, nz] = self.grid.dims();
-        let corners = (0..8).map(|at| [0, 1, 2].map(|a| index[a] + (at >> a & 1)));
+        let corners = (0..8).map(|at| [0, 1, 2].map(|a| place.index[a] + (at >> a & 1)));
         let seed = corners
             .filter(|&[i, j, k]| i < nx && j < ny && k < nz)
             .map(|[i, j, k]| self.facets[(k * ny + j) * nx + i])
             .find(|&facet| facet > 0);
         match seed {
-            Some(facet) => Some(self.exact.nearest_from(p, facet - 1)),
-            None => self.exact.nearest(p, f64::INFINITY),
+            Some(facet) => Some(exact.nearest_from(p, facet - 1)),
+            None => exact.nearest(p, f64::INFINITY),
         }
+    }
+
+    /// The point nearest to one inside a union of bodies whose surfaces are near, of the body that holds it deepest.
+    pub(super) fn deepest(&self, p: Vec3) -> Option<Nearest> {
+        let bodies = self.of.bodies.as_ref()?;
+        let place = self.place(p);
+        let list = self.slabs.get(place.block[2])?.bodies(place.number);
+        bodies.deepest(&self.of.exact, p, distance(p, place.ball.middle), list)
+    }
+
+    /// The point nearest to x of the body that a facet nearer than `within` belongs to, in a union of bodies.
+    pub(super) fn on_body_of(&self, facet: u32, x: Vec3, within: f64) -> Option<Nearest> {
+        self.of.bodies.as_ref()?.on_body_of(&self.of.exact, facet, x, within)
+    }
+
+    /// Where the segment from p to p + d enters a union of bodies, if p lies outside: its first facet, which looks back at p,
+    /// since the winding number is nowhere negative. Holds where a body passes through itself, too.
+    pub(super) fn entry(&self, p: Vec3, d: Vec3) -> Option<(f64, Vec3)> {
+        self.of.bodies.as_ref()?;
+        let (t, facet) = self.of.exact.first_hit(p, d, -BEYOND, 1.0 + BEYOND)?;
+        let normal = self.of.exact.normal(facet);
+        (dot(normal, d) < 0.0).then_some((t, normal))
+    }
+
+    /// Where a point stands on the grid.
+    fn place(&self, p: Vec3) -> Place {
+        let place = self.grid.continuous_index(p);
+        let index = [0, 1, 2].map(|a| place[a].clamp(0.0, self.grid.dims()[a] as f64 - 1.0) as usize);
+        let block = index.map(|i| i / BLOCK);
+        Place { index, block, number: block[1] * self.blocks[0] + block[0], ball: ball(&self.grid, block) }
     }
 }
 
+/// The sample before a point, its block, the block's number in its layer, and the ball about it.
+struct Place {
+    index: [usize; 3],
+    block: [usize; 3],
+    number: usize,
+    ball: Ball,
+}
+
 impl Slab {
+    fn start_block(&mut self) {
+        self.firsts.push(self.kept.len() as u32);
+        self.body_firsts.push(self.bodies.len() as u32);
+    }
+
     fn list(&self, block: usize) -> &[(f64, u32)] {
         match self.firsts.get(block..block + 2) {
             Some(&[first, end]) => &self.kept[first as usize..end as usize],
+            _ => &[],
+        }
+    }
+
+    fn bodies(&self, block: usize) -> &[(f64, u32)] {
+        match self.body_firsts.get(block..block + 2) {
+            Some(&[first, end]) => &self.bodies[first as usize..end as usize],
             _ => &[],
         }
     }
@@ -153,7 +213,7 @@ impl Slab {
 
 /// What a layer of blocks is measured with.
 struct Band<'a> {
-    exact: &'a MeshDistance,
+    of: &'a Facets,
     centres: &'a Indicator,
     grid: Grid,
     level: f64,
@@ -178,49 +238,82 @@ impl Band<'_> {
 
     /// Exact values near zero, and the facets that they were measured to, block by block.
     fn exactly(&self, slab: usize, values: &mut [f32], facets: &mut [u32]) -> Slab {
-        let ([nx, ny, _], h) = (self.grid.dims(), self.grid.h());
-        let layers = values.len() / (nx * ny);
-        let near = (SEEN * h) as f32;
+        let [nx, ny, _] = self.grid.dims();
         let mut out = Slab::default();
-        let (mut last, mut samples, mut list) = (None, Vec::new(), Vec::new());
+        let (mut last, mut samples) = (None, Vec::new());
+        let (mut list, mut bodies) = (Vec::new(), Vec::new());
         for block_y in 0..ny.div_ceil(BLOCK) {
             for block_x in 0..nx.div_ceil(BLOCK) {
-                out.firsts.push(out.kept.len() as u32);
-                let (x, y) = (span(block_x, nx), span(block_y, ny));
-                samples.clear();
-                for k in 0..layers {
-                    for j in y.clone() {
-                        let row = (k * ny + j) * nx;
-                        let known = |i| self.known.is_some_and(|known| known.contains([i, j, BLOCK * slab + k]));
-                        let asked = x.clone().filter(|&i| values[row + i].abs() <= near && !known(i));
-                        samples.extend(asked.map(|i| (row + i, [i, j, k])));
-                    }
-                }
+                out.start_block();
+                let block = [block_x, block_y, slab];
+                self.asked(block, values, &mut samples);
                 if samples.is_empty() {
                     continue;
                 }
-                let (middle, corner) = middle(&self.grid, [block_x, block_y, slab]);
-                let Some(mut found) = self.gather(middle, corner, last, &mut list) else { continue };
-                last = Some(found.facet);
-                for &(at, [i, j, k]) in &samples {
-                    let p = self.grid.position([i, j, BLOCK * slab + k]);
-                    let side = if self.centres.contains([i, j, BLOCK * slab + k]) { -1.0 } else { 1.0 };
-                    let kept = nearest_kept(self.exact, p, distance(p, middle), &list);
-                    found = kept.unwrap_or_else(|| self.searched(p, found.facet, side * self.level));
-                    values[at] = (side * found.distance - self.level) as f32;
-                    facets[at] = found.facet + 1;
-                }
+                let ball = ball(&self.grid, block);
+                let Some(found) = self.gather(ball, last, &mut list) else { continue };
+                let around = match &self.of.bodies {
+                    Some(of) => of.around(&self.of.exact, ball, &found, DEEP * self.grid.h(), &mut bodies),
+                    None => Around::One,
+                };
+                let block = Block { ball, around, facets: &list, bodies: &bodies };
+                last = Some(self.measure(&samples, &block, found.facet, values, facets));
                 out.kept.extend_from_slice(&list);
+                out.bodies.extend_from_slice(&bodies);
             }
         }
-        out.firsts.push(out.kept.len() as u32);
+        out.start_block();
         out
+    }
+
+    /// The samples of a block that seem near the level, with their places in the layer.
+    fn asked(&self, [block_x, block_y, slab]: [usize; 3], values: &[f32], samples: &mut Vec<(usize, [usize; 3])>) {
+        let ([nx, ny, _], near) = (self.grid.dims(), (SEEN * self.grid.h()) as f32);
+        samples.clear();
+        for layer in 0..values.len() / (nx * ny) {
+            let k = BLOCK * slab + layer;
+            for j in span(block_y, ny) {
+                let row = (layer * ny + j) * nx;
+                let known = |i| self.known.is_some_and(|known| known.contains([i, j, k]));
+                let asked = span(block_x, nx).filter(|&i| values[row + i].abs() <= near && !known(i));
+                samples.extend(asked.map(|i| (row + i, [i, j, k])));
+            }
+        }
+    }
+
+    /// Measures samples of a block, seeking from a facet near it; the last one found.
+    fn measure(
+        &self,
+        samples: &[(usize, [usize; 3])],
+        block: &Block,
+        mut facet: u32,
+        values: &mut [f32],
+        facets: &mut [u32],
+    ) -> u32 {
+        let (exact, middle) = (&self.of.exact, block.ball.middle);
+        for &(at, index) in samples {
+            let (p, inside) = (self.grid.position(index), self.centres.contains(index));
+            if inside && block.around == Around::Within {
+                values[at] = (-DEEP * self.grid.h() - self.level) as f32;
+                continue;
+            }
+            let side = if inside { -1.0 } else { 1.0 };
+            let off = distance(p, middle);
+            let bodies = self.of.bodies.as_ref().filter(|_| inside && !block.bodies.is_empty());
+            let deepest = bodies.and_then(|of| of.deepest(exact, p, off, block.bodies));
+            let kept = deepest.or_else(|| nearest_kept(exact, p, off, block.facets));
+            let found = kept.unwrap_or_else(|| self.searched(p, facet, side * self.level));
+            values[at] = (side * found.distance - self.level) as f32;
+            facets[at] = found.facet + 1;
+            facet = found.facet;
+        }
+        facet
     }
 
     /// The point of the mesh nearest to p, sought from a facet that should be near it, where its distance differs from
     /// `about` by less than [`EXACT`] spacings; else a distance between, and that facet.
     fn searched(&self, p: Vec3, facet: u32, about: f64) -> Nearest {
-        let start = self.exact.nearest_of(p, facet);
+        let start = self.of.exact.nearest_of(p, facet);
         let [low, high] = [-EXACT, EXACT].map(|off| about + off * self.grid.h());
         let bound = |distance| Nearest { distance, ..start };
         if start.distance <= low {
@@ -229,19 +322,20 @@ impl Band<'_> {
         if high <= 0.0 {
             return bound(0.0);
         }
-        self.exact.nearest(p, high.min(start.distance.next_up())).unwrap_or(bound(high))
+        self.of.exact.nearest(p, high.min(start.distance.next_up())).unwrap_or(bound(high))
     }
 
     /// The facet nearest to the middle of a block; and in `list` all that can be nearest to a point of it, or none if
     /// these are many.
-    fn gather(&self, middle: Vec3, corner: f64, last: Option<u32>, list: &mut Vec<(f64, u32)>) -> Option<Nearest> {
+    fn gather(&self, block: Ball, last: Option<u32>, list: &mut Vec<(f64, u32)>) -> Option<Nearest> {
         list.clear();
+        let exact = &self.of.exact;
         let found = match last {
-            Some(facet) => self.exact.nearest_from(middle, facet),
-            None => self.exact.nearest(middle, f64::INFINITY)?,
+            Some(facet) => exact.nearest_from(block.middle, facet),
+            None => exact.nearest(block.middle, f64::INFINITY)?,
         };
-        let reach = (found.distance + 2.0 * corner) * (1.0 + 1e-9);
-        self.exact.within(middle, reach, |n| {
+        let reach = (found.distance + 2.0 * block.radius) * (1.0 + 1e-9);
+        exact.within(block.middle, reach, |n| {
             list.push((n.distance, n.facet));
             if list.len() > MOST_KEPT { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
@@ -253,16 +347,24 @@ impl Band<'_> {
     }
 }
 
+/// What the samples of a block are measured with.
+struct Block<'a> {
+    ball: Ball,
+    around: Around,
+    facets: &'a [(f64, u32)],
+    bodies: &'a [(f64, u32)],
+}
+
 /// The samples of a block along an axis.
 fn span(block: usize, n: usize) -> std::ops::Range<usize> {
     BLOCK * block..n.min(BLOCK * (block + 1))
 }
 
-/// The middle of a block, whose last cells reach to the next block's first samples, and its distance to the corners.
-fn middle(grid: &Grid, block: [usize; 3]) -> (Vec3, f64) {
+/// The ball about a block, whose last cells reach to the next block's first samples.
+fn ball(grid: &Grid, block: [usize; 3]) -> Ball {
     let half = 0.5 * BLOCK as f64 * grid.h();
     let first = grid.position(block.map(|b| BLOCK * b));
-    (first.map(|x| x + half), half * 3f64.sqrt() * (1.0 + 1e-9))
+    Ball { middle: first.map(|x| x + half), radius: half * 3f64.sqrt() * (1.0 + 1e-9) }
 }
 
 /// The nearest of a block's facets; `off` is the distance of the point from the middle of the block.
@@ -309,7 +411,7 @@ mod tests {
             (0..mesh.triangles.len() as u32).map(|f| exact.nearest_of(p, f).distance).fold(f64::INFINITY, f64::min)
         };
         for level in [-0.7, 0.0, 1.3] {
-            let (field, near) = Near::of(exact.clone(), &sides.centres, &shell2, level, None).unwrap();
+            let (field, near) = Near::of(exact.clone().into(), &sides.centres, &shell2, level, None).unwrap();
             let (kept, searched): (Vec<_>, Vec<_>) =
                 near.facets.iter().enumerate().filter(|f| *f.1 > 0).map(|(at, _)| grid.index(at)).partition(|index| {
                     let block = index.map(|i| i / BLOCK);

@@ -1,5 +1,6 @@
 //! Offsets of meshes by a signed length, from exact distances.
 
+use super::bodies::{Bodies, Facets};
 use super::buried::refuse_buried_facets;
 use super::level::Level;
 use super::near::{Near, squared_distance_to_shell};
@@ -17,6 +18,10 @@ pub(super) const HALF_DIAGONAL: f64 = 0.866_025_403_785;
 /// Where the lattice stands about the box, in spacings: faces on round coordinates are neither on samples nor on cubes.
 const BETWEEN: [f64; 3] = [0.23, 0.31, 0.27];
 
+/// Offsets by less than this, in spacings, look at samples inside the part: those at most a spacing from the level, seen from
+/// half a diagonal further.
+const NEAR_PART: f64 = 2.0;
+
 /// A shape made from a mesh: its surface, and the two numbers that its volume lies between.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shaped {
@@ -32,7 +37,12 @@ pub struct Shaped {
 ///
 /// Outwards it is the sum with a ball, inwards the difference. Distances are exact, to the facets; the surface's
 /// vertices lie on the level, those on creases where the sheets beside them meet, as two steps of Newton's find it; curved
-/// facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice.
+/// facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice. Bodies that overlap
+/// or touch are one solid: outwards, and at 0, the facets of each that lie inside another do not count.
+///
+/// # Limits
+/// Of one body that passes through itself they do: the bracket is wider there, and vertices may lie up to a spacing inside where
+/// the level is nearer than two.
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or more than a thousand spacings, [`Error::NoGeometry`] for a mesh
@@ -40,21 +50,32 @@ pub struct Shaped {
 /// otherwise as [`crate::geometry::voxelize()`].
 ///
 /// # Cost
-/// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface.
+/// One cast and one distance transform of the grid; four distances to the mesh for each sample near the new surface. Outwards by
+/// less than two spacings the health of the mesh as well, and where several bodies are near, a distance and a winding number for each.
 pub fn offset(mesh: &TriangleMesh, by: Length, spacing: Length) -> Result<Shaped> {
-    let part = Measured::around(mesh, by, spacing)?;
+    let mut part = Measured::around(mesh, by, spacing)?;
     if by.as_mm() < 0.0 {
         part.refuse_buried_facets(mesh)?;
+    } else if by.as_mm() < NEAR_PART * spacing.as_mm() {
+        part.of.bodies = Bodies::overlapping(mesh, spacing);
     }
-    let (values, near) = Near::of(part.exact, &part.sides.centres, &part.shell2, by.as_mm(), None)?;
-    let traced = Traced { values, level: Some(Level { near, r: by.as_mm() }), walls: None };
-    let (mesh, volume) = (traced.surface(FINE)?, bracket(&traced.values));
-    Ok(Shaped { mesh, volume, field: traced.values })
+    part.grown(by)
+}
+
+/// The union of closed bodies, whose winding numbers must nowhere be negative.
+///
+/// # Errors
+/// As [`offset`].
+pub(super) fn united(bodies: &[TriangleMesh], spacing: Length) -> Result<Shaped> {
+    let all = bodies.iter().fold(TriangleMesh::default(), |all, body| all.joined(body));
+    let mut part = Measured::around(&all, Length::mm(0.0), spacing)?;
+    part.of.bodies = Some(Bodies::of(bodies));
+    part.grown(Length::mm(0.0))
 }
 
 /// A mesh on a grid: its sides, the distances to it, and roughly those of the samples.
 pub(super) struct Measured {
-    pub(super) exact: MeshDistance,
+    pub(super) of: Facets,
     pub(super) sides: Enclosure,
     /// Squared distances, in spacings, to the cubes that facets touch.
     pub(super) shell2: Field<u32>,
@@ -85,17 +106,26 @@ impl Measured {
     /// The mesh on a grid.
     pub(super) fn on(mesh: &TriangleMesh, grid: &Grid) -> Result<Self> {
         let sides = enclose(mesh, grid, InsideRule::Crossings)?;
-        Ok(Measured { exact: MeshDistance::new(mesh), shell2: squared_distance_to_shell(&sides)?, sides })
+        let of = MeshDistance::new(mesh).into();
+        Ok(Measured { of, shell2: squared_distance_to_shell(&sides)?, sides })
+    }
+
+    /// The offset of what was measured.
+    fn grown(self, by: Length) -> Result<Shaped> {
+        let (values, near) = Near::of(self.of, &self.sides.centres, &self.shell2, by.as_mm(), None)?;
+        let traced = Traced { values, level: Some(Level { near, r: by.as_mm() }), walls: None };
+        let (mesh, volume) = (traced.surface(FINE)?, bracket(&traced.values));
+        Ok(Shaped { mesh, volume, field: traced.values })
     }
 
     /// Refuses a mesh whose nearest facet may not be its boundary.
     pub(super) fn refuse_buried_facets(&self, mesh: &TriangleMesh) -> Result<()> {
-        refuse_buried_facets(mesh, &self.exact, &self.sides.centres, &self.shell2)
+        refuse_buried_facets(mesh, &self.of.exact, &self.sides.centres, &self.shell2)
     }
 }
 
-/// Bounds on the volume of `{ s ≤ 0 }`: s changes by at most a millimetre per millimetre, so a ball of radius |s|
-/// about a sample lies on the sample's side.
+/// Bounds on the volume of `{ s ≤ 0 }`: s changes by at most a millimetre per millimetre, also where it is the least of several
+/// distances, so a ball of radius |s| about a sample lies on the sample's side.
 fn bracket(field: &Field<f32>) -> [Volume; 2] {
     let grid = field.grid();
     let (h, plane) = (grid.h(), grid.dims()[0] * grid.dims()[1]);

@@ -1,5 +1,6 @@
 //! Openings and closings of meshes by a ball, from exact distances.
 
+use super::bodies::{Bodies, Facets};
 use super::level::Level;
 use super::near::Near;
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
@@ -9,7 +10,7 @@ use super::within::{Side, drawn_back};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::geometry::TriangleMesh;
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
 
@@ -39,17 +40,19 @@ pub fn close_by_ball(mesh: &TriangleMesh, radius: Length, spacing: Length) -> Re
 
 /// Offset there and back.
 fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
-    let Measured { exact, sides, shell2 } = {
-        let part = Measured::around(mesh, there, spacing)?;
+    let Measured { of, sides, shell2 } = {
+        let mut part = Measured::around(mesh, there, spacing)?;
         if there.as_mm() < 0.0 {
             part.refuse_buried_facets(mesh)?;
+        } else {
+            part.of.bodies = Bodies::overlapping(mesh, spacing);
         }
         part
     };
-    let (values, near) = Near::of(exact, &sides.centres, &shell2, there.as_mm(), None)?;
+    let (values, near) = Near::of(of, &sides.centres, &shell2, there.as_mm(), None)?;
     let covered = Covered::of(&values, there)?;
-    let (between, exact) = reached(values, near, there)?;
-    let (distances, walls) = Walls::of(exact, &sides.centres, &shell2, there, &covered.surely)?;
+    let (between, of) = reached(values, near, there)?;
+    let (distances, walls) = Walls::of(of, &sides.centres, &shell2, there, &covered.surely)?;
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
     let traced = back(&between, distances, walls, there)?;
@@ -62,11 +65,11 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
 }
 
 /// The surface of what the ball's centre reaches, from the offset field there; and the distances to the part.
-fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMesh, MeshDistance)> {
+fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMesh, Facets)> {
     let traced = Traced { values, level: Some(Level { near, r: there.as_mm() }), walls: None };
     let surface = traced.surface(BETWEEN)?;
     let level = traced.level.ok_or_else(|| Error::Internal { problem: "an offset without its level".into() })?;
-    Ok((surface, level.near.into_mesh()))
+    Ok((surface, level.near.into_facets()))
 }
 
 /// The field on the way back: distances to walls where the ball touches them, elsewhere to the surface of what its centre
@@ -81,7 +84,7 @@ fn back(between: &TriangleMesh, distances: Distances, mut walls: Walls, there: L
     } else {
         let body = Measured::on(between, &grid)?;
         let r = -there.as_mm();
-        let (values, near) = Near::of(body.exact, &body.sides.centres, &body.shell2, r, Some(walls.held()))?;
+        let (values, near) = Near::of(body.of, &body.sides.centres, &body.shell2, r, Some(walls.held()))?;
         (values, Some(Level { near, r }))
     };
     let words = walls.held().words_per_row();
@@ -180,7 +183,7 @@ mod tests {
     use super::*;
     use crate::geometry::generate::extruded;
     use crate::geometry::vector::Vec3;
-    use crate::geometry::{Primitive, Winding, cuboid};
+    use crate::geometry::{MeshDistance, Primitive, Winding, cuboid};
     use crate::random::Lcg;
     use std::f64::consts::PI;
 

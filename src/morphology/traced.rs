@@ -63,6 +63,18 @@ impl Traced {
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }
 
+    /// Where an edge enters a union of bodies from its end outside, and the outward normal there.
+    fn entry(&self, edge: Edge, [a, b]: [f64; 2]) -> Option<(f64, Vec3)> {
+        let level = self.level.as_ref().filter(|level| level.r == 0.0 && self.walls.is_none())?;
+        let grid = self.values.grid();
+        let (end, way) = if a > b { (0.0, grid.h()) } else { (1.0, -grid.h()) };
+        let along = |from: f64, step: f64| [0, 1, 2].map(|i| if i == edge.axis { from + step } else { from });
+        let first = [0, 1, 2].map(|i| grid.origin()[i] + grid.h() * edge.from[i] as f64);
+        let (p, d) = (add(first, along(0.0, end * grid.h())), along(0.0, way));
+        let (t, normal) = level.near.entry(p, d)?;
+        Some((if a > b { t } else { 1.0 - t }, normal))
+    }
+
     /// Where `s` vanishes along an edge, from `t` on: by Newton's steps, which end on a plane; where these leave what is known
     /// to hold the crossing, by regula falsi that halves the value of an end kept twice (Dowell and Jarratt 1971, "A modified
     /// regula falsi method", BIT 11).
@@ -110,6 +122,9 @@ impl Sheets for Traced {
         let t = linear_crossing(&self.values, edge, 0.0);
         if !(0.0..=1.0).contains(&t) {
             return (t, None);
+        }
+        if let Some((t, normal)) = self.entry(edge, [a, b]) {
+            return (t, Some(normal));
         }
         let slope = |index, value| self.level_of(index)?.slope(index, value);
         if let (Some(m), Some(n)) = (slope(edge.from, a), slope(next, b)) {

@@ -5,13 +5,13 @@
 //! nearer than: the distance from x to E, less ρ, is d(x). So the opening is known there from distances to the part, however
 //! thin E is. Closings are the same from outside.
 
+use super::bodies::Facets;
 use super::level::{Level, Seen};
 use super::near::{EXACT, Near};
 use super::offset::HALF_DIAGONAL;
 use super::press::nearest_place;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
-use crate::geometry::MeshDistance;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, scale, sub};
 use crate::units::Length;
@@ -49,13 +49,13 @@ impl Walls {
     /// # Cost
     /// Two distances to the mesh for each of those samples.
     pub(super) fn of(
-        exact: MeshDistance,
+        of: Facets,
         centres: &Indicator,
         shell2: &Field<u32>,
         ball: Length,
         covered: &Indicator,
     ) -> Result<(Distances, Self)> {
-        let (mut distances, near) = Near::of(exact, centres, shell2, 0.0, None)?;
+        let (mut distances, near) = Near::of(of, centres, shell2, 0.0, None)?;
         let (grid, ball) = (*centres.grid(), ball.as_mm());
         let level = Level { near, r: 0.0 };
         let mut walls = Walls {

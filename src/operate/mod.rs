@@ -6,7 +6,9 @@
 
 mod deposit;
 mod midway;
+mod motion;
 mod shape;
 
 pub use deposit::{Departure, Deposit, deposit};
+pub use motion::sweep_motion;
 pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};

@@ -20,6 +20,19 @@ pub enum Element {
     BuiltIn(Primitive),
 }
 
+impl Element {
+    /// Its facets; curved faces are inscribed by a hundredth of the spacing at most.
+    pub(super) fn faceted(&self, spacing: Length) -> Result<TriangleMesh> {
+        match self {
+            Element::Mesh(mesh) => Ok(mesh.clone()),
+            Element::BuiltIn(shape) => {
+                shape.validate()?;
+                Ok(shape.mesh(spacing * 0.01))
+            }
+        }
+    }
+}
+
 /// A shape that an operation made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
@@ -141,17 +154,15 @@ pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Resu
 /// # Errors
 /// [`Error::Operand`] for a path of fewer than two points or without length; otherwise as [`offset`].
 pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result<Operated> {
-    let mesh = match element {
-        Element::Mesh(mesh) => mesh.clone(),
-        Element::BuiltIn(shape) => {
-            shape.validate()?;
-            shape.mesh(spacing * 0.01)
-        }
-    };
+    let mesh = element.faceted(spacing)?;
     let Sides { full, points, touched } = sweep_mesh(&mesh, path_mm, spacing, [0.25; 3])?;
     let bracket = [full.volume(), touched.volume()];
     let made = match sweep_surface(&mesh, path_mm, spacing)? {
-        Some(surface) => Operated { bracket, ..from_distances(surface) },
+        Some(surface) => {
+            let made = from_distances(surface);
+            let [low, high] = made.bracket;
+            Operated { bracket: [low.max(bracket[0]), high.min(bracket[1])], ..made }
+        }
         None => {
             let same = Sandwich { lower: points.clone(), upper: points, volume: bracket, paths: Vec::new() };
             Operated { path: "solids of the path's pieces, sample by sample".into(), ..from_sandwich(same)? }

@@ -6,7 +6,8 @@ use super::{damaged, unsupported};
 use crate::error::Result;
 use crate::geometry::vector::Vec3;
 use crate::io::accept;
-use crate::io::toolpath::{Toolpath, corners_fit};
+use crate::io::rows::rows_fit;
+use crate::io::toolpath::Toolpath;
 use crate::notice::Notice;
 
 /// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling, the origin.
@@ -81,7 +82,7 @@ impl Strokes {
         if from == to {
             return Ok(());
         }
-        corners_fit(self.corners)?;
+        rows_fit(self.corners, 24)?;
         match self.done.last_mut().filter(|_| !self.broken) {
             Some(stroke) if stroke.last() == Some(&from) => stroke.push(to),
             _ => self.done.push(vec![from, to]),

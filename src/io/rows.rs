@@ -1,0 +1,118 @@
+//! Lists of rows of numbers, where an empty line parts what hangs together.
+
+use super::words::Words;
+use crate::error::{Error, Place, Result};
+
+/// Most rows that are read; the path of a print of a week has fewer.
+pub(super) const MOST_ROWS: usize = 1 << 26;
+
+/// Strokes of rows of N numbers each, every row made into something; an empty line begins a new stroke, `#` a comment.
+///
+/// Numbers may be parted by spaces, tabs, semicolons or, if as many as there should be, commas; the decimal sign is a point. `what`
+/// says what a row is, for the remedy.
+///
+/// # Errors
+/// [`Error::Damaged`] naming the line, with what `make` says of a row; [`Error::TooLarge`] beyond [`MOST_ROWS`].
+pub(super) fn strokes<const N: usize, T>(
+    bytes: &[u8],
+    what: &str,
+    make: impl Fn([f64; N]) -> std::result::Result<T, String>,
+) -> Result<Vec<Vec<T>>> {
+    let text = plain::<N>(bytes);
+    let mut words = Words::new(&text);
+    let mut strokes: Vec<Vec<T>> = vec![Vec::new()];
+    let (mut last_line, mut rows) = (0, 0);
+    while let Some(first) = words.peek() {
+        let line = first.line;
+        if first.text.starts_with(b"#") {
+            words.next();
+            words.skip_line();
+            last_line = line;
+            continue;
+        }
+        let row = row::<N>(&mut words, line, what)?;
+        let made = make(row).map_err(|problem| damaged(line, problem, what))?;
+        if line > last_line + 1 {
+            strokes.push(Vec::new());
+        }
+        last_line = line;
+        rows += 1;
+        rows_fit(rows, 8 * N)?;
+        if let Some(stroke) = strokes.last_mut() {
+            stroke.push(made);
+        }
+    }
+    Ok(strokes)
+}
+
+/// How many numbers the first row has, N to be tried first for rows parted by commas.
+pub(super) fn first_row<const N: usize>(bytes: &[u8]) -> usize {
+    let text = plain::<N>(bytes);
+    let mut words = Words::new(&text);
+    while let Some(first) = words.next() {
+        if !first.text.starts_with(b"#") {
+            return 1 + words.take_while(|w| w.line == first.line && !w.text.starts_with(b"#")).count();
+        }
+        words.skip_line();
+    }
+    0
+}
+
+/// The numbers of a row.
+fn row<const N: usize>(words: &mut Words<'_>, line: u64, what: &str) -> Result<[f64; N]> {
+    let mut row = [0.0; N];
+    let here = |word: Option<super::words::Word<'_>>| word.is_some_and(|w| w.line == line && !w.text.starts_with(b"#"));
+    for (at, value) in row.iter_mut().enumerate() {
+        if !here(words.peek()) {
+            return Err(damaged(line, format!("{at} numbers on the line, where {N} are needed"), what));
+        }
+        let Some(word) = words.next() else { break };
+        *value = word.number().ok_or_else(|| {
+            let (problem, remedy) = word.number_problem();
+            damaged(line, problem, remedy)
+        })?;
+    }
+    if here(words.peek()) {
+        return Err(damaged(line, format!("more than {N} numbers on the line"), what));
+    }
+    Ok(row)
+}
+
+/// The text with its separators as spaces, without a byte order mark.
+fn plain<const N: usize>(bytes: &[u8]) -> Vec<u8> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.split_inclusive(|&b| b == b'\n').flat_map(separated::<N>).collect()
+}
+
+/// A line with its separators as spaces: semicolons always; commas where they part N fields without a space in them, because
+/// elsewhere they are decimal signs.
+fn separated<const N: usize>(line: &[u8]) -> impl Iterator<Item = u8> + '_ {
+    let values = line.split(|&b| b == b'#').next().unwrap_or_default();
+    let whole = |field: &[u8]| {
+        let field = field.trim_ascii();
+        !field.is_empty() && !field.iter().any(|b| b.is_ascii_whitespace() || *b == b';')
+    };
+    let fields = values.split(|&b| b == b',');
+    let commas = fields.clone().count() == N && fields.into_iter().all(whole);
+    line.iter().map(move |&b| if b == b';' || (commas && b == b',') { b' ' } else { b })
+}
+
+/// Refuses more rows than are read.
+///
+/// # Errors
+/// [`Error::TooLarge`].
+pub(super) fn rows_fit(rows: usize, bytes: usize) -> Result<()> {
+    if rows <= MOST_ROWS {
+        return Ok(());
+    }
+    Err(Error::TooLarge {
+        what: format!("a path of {rows} corners"),
+        need_bytes: rows as u128 * bytes as u128,
+        allowed_bytes: MOST_ROWS as u128 * bytes as u128,
+        remedy: "take a part of the path".into(),
+    })
+}
+
+fn damaged(line: u64, problem: String, remedy: &str) -> Error {
+    Error::Damaged { format: "path", place: Place::Line(line), problem, remedy: remedy.into() }
+}
