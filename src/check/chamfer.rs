@@ -84,7 +84,7 @@ impl Chamfer {
         };
         let back = match self.above > 0.0 && self.above <= 2.0 * self.leg {
             true => {
-                format!("cut it back by {} mm with the {} mm of material above", plain(self.leg), plain(self.above))
+                format!("cut it back to {limit} mm with the {} mm of material above", plain(self.above))
             }
             false => format!("let it reach out no more than {limit} mm"),
         };

@@ -11,6 +11,9 @@ use crate::units::Angle;
 use rayon::prelude::*;
 use std::sync::Arc;
 
+/// Pairs of a line and a side that may tell whether a span with ribs under it is within its limit.
+const TELLING: u64 = 100_000_000;
+
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
 /// The rule of the farthest ledge.
@@ -121,7 +124,16 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     // A quick search that finds nothing in its way has looked at all of it.
     let limit = self_holding(process).bridge_mm.unwrap_or(0.0);
     let within = |c: &Ceiling| c.cantilever.is_none() && c.bridge.is_none_or(|b| b.high_mm <= limit);
-    if quickly.iter().all(within) { quickly } else { ceilings(&mesh, &hanging, how, &ground) }
+    if quickly.iter().all(within) {
+        return quickly;
+    }
+    let measured = ceilings(&mesh, &hanging, how, &ground);
+    let open = |c: &Ceiling| c.bridge.is_some_and(|b| b.low_mm <= limit && limit < b.high_mm);
+    if !measured.iter().any(open) {
+        return measured;
+    }
+    let search = Search::Tell { beyond: [limit, 0.0], pairs: TELLING };
+    ceilings(&mesh, &hanging, Measuring { search, ..how }, &ground)
 }
 
 /// Whether material lies no more than a layer below any of an underside, or around it.

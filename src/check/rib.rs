@@ -109,13 +109,15 @@ impl Held {
             }
         };
         let stands = if self.on_part { "on the part" } else { "on the plate" };
+        let left = match self.span > 0.0 {
+            true => format!("no span is then longer than {} mm", plain(self.span)),
+            false => "nothing then spans freely".to_string(),
+        };
         let closes = if self.closes { "; leave a way through it, for it reaches from wall to wall" } else { "" };
         format!(
-            "put {ribs} of {} mm under it, {first}from {from} to {to}{more}, {} mm tall, {stands}: measured again, no span is then longer than \
-             {} mm{closes}",
+            "put {ribs} of {} mm under it, {first}from {from} to {to}{more}, {} mm tall, {stands}: measured again, {left}{closes}",
             plain(self.thick),
             plain(self.tall),
-            plain(self.span),
         )
     }
 }

@@ -25,6 +25,9 @@ use rayon::prelude::*;
 /// Rays whose length differs from a ball's diameter by less are as long.
 const TOUCH: f64 = 1e-3;
 
+/// A sheet's samples, what its finer looks took, and its finding, if it is no wedge.
+type Judged = (usize, Budget, Option<(Finding, Room)>);
+
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
@@ -141,7 +144,7 @@ impl Sheets<'_> {
         let territory = Territory::of(sheets.iter().map(|s| s.1.as_slice()), &neither);
         let open = sheets.iter().filter(|(s, _)| q.class(s.low) != q.class(s.thinnest.diameter)).count() as u64;
         let seeking = Seeking { question: q, scale, territory: &territory, share: q.budget / open.max(1) };
-        let judged: Vec<(usize, Budget, Option<(Finding, Room)>)> = sheets
+        let judged: Vec<Judged> = sheets
             .into_par_iter()
             .enumerate()
             .with_max_len(1)
