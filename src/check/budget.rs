@@ -1,8 +1,5 @@
 //! What finer looks may take, counted in samples, so that the same input gives the same answer on any machine.
 
-/// Samples that an evaluation of the search for sheets stands for: it visits some sixty-four boxes and facets.
-pub(super) const EVALUATION: u64 = 64;
-
 /// The budget of one check for deciding what its first look left open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Budget {

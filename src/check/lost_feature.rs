@@ -145,9 +145,9 @@ impl Lost<'_> {
                     if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) }
                 };
                 let place = LostPlace { part: self.part, bead: self.bead, limits: self.limits, detail, cell };
-                let told = place.told([likely(counted), counted[1], counted[2]], budget)?;
-                let [value, low, high] = [likely(told), told[1], told[2]];
-                (Bracket::new(value, low, high), Basis::Certified)
+                let about = likely(counted);
+                let [_, low, high] = place.told([about, counted[1], counted[2]], budget)?;
+                (Bracket::new(about.max(low).min(high.max(low)), low, high), Basis::Certified)
             }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
         };

@@ -40,7 +40,6 @@ mod room;
 mod search;
 mod sheet;
 mod sheet_shape;
-mod sheet_thinnest;
 mod sheet_words;
 mod small_hole;
 mod support;

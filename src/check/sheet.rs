@@ -1,19 +1,18 @@
 //! Findings from sheets of material or void: what AM101 and AM103 share.
 
-use super::budget::Budget;
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::Beside;
 use super::search;
-use super::sheet_shape::{Form, Sheet, parallel_sheet, sheet_of};
-use super::sheet_thinnest::{Seeking, Territory};
+use super::sheet_shape::{Form, Sheet, parallel_sheet, runs_out, sheet_of};
 use super::sheet_words::{Room, Rooms};
 use crate::geometry::BodyPair;
-use crate::geometry::vector::{Vec3, bounds, scale};
-use crate::medial::chord::WALL_SEPARATION;
+use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
+use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
 use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
+use crate::medial::refine::thinnest_on;
 use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::{Notice, number_of};
@@ -21,12 +20,16 @@ use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
-/// Rays whose length differs from a ball's diameter by less are as long.
+/// Bound and ball that differ by less than this are one, millimetres.
 const TOUCH: f64 = 1e-3;
-
-/// A sheet's samples, what its finer looks took, and its finding, if it is no wedge.
-type Judged = (usize, Budget, Option<(Finding, Room)>);
+/// Sheets whose thinnest place is sought although every limit tells its bracket's ends the same; thinnest sheets first.
+const REFINED: usize = 64;
+/// Features of such a sheet that are searched, and what each search may cost, in evaluations.
+const LOOKS: (usize, u64) = (16, 1 << 12);
+/// The same for a sheet with a limit within its bracket.
+const LOOKS_TO_DECIDE: (usize, u64) = (64, 1 << 16);
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,7 +124,7 @@ impl Sheets<'_> {
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
         let scale = self.part.extent().into_iter().fold(0.0, f64::max).min(warn);
         let mut sheets: Vec<(Sheet, Vec<Sample>)> = Vec::new();
-        let (mut noticed, mut neither): (Option<Sample>, Vec<Sample>) = (None, Vec::new());
+        let mut noticed: Option<Sample> = None;
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn), (warn, f64::INFINITY)] {
             let level: Vec<Sample> = own.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
             if to.is_infinite() {
@@ -133,43 +136,39 @@ impl Sheets<'_> {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
                 match sheet_of(&samples, scale) {
                     Some(sheet) => sheets.push((sheet, samples)),
-                    None => {
-                        *wedges += samples.len();
-                        neither.extend(samples);
-                    }
+                    None => *wedges += samples.len(),
                 }
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
-        let territory = Territory::of(sheets.iter().map(|s| s.1.as_slice()), &neither);
-        let open = sheets.iter().filter(|(s, _)| q.class(s.low) != q.class(s.thinnest.diameter)).count() as u64;
-        let seeking = Seeking { question: q, scale, territory: &territory, share: q.budget / open.max(1) };
-        let judged: Vec<Judged> = sheets
+        let judged: Vec<(usize, Option<(Finding, Room)>)> = sheets
             .into_par_iter()
             .enumerate()
             .with_max_len(1)
             .map(|(rank, (sheet, samples))| {
-                let sheet = match self.ends(&sheet.thinnest, scale) {
-                    true => parallel_sheet(&samples, scale),
-                    false => Some(sheet),
+                let known = sheet.thinnest;
+                let refined = self.refined(q, sheet, &samples, rank);
+                let ends = |s: &Sample| runs_out(s, scale) || self.thins_out(s);
+                let sheet = if !ends(&refined.thinnest) {
+                    Some(refined)
+                } else if !ends(&known) {
+                    // A sheet that ends in a wedge: what it is before that counts, and what may be thinner stays in the bracket.
+                    Some(Sheet { thinnest: known, ..refined })
+                } else {
+                    parallel_sheet(&samples, scale)
                 };
-                let mut budget = Budget::default();
-                let sheet = sheet.map(|sheet| self.thinnest(&seeking, sheet, &samples, rank, &mut budget));
                 let room = |s: &Sample| self.room(kind, (s.contacts, s.diameter), samples.iter());
                 let found = sheet.map(|s| (self.finding(kind, &s), room(&s.thinnest)));
-                (samples.len(), budget, found)
+                (samples.len(), found)
             })
             .collect();
-        *wedges += judged.iter().filter(|(.., f)| f.is_none()).map(|(n, ..)| n).sum::<usize>();
-        let mut budget = measured.budget.unwrap_or(Budget::of(self.context.refine));
-        judged.iter().for_each(|(_, own, _)| budget.note(own.looks, own.spent));
-        measured.budget = (budget.looks > 0).then_some(budget);
+        *wedges += judged.iter().filter(|(_, f)| f.is_none()).map(|(n, _)| n).sum::<usize>();
         let with_place = |(f, room): (Finding, Room)| {
             let at_mm = f.at_mm;
             (f, (at_mm, room))
         };
         let (mut findings, rooms): (Vec<Finding>, Rooms) =
-            judged.into_iter().filter_map(|(.., f)| f).map(with_place).unzip();
+            judged.into_iter().filter_map(|(_, f)| f).map(with_place).unzip();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
             .first()
@@ -182,6 +181,54 @@ impl Sheets<'_> {
         let mut grouped = group_equal(findings, step);
         grouped.iter_mut().for_each(|f| self.describe(f, &rooms));
         measured.findings.extend(grouped);
+    }
+
+    /// The sheet with its thinnest place sought on every feature where the bound leaves room for one.
+    ///
+    /// What no search has excluded stays in the bracket.
+    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample], rank: usize) -> Sheet {
+        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.feature)).collect();
+        open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut seen = FxHashSet::default();
+        open.retain(|o| seen.insert(o.1));
+        let features = self.part.features(self.side);
+        let mut left = f64::INFINITY;
+        for (looks, (low, feature)) in open.into_iter().enumerate() {
+            let known = sheet.thinnest.diameter;
+            if low >= known - TOUCH {
+                break;
+            }
+            let (most, budget) = match q.class(low.min(left)) == q.class(known) {
+                true if rank >= REFINED => (0, 0),
+                true => LOOKS,
+                false => LOOKS_TO_DECIDE,
+            };
+            if looks >= most {
+                left = left.min(low);
+                break;
+            }
+            let found = thinnest_on(self.part.distance(), features, q, feature, known, budget);
+            left = left.min(found.low.max(low));
+            sheet.thinnest = found.sample.unwrap_or(sheet.thinnest);
+        }
+        // What is left unlooked at is above the thinnest place less what was not worth a look.
+        sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
+        sheet
+    }
+
+    /// Whether a sheet goes on thinning beyond its thinnest ball until its sides meet.
+    ///
+    /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
+    /// r, and in a wedge nothing until its edge.
+    fn thins_out(&self, s: &Sample) -> bool {
+        if s.separation >= PARALLEL {
+            return false;
+        }
+        let taper = std::f64::consts::PI - s.separation;
+        let apex = 0.5 * s.diameter / (0.5 * taper).sin();
+        let outward = s.contacts.map(|c| sub(c, s.centre));
+        let towards = unit(add(outward[0], outward[1]));
+        self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none()
     }
 
     fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {

@@ -20,8 +20,6 @@ const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// A patch that may be thinner than what is known on its feature by no more than this share is passed over.
 const SAME: f64 = 0.95;
-/// A patch that may be thinner by no more than this share, and twice what the question takes for one, is not thinner.
-const ALIKE: f64 = 1e-3;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
 /// Patches whose chords are sought at once, in a search that may cost more than a first look.
@@ -37,9 +35,7 @@ pub(super) struct Seeker<'a> {
     budget: u64,
     /// Longest edge of the feature.
     extent: f64,
-    /// Which sheets within a body stand for what is passed over because something as thin is known; `None` for all.
-    counts: Option<&'a dyn Fn(&Sample) -> bool>,
-    /// Least diameter of such a sheet found so far; how far bodies are apart is known from their pairs.
+    /// Least diameter of a sheet within the body found so far; how far bodies are apart is known from their pairs.
     thinnest: f64,
     /// Least bound of the patches passed over, because something as thin was known on the feature.
     passed: f64,
@@ -61,28 +57,7 @@ impl<'a> Seeker<'a> {
     pub(super) fn new(mesh: &'a MeshDistance, features: &'a Features, question: &'a Question, budget: u64) -> Self {
         let (thinnest, passed) = (f64::INFINITY, f64::INFINITY);
         let cover = Cover::default();
-        Seeker {
-            mesh,
-            features,
-            question,
-            feature: 0,
-            facet: 0,
-            budget,
-            extent: 0.0,
-            counts: None,
-            thinnest,
-            passed,
-            cover,
-        }
-    }
-
-    /// The same search, in which no other sheets make what is as thin known.
-    pub(super) fn counting(self, counts: &'a dyn Fn(&Sample) -> bool) -> Self {
-        Seeker { counts: Some(counts), ..self }
-    }
-
-    fn counts(&self, sample: &Sample) -> bool {
-        sample.is_within_a_body(self.features) && self.counts.is_none_or(|counts| counts(sample))
+        Seeker { mesh, features, question, feature: 0, facet: 0, budget, extent: 0.0, thinnest, passed, cover }
     }
 
     /// Looks at a feature, halving what is open, and returns what was found.
@@ -105,9 +80,9 @@ impl<'a> Seeker<'a> {
                 }
             }
         }
-        let sheets = self.cover.samples.iter().enumerate().filter(|(_, s)| self.counts(s));
-        let thinnest = sheets.min_by(|a, b| a.1.diameter.total_cmp(&b.1.diameter)).map(|(at, _)| at);
-        if let Some(thinnest) = thinnest.and_then(|at| self.cover.samples.get_mut(at)) {
+        let features = self.features;
+        let sheets = self.cover.samples.iter_mut().filter(|s| s.is_within_a_body(features));
+        if let Some(thinnest) = sheets.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
             thinnest.low = thinnest.low.min(self.passed);
         }
         self.cover
@@ -148,8 +123,7 @@ impl<'a> Seeker<'a> {
     fn is_known(&self, low: f64) -> bool {
         let class = |thickness| self.question.class(thickness);
         let small = self.extent <= 2.5 * self.question.resolution(low);
-        let alike = (ALIKE * self.thinnest).min(2.0 * self.question.agree);
-        low >= self.thinnest - alike || (small && low >= SAME * self.thinnest && class(low) == class(self.thinnest))
+        low >= 0.999 * self.thinnest || (small && low >= SAME * self.thinnest && class(low) == class(self.thinnest))
     }
 
     /// Looks along the shortest chord of a flat patch, then grows a ball at its centroid and compares it with the bound.
@@ -360,7 +334,7 @@ impl<'a> Seeker<'a> {
     }
 
     fn push(&mut self, sample: Sample) {
-        if self.counts(&sample) {
+        if sample.is_within_a_body(self.features) {
             self.thinnest = self.thinnest.min(sample.diameter);
         }
         self.cover.samples.push(sample);
