@@ -387,10 +387,8 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
         sha256: prepared.sha256.clone(),
         triangles: part.mesh().triangles.len() as u64,
         bodies: part.health().bodies.len() as u64,
-        box_mm: [
-            [0, 1, 2].map(|a| report_digits(corners[0][a].min(corners[1][a]))),
-            [0, 1, 2].map(|a| report_digits(corners[0][a].max(corners[1][a]))),
-        ],
+        box_mm: [f64::min as fn(f64, f64) -> f64, f64::max]
+            .map(|end| [0, 1, 2].map(|a| report_digits(end(corners[0][a], corners[1][a])))),
         volume_mm3: Bracket::new(value, low, high).rounded(),
         area_mm2: report_digits(part.mesh().area()),
         units: prepared.units.0.clone(),
