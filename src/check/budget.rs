@@ -17,23 +17,15 @@ impl Budget {
         Budget { looks: 0, spent: 0, left: samples }
     }
 
-    /// Pays for a look; `false`, and nothing is paid, where it would take more than is left.
+    /// Notes looks that were taken, whatever is left.
     ///
     /// ```
     /// use amcheck::check::Budget;
     /// let mut budget = Budget::of(1000);
-    /// assert!(budget.pays_for(700) && !budget.pays_for(700));
-    /// assert_eq!((budget.looks, budget.spent, budget.left), (1, 700, 300));
+    /// budget.note(1, 700);
+    /// budget.note(2, 400);
+    /// assert_eq!((budget.looks, budget.spent, budget.left), (3, 1100, 0));
     /// ```
-    pub fn pays_for(&mut self, samples: u64) -> bool {
-        let enough = samples <= self.left;
-        if enough {
-            self.note(1, samples);
-        }
-        enough
-    }
-
-    /// Notes looks that were taken, whatever is left.
     pub fn note(&mut self, looks: u64, samples: u64) {
         self.looks += looks;
         self.spent += samples;

@@ -13,6 +13,7 @@ use crate::units::{Length, Volume};
 const DIVISIONS: [(usize, usize); 7] = [(6, 4), (5, 3), (4, 3), (4, 2), (3, 2), (2, 2), (2, 1)];
 /// Those of places that are looked at by themselves.
 const CLOSE_DIVISIONS: [(usize, usize); 3] = [(24, 16), (16, 10), (10, 6)];
+
 /// A lattice whose cells divide an element: `wide` cells across and `high` along z.
 ///
 /// Its grid is cubic in a frame that is stretched along z by `stretch`, so that flat elements have whole numbers of cells.
