@@ -35,11 +35,13 @@ static META: Meta = Meta {
     why: "A slicer drops such material without a word, or prints it wider than drawn.",
     how: "Every pair of opposing features is searched as for thin-wall. A sheet with normal n is lost if it is thinner than the \
           element along n, and so is a body that lies between two planes nearer to each other than that. Its volume is counted on a lattice that divides the element, once with cells wholly inside and once with \
-          all cells touched. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
+          all cells touched; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
     limits: "Detail is a sheet of at most 2 mm height; relief lower than half its width, and pins, are not looked at here. \
-             Volume is bracketed for what is lost and hangs together at the place, rounding of edges that touch it included.",
+             Volume is bracketed for what is lost and hangs together at the place, rounding of edges that touch it included. \
+             The element is made of whole cells, and another division makes another one: the bracket holds for the element of the \
+             division that gave it.",
     source: "Opening: G. Matheron, Random Sets and Integral Geometry, 1975. Limits: see the profile.",
 };
 

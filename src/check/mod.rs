@@ -40,6 +40,7 @@ mod room;
 mod search;
 mod sheet;
 mod sheet_shape;
+mod sheet_thinnest;
 mod sheet_words;
 mod small_hole;
 mod support;

@@ -9,6 +9,9 @@ use crate::process::Process;
 /// A limit wider than this many times the widest of thin-wall or narrow-gap is searched for on its own.
 const JOINED: f64 = 2.5;
 
+/// Boxes and facets that an evaluation visits, about; budgets count them as samples.
+pub(super) const BOXES: u64 = 64;
+
 /// The question that finds everything below `limits` (millimetres): the one all checks share if it holds them.
 pub fn question(part: &Part, process: &Process, context: &Context, side: Side, limits: &[f64]) -> Question {
     let shared = asked(shared_limits(process, side), part, context);
@@ -29,8 +32,7 @@ fn asked(mut limits: Vec<f64>, part: &Part, context: &Context) -> Question {
         finest: Question::finest_for(widest - tie),
         limits: limits.into_iter().map(|l| l - tie).collect(),
         tolerance: 2.0 * part.step(),
-        // An evaluation visits some sixty-four boxes and facets.
-        budget: context.refine / 64,
+        budget: context.refine / BOXES,
     }
 }
 

@@ -1,18 +1,19 @@
 //! Findings from sheets of material or void: what AM101 and AM103 share.
 
+use super::budget::Budget;
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::Beside;
-use super::search;
-use super::sheet_shape::{Form, Sheet, parallel_sheet, runs_out, sheet_of};
+use super::search::{self, BOXES};
+use super::sheet_shape::{Form, Sheet, sheet_of};
+use super::sheet_thinnest::{Seeking, Sought};
 use super::sheet_words::{Room, Rooms};
 use crate::geometry::BodyPair;
-use crate::geometry::vector::{Vec3, add, bounds, scale, sub, unit};
-use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
+use crate::geometry::vector::{Vec3, bounds, scale};
+use crate::medial::chord::WALL_SEPARATION;
 use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
-use crate::medial::refine::thinnest_on;
 use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::notice::{Notice, number_of};
@@ -20,16 +21,9 @@ use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
-use rustc_hash::FxHashSet;
 
-/// Bound and ball that differ by less than this are one, millimetres.
+/// Rays whose length differs from a ball's diameter by less are as long.
 const TOUCH: f64 = 1e-3;
-/// Sheets whose thinnest place is sought although every limit tells its bracket's ends the same; thinnest sheets first.
-const REFINED: usize = 64;
-/// Features of such a sheet that are searched, and what each search may cost, in evaluations.
-const LOOKS: (usize, u64) = (16, 1 << 12);
-/// The same for a sheet with a limit within its bracket.
-const LOOKS_TO_DECIDE: (usize, u64) = (64, 1 << 16);
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,7 +100,7 @@ impl Sheets<'_> {
         (measured, cover.facets.clone())
     }
 
-    fn body(&self, facet: u32) -> u32 {
+    pub(super) fn body(&self, facet: u32) -> u32 {
         self.part.health().facet_body.get(facet as usize).copied().unwrap_or(u32::MAX)
     }
 
@@ -141,34 +135,23 @@ impl Sheets<'_> {
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
-        let judged: Vec<(usize, Option<(Finding, Room)>)> = sheets
-            .into_par_iter()
-            .enumerate()
-            .with_max_len(1)
-            .map(|(rank, (sheet, samples))| {
-                let known = sheet.thinnest;
-                let refined = self.refined(q, sheet, &samples, rank);
-                let ends = |s: &Sample| runs_out(s, scale) || self.thins_out(s);
-                let sheet = if !ends(&refined.thinnest) {
-                    Some(refined)
-                } else if !ends(&known) {
-                    // A sheet that ends in a wedge: what it is before that counts, and what may be thinner stays in the bracket.
-                    Some(Sheet { thinnest: known, ..refined })
-                } else {
-                    parallel_sheet(&samples, scale)
-                };
-                let room = |s: &Sample| self.room(kind, (s.contacts, s.diameter), samples.iter());
-                let found = sheet.map(|s| (self.finding(kind, &s), room(&s.thinnest)));
-                (samples.len(), found)
-            })
-            .collect();
-        *wedges += judged.iter().filter(|(_, f)| f.is_none()).map(|(n, _)| n).sum::<usize>();
+        let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution() };
+        let sought = self.thinnest_of(&seeking, sheets);
+        *wedges += sought.iter().filter(|s| s.sheet.is_none()).map(|s| s.samples.len()).sum::<usize>();
+        let mut budget = measured.budget.unwrap_or(Budget::of(self.context.refine));
+        sought.iter().for_each(|s| budget.note(s.budget.looks, BOXES * s.budget.spent));
+        measured.budget = (budget.looks > 0).then_some(budget);
+        let judged = |s: Sought| {
+            let sheet = s.sheet?;
+            let room = self.room(kind, (sheet.thinnest.contacts, sheet.thinnest.diameter), s.samples.iter());
+            Some((self.finding(kind, &sheet), room))
+        };
+        let judged: Vec<(Finding, Room)> = sought.into_par_iter().with_max_len(1).filter_map(judged).collect();
         let with_place = |(f, room): (Finding, Room)| {
             let at_mm = f.at_mm;
             (f, (at_mm, room))
         };
-        let (mut findings, rooms): (Vec<Finding>, Rooms) =
-            judged.into_iter().filter_map(|(_, f)| f).map(with_place).unzip();
+        let (mut findings, rooms): (Vec<Finding>, Rooms) = judged.into_iter().map(with_place).unzip();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
         let thinnest = findings
             .first()
@@ -181,54 +164,6 @@ impl Sheets<'_> {
         let mut grouped = group_equal(findings, step);
         grouped.iter_mut().for_each(|f| self.describe(f, &rooms));
         measured.findings.extend(grouped);
-    }
-
-    /// The sheet with its thinnest place sought on every feature where the bound leaves room for one.
-    ///
-    /// What no search has excluded stays in the bracket.
-    fn refined(&self, q: &Question, mut sheet: Sheet, samples: &[Sample], rank: usize) -> Sheet {
-        let mut open: Vec<(f64, u32)> = samples.iter().map(|s| (s.low, s.feature)).collect();
-        open.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut seen = FxHashSet::default();
-        open.retain(|o| seen.insert(o.1));
-        let features = self.part.features(self.side);
-        let mut left = f64::INFINITY;
-        for (looks, (low, feature)) in open.into_iter().enumerate() {
-            let known = sheet.thinnest.diameter;
-            if low >= known - TOUCH {
-                break;
-            }
-            let (most, budget) = match q.class(low.min(left)) == q.class(known) {
-                true if rank >= REFINED => (0, 0),
-                true => LOOKS,
-                false => LOOKS_TO_DECIDE,
-            };
-            if looks >= most {
-                left = left.min(low);
-                break;
-            }
-            let found = thinnest_on(self.part.distance(), features, q, feature, known, budget);
-            left = left.min(found.low.max(low));
-            sheet.thinnest = found.sample.unwrap_or(sheet.thinnest);
-        }
-        // What is left unlooked at is above the thinnest place less what was not worth a look.
-        sheet.low = left.min(sheet.low.max(sheet.thinnest.diameter - TOUCH));
-        sheet
-    }
-
-    /// Whether a sheet goes on thinning beyond its thinnest ball until its sides meet.
-    ///
-    /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
-    /// r, and in a wedge nothing until its edge.
-    fn thins_out(&self, s: &Sample) -> bool {
-        if s.separation >= PARALLEL {
-            return false;
-        }
-        let taper = std::f64::consts::PI - s.separation;
-        let apex = 0.5 * s.diameter / (0.5 * taper).sin();
-        let outward = s.contacts.map(|c| sub(c, s.centre));
-        let towards = unit(add(outward[0], outward[1]));
-        self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none()
     }
 
     fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {

@@ -17,6 +17,7 @@ pub enum Form {
 }
 
 /// A sheet summed up.
+#[derive(Debug, Clone)]
 pub struct Sheet {
     pub thinnest: Sample,
     pub low: f64,

@@ -81,6 +81,13 @@ pub struct Chord {
     pub feature: u32,
 }
 
+impl Chord {
+    /// The point halfway along it.
+    pub(super) fn middle(&self) -> Vec3 {
+        [0, 1, 2].map(|a| 0.5 * (self.from[a] + self.to[a]))
+    }
+}
+
 impl Features {
     /// The chord of least bound from a patch to an opposing feature, if its bound is below `within`.
     ///

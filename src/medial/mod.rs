@@ -20,5 +20,5 @@ pub mod section;
 mod seek;
 pub mod thickness;
 
-pub use cover::{Cover, Question, Sample, Shape};
+pub use cover::{Cover, Own, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};

@@ -1,6 +1,7 @@
 //! The thinnest place on one feature, to the resolution of the coordinates.
 
-use super::cover::{Question, Sample};
+use super::chord::WALL_SEPARATION;
+use super::cover::{Own, Question, Sample};
 use super::feature::Features;
 use super::seek::Seeker;
 use crate::geometry::MeshDistance;
@@ -19,12 +20,16 @@ pub struct Thinnest {
     pub sample: Option<Sample>,
     /// No sheet on the feature that is wider than the question's finest patch is thinner.
     pub low: f64,
+    /// Evaluations that it took.
+    pub spent: u64,
 }
 
 /// The thinnest sheet within a body on a feature that is thinner than `best`, and a bound below which there is none.
 ///
 /// The search of the cover is run with what is known, less half a micrometre, as its only limit, until it finds nothing
-/// or `budget` evaluations are spent; what it leaves open then stays in the bound.
+/// or `budget` evaluations are spent; what it leaves open then stays in the bound. A limit of the question that lies
+/// within that half micrometre is asked for itself, so that what is just as thick as a limit is told from what is
+/// thinner. Only one's own is found and bounded.
 pub fn thinnest_on(
     mesh: &MeshDistance,
     features: &Features,
@@ -32,25 +37,33 @@ pub fn thinnest_on(
     feature: u32,
     best: f64,
     budget: u64,
+    own: Own,
 ) -> Thinnest {
-    let mut known = Thinnest { sample: None, low: 0.0 };
-    let (mut least, mut spent, mut opposite) = (best, 0, None);
+    let mut known = Thinnest { sample: None, low: 0.0, spent: 0 };
+    let (mut least, mut opposite) = (best, None);
     for _ in 0..LOOKS {
-        let below = least - GAIN;
+        let near = question.limits.iter().rev().find(|&&limit| limit <= least && limit > least - GAIN);
+        let (below, agree) = near.map_or((least - GAIN, GAIN), |&limit| (limit, question.tolerance));
         let (notice, finest) = (1.25 * least, question.finest / FINER);
-        let narrower = Question { limits: vec![below], notice, agree: GAIN, finest, ..question.clone() };
-        let cover = Seeker::new(mesh, features, &narrower, budget.saturating_sub(spent)).seek(feature, &mut opposite);
-        spent += cover.evaluations;
-        let sheets = cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below);
+        let narrower = Question { limits: vec![below], notice, agree, finest, ..question.clone() };
+        let left = budget.saturating_sub(known.spent);
+        let cover = Seeker::new(mesh, features, &narrower, left).for_own(own).seek(feature, &mut opposite);
+        known.spent += cover.evaluations;
+        let thin = cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below);
+        let sheets: Vec<&Sample> = thin.filter(|s| (own.counts)(s)).collect();
         let open = cover.unresolved.iter().filter(|u| u.extent > question.finest);
-        let left = sheets.clone().map(|s| s.low).chain(open.map(|u| u.low)).fold(below, f64::min);
+        let bound = |s: &&Sample| (own.from)(s.centre, narrower.resolution(s.low), s.low);
+        let left = sheets.iter().map(bound).chain(open.map(|u| u.low)).fold(below, f64::min);
         known.low = known.low.max(left);
-        let thinner = sheets.filter(|s| s.diameter < least).min_by(|a, b| a.diameter.total_cmp(&b.diameter));
+        // One that is almost a wall bounds what is beside it and is none itself.
+        let walls = sheets.into_iter().filter(|s| s.diameter < least && s.separation >= WALL_SEPARATION);
+        let thinner = walls.min_by(|a, b| a.diameter.total_cmp(&b.diameter));
         if let Some(s) = thinner {
             least = s.diameter;
             known.sample = Some(*s);
         }
-        if thinner.is_none() || known.low >= least - GAIN || spent >= budget {
+        let told = known.low >= least - GAIN && question.class(known.low) == question.class(least);
+        if thinner.is_none() || told || known.spent >= budget {
             break;
         }
     }

@@ -1,7 +1,7 @@
 //! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
 
 use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
-use super::cover::{Cover, FIRST_LOOK, FacetSheet, Question, Sample, Shape, Unresolved};
+use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
@@ -20,6 +20,8 @@ const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
 /// A patch that may be thinner than what is known on its feature by no more than this share is passed over.
 const SAME: f64 = 0.95;
+/// A patch that may be thinner by no more than this share, and twice what the question takes for one, is not thinner.
+const ALIKE: f64 = 1e-3;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
 /// Patches whose chords are sought at once, in a search that may cost more than a first look.
@@ -35,7 +37,9 @@ pub(super) struct Seeker<'a> {
     budget: u64,
     /// Longest edge of the feature.
     extent: f64,
-    /// Least diameter of a sheet within the body found so far; how far bodies are apart is known from their pairs.
+    /// Which sheets within a body are sought; `None` for all.
+    own: Option<Own<'a>>,
+    /// Least diameter of such a sheet found so far; how far bodies are apart is known from their pairs.
     thinnest: f64,
     /// Least bound of the patches passed over, because something as thin was known on the feature.
     passed: f64,
@@ -57,7 +61,28 @@ impl<'a> Seeker<'a> {
     pub(super) fn new(mesh: &'a MeshDistance, features: &'a Features, question: &'a Question, budget: u64) -> Self {
         let (thinnest, passed) = (f64::INFINITY, f64::INFINITY);
         let cover = Cover::default();
-        Seeker { mesh, features, question, feature: 0, facet: 0, budget, extent: 0.0, thinnest, passed, cover }
+        Seeker {
+            mesh,
+            features,
+            question,
+            feature: 0,
+            facet: 0,
+            budget,
+            extent: 0.0,
+            own: None,
+            thinnest,
+            passed,
+            cover,
+        }
+    }
+
+    /// The same search for one's own.
+    pub(super) fn for_own(self, own: Own<'a>) -> Self {
+        Seeker { own: Some(own), ..self }
+    }
+
+    fn counts(&self, sample: &Sample) -> bool {
+        sample.is_within_a_body(self.features) && self.own.is_none_or(|own| (own.counts)(sample))
     }
 
     /// Looks at a feature, halving what is open, and returns what was found.
@@ -80,9 +105,9 @@ impl<'a> Seeker<'a> {
                 }
             }
         }
-        let features = self.features;
-        let sheets = self.cover.samples.iter_mut().filter(|s| s.is_within_a_body(features));
-        if let Some(thinnest) = sheets.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
+        let sheets = self.cover.samples.iter().enumerate().filter(|(_, s)| self.counts(s));
+        let thinnest = sheets.min_by(|a, b| a.1.diameter.total_cmp(&b.1.diameter)).map(|(at, _)| at);
+        if let Some(thinnest) = thinnest.and_then(|at| self.cover.samples.get_mut(at)) {
             thinnest.low = thinnest.low.min(self.passed);
         }
         self.cover
@@ -106,6 +131,13 @@ impl<'a> Seeker<'a> {
         }
         let look = if patch.spread > 0.0 { self.look_at_edge(patch, chord) } else { self.look_at_facet(patch, chord) };
         let (Look::Open { low } | Look::Coarse { low }) = look else { return };
+        let low = match self.own {
+            None => low,
+            Some(own) => (own.from)(chord.middle(), patch.longest_edge().0, low),
+        };
+        if self.own.is_some() && !self.question.is_thin(low) {
+            return;
+        }
         // Coarse patches are sampled for their area as long as that is cheap.
         let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
         if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
@@ -123,7 +155,8 @@ impl<'a> Seeker<'a> {
     fn is_known(&self, low: f64) -> bool {
         let class = |thickness| self.question.class(thickness);
         let small = self.extent <= 2.5 * self.question.resolution(low);
-        low >= 0.999 * self.thinnest || (small && low >= SAME * self.thinnest && class(low) == class(self.thinnest))
+        let alike = (ALIKE * self.thinnest).min(2.0 * self.question.agree);
+        low >= self.thinnest - alike || (small && low >= SAME * self.thinnest && class(low) == class(self.thinnest))
     }
 
     /// Looks along the shortest chord of a flat patch, then grows a ball at its centroid and compares it with the bound.
@@ -298,7 +331,7 @@ impl<'a> Seeker<'a> {
         if r <= 0.0 {
             return None;
         }
-        let centre = [0, 1, 2].map(|a| 0.5 * (chord.from[a] + chord.to[a]));
+        let centre = chord.middle();
         self.cover.evaluations += 1;
         if self.mesh.nearest(centre, r - self.question.tolerance.max(1e-4 * r)).is_some() {
             return None;
@@ -334,7 +367,7 @@ impl<'a> Seeker<'a> {
     }
 
     fn push(&mut self, sample: Sample) {
-        if sample.is_within_a_body(self.features) {
+        if self.counts(&sample) {
             self.thinnest = self.thinnest.min(sample.diameter);
         }
         self.cover.samples.push(sample);

@@ -1,6 +1,6 @@
 //! Numbers, limits and verdicts as people read them; terminal, page and Markdown say the same words.
 
-use super::schema::{CheckReport, Report, Verdict};
+use super::schema::{CheckReport, RefinedReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
 use crate::units::{coarse, short};
 
@@ -181,6 +181,13 @@ pub fn thousands(n: u64) -> String {
         out.push(c);
     }
     out
+}
+
+/// What finer looks took, and what is left: `3 finer looks took 1,718,080 samples; 62,281,920 are left`.
+pub fn finer_looks(refined: RefinedReport) -> String {
+    let looks =
+        if refined.looks == 1 { "1 finer look".into() } else { format!("{} finer looks", thousands(refined.looks)) };
+    format!("{looks} took {} samples; {} are left", thousands(refined.samples), thousands(refined.left))
 }
 
 /// The extent of the part: `56 × 36 × 32.4 mm`.

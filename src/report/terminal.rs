@@ -1,9 +1,10 @@
 //! The summary on a terminal: at most 30 lines, worst first, with the next command to type.
 
 use super::phrase::{self, Numbered};
-use super::schema::{CheckReport, Report};
+use super::schema::{CheckReport, RefinedReport, Report};
 use crate::check::{Basis, State};
 use crate::error::{Error, byte_count, printable};
+use crate::units::short;
 
 /// Lines that the whole summary may take.
 const LINES: usize = 30;
@@ -107,6 +108,7 @@ fn accepted(findings: &[Numbered], palette: Palette) -> Vec<String> {
 fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Palette) -> Vec<String> {
     let mut lines = accepted(findings, palette);
     lines.extend(other_checks(report, palette));
+    lines.extend(refined(report).map(|line| palette.wrap("2", &clipped(&line))));
     lines.extend(report.thickness.as_ref().and_then(|t| t.sentence()).map(|s| clipped(&format!("thickness: {s}"))));
     // The head has said already that the unit is assumed.
     let mut notes = report.warnings.iter().filter(|w| w.code != "units-assumed");
@@ -121,6 +123,19 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
     }
     lines.extend(next_command(findings, outputs));
     lines
+}
+
+/// What deciding took beyond the first looks, in one line: the checks that took most first.
+fn refined(report: &Report) -> Option<String> {
+    let mut took: Vec<(&str, RefinedReport)> =
+        report.checks.iter().filter_map(|c| Some((c.name.as_str(), c.refined?))).filter(|(_, r)| r.looks > 0).collect();
+    took.sort_by_key(|(_, r)| std::cmp::Reverse(r.samples));
+    let each = |(name, r): &(&str, RefinedReport)| {
+        let [took, left] = [r.samples, r.left].map(|n| format!("{}M", short((n as f64 / 1e5).round() / 10.0)));
+        let looks = if r.looks == 1 { "look" } else { "looks" };
+        format!("{} {} {looks}, {took} samples, {left} left", printable(name), r.looks)
+    };
+    (!took.is_empty()).then(|| format!("refined: {}", took.iter().map(each).collect::<Vec<_>>().join("; ")))
 }
 
 /// The verdict alone, for `--quiet`.

@@ -10,6 +10,7 @@ mod metamorphic;
 mod models;
 mod same_answer;
 mod shapes;
+mod sheets;
 mod table;
 mod tools;
 mod voids;

@@ -175,6 +175,7 @@ fn facts(c: &Context, k: &CheckReport, findings: &[&Numbered]) -> Markup {
         (if n.finding.state == State::Undecided { "To decide" } else { "Fix" }, phrase::sentence(&n.finding.fix))
     }));
     rows.extend(k.cover.clone().map(|cover| ("Cover", cover)));
+    rows.extend(k.refined.map(|looks| ("Refined", phrase::finer_looks(looks))));
     rows.extend(k.why.clone().map(|why| ("Why", why)));
     Markup::all(rows.into_iter().map(|(name, text)| markup!("<div><dt>{}</dt><dd>{}</dd></div>", name, text)))
 }
