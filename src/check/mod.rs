@@ -49,6 +49,7 @@ mod tall_feature;
 mod thin_body;
 mod thin_pin;
 mod thin_wall;
+mod throat;
 mod tool_access;
 mod tooling;
 mod topology;

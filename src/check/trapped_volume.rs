@@ -7,6 +7,7 @@ use super::place::{locate, reported};
 use super::vent::vents;
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
+use crate::field::Field;
 use crate::geometry::vector::{add, scale};
 use crate::geometry::{Solid, TriangleMesh};
 use crate::grid::Grid;
@@ -31,8 +32,9 @@ static META: Meta = Meta {
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
           1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again. \
-          What stays undecided in a closed mesh is looked at again with half the spacing, as far as the budget for finer \
-          samples goes.",
+          Where a limit lies within the bracket of a closed mesh, a way for a ball of the limit is sought over samples up to four times \
+          finer about the throat, with the distance to the surface itself; what stays undecided is looked at again with half the \
+          spacing; both as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
              Rooms narrower than the limit, down to a quarter of it or to what the grid tells, only warn, because limits for ways out are \
              written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
@@ -54,10 +56,10 @@ impl Check for TrappedVolume {
         if sealed.is_none() && way_out.is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let mut measured = look(part, part.solid()?, process, context)?;
         let (mut h, mut budget) = (context.spacing_mm, Budget::of(context.refine));
-        // The way out is a matter of the whole void: a finer look at a place of it decides nothing. Nor does one at a surface that
-        // is not closed, where inside is as doubtful at any spacing.
+        let mut measured = look(part, part.solid()?, process, context, &mut budget)?;
+        // Windows at the throats have told what is open; what is shut is a matter of the whole void. At a surface that is not
+        // closed inside is as doubtful at any spacing.
         while part.health().is_solid() && measured.findings.iter().any(|f| !f.decided) {
             h *= 0.5;
             let whole = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3])?;
@@ -68,15 +70,15 @@ impl Check for TrappedVolume {
             }
             let Ok(solid) = part.window(scale(edge, -1.0), add(part.extent(), edge), Length::mm(h)) else { break };
             budget.note(1, samples);
-            measured = look(part, &solid, process, &Context { spacing_mm: h, ..*context })?;
-            measured.budget = Some(budget);
+            measured = look(part, &solid, process, &Context { spacing_mm: h, ..*context }, &mut budget)?;
         }
+        measured.budget = (budget.looks > 0 || measured.budget.is_some()).then_some(budget);
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
 
 /// What is found on the grid of one solid of the part.
-fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Result<Measured> {
+fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget: &mut Budget) -> Result<Measured> {
     let (sealed, way_out) = (limits_of(process, "trapped-volume.sealed"), limits_of(process, "trapped-volume"));
     let voids = Voids::within(part, solid)?;
     let found = voids.sealed()?;
@@ -90,7 +92,10 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Res
     if let Some(limits) = way_out {
         let clearance = voids.clearance()?;
         let mut met = voids.nothing();
-        let chambers = voids.narrow(&clearance, widest, &mut met)?;
+        let mut chambers = voids.narrow(&clearance, widest, &mut met)?;
+        for chamber in &mut chambers {
+            open_for_certain(&voids, &clearance, chamber, limits, budget)?;
+        }
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&voids.small_rooms(&clearance, widest, &mut met.clone())?, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
@@ -107,6 +112,24 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context) -> Res
     }
     judge.finish(&found.nooks, way_out.map(|_| widest));
     Ok(judge.measured)
+}
+
+/// Raises the low end of a chamber's way out to the limits that a ball is known to pass.
+fn open_for_certain(
+    voids: &Voids,
+    clearance: &Field<u32>,
+    chamber: &mut Trapped,
+    limits: Limits,
+    budget: &mut Budget,
+) -> Result<()> {
+    for limit in limits.fail.into_iter().chain(limits.warn) {
+        let Bracket { value, low, high } = chamber.way_out_mm;
+        let open = low < limit && limit <= high;
+        if open && voids.part().health().is_solid() && voids.lets_out(clearance, chamber, limit, budget)? {
+            chamber.way_out_mm = Bracket { value: value.max(limit), low: limit, high };
+        }
+    }
+    Ok(())
 }
 
 /// What findings are made with.

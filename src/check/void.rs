@@ -76,6 +76,11 @@ impl<'a> Voids<'a> {
         if self.part.health().is_solid() { Basis::Certified } else { Basis::Estimated }
     }
 
+    /// The part whose voids they are.
+    pub fn part(&self) -> &Part {
+        self.part
+    }
+
     fn label(&self, p: Vec3) -> Option<u32> {
         self.grid.sample_at(p).and_then(|index| self.loose.of(index))
     }
@@ -336,7 +341,7 @@ impl<'a> Voids<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::geometry::vector::cross;
     use crate::part::Up;
@@ -344,7 +349,7 @@ mod tests {
     use crate::units::Length;
 
     /// A cube with a cubic room and a square neck upwards; the neck is closed if its width is 0.
-    fn flask(edge: f64, room: f64, neck: f64) -> TriangleMesh {
+    pub(in crate::check) fn flask(edge: f64, room: f64, neck: f64) -> TriangleMesh {
         let (a, b, c) = (0.5 * edge, 0.5 * room, 0.5 * neck);
         let square = |r: f64, z: f64| [[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]];
         let mut facets: Vec<[Vec3; 3]> = Vec::new();
@@ -376,14 +381,14 @@ mod tests {
         TriangleMesh::weld(facets)
     }
 
-    fn turned(mesh: &TriangleMesh, mut below: impl FnMut() -> f64) -> TriangleMesh {
+    pub(in crate::check) fn turned(mesh: &TriangleMesh, mut below: impl FnMut() -> f64) -> TriangleMesh {
         let w = crate::geometry::vector::unit([below() - 0.5, below() - 0.5, below() - 0.45]);
         let u = crate::geometry::vector::unit(cross(w, [0.36, -0.48, 0.8]));
         let v = cross(w, u);
         mesh.transformed([u, v, w], [0.0; 3])
     }
 
-    fn part(mesh: TriangleMesh, h: f64, phase: Vec3) -> Part {
+    pub(in crate::check) fn part(mesh: TriangleMesh, h: f64, phase: Vec3) -> Part {
         let mut part = Part::new(mesh, Up::PlusZ, 1e-9, 1.0).unwrap();
         let grid = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, phase).unwrap();
         part.cast_on(grid);
