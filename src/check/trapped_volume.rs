@@ -124,10 +124,14 @@ fn open_for_certain(
 ) -> Result<()> {
     for limit in limits.fail.into_iter().chain(limits.warn) {
         let Bracket { value, low, high } = chamber.way_out_mm;
-        let open = low < limit && limit <= high;
-        if open && voids.part().health().is_solid() && voids.lets_out(clearance, chamber, limit, budget)? {
-            chamber.way_out_mm = Bracket { value: value.max(limit), low: limit, high };
+        if low >= limit || high < limit || !voids.part().health().is_solid() {
+            continue;
         }
+        // Where one ball is stuck, so is a wider one.
+        if !voids.lets_out(clearance, chamber, limit, budget)? {
+            break;
+        }
+        chamber.way_out_mm = Bracket { value: value.max(limit), low: limit, high };
     }
     Ok(())
 }
