@@ -69,7 +69,7 @@ impl Question {
 /// What of the sheets on a feature is sought, where not all is.
 #[derive(Clone, Copy)]
 pub struct Own<'a> {
-    /// Which samples stand for what is passed over because something as thin is known.
+    /// Which samples are sought; no others stand for what is passed over because something as thin is known.
     pub counts: &'a dyn Fn(&Sample) -> bool,
     /// The least thickness from a bound on that can be one's own, of what lies within a radius (millimetres) of a point.
     pub from: &'a dyn Fn(Vec3, f64, f64) -> f64,

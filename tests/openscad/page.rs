@@ -160,7 +160,7 @@ fn html(rows: &[Row]) -> String {
         "<p>Each fixture is rendered by OpenSCAD's <code>minkowski()</code> from <code>fixtures/openscad/*.scad</code> and \
          made by amcheck from the rendered operands A and B. Left OpenSCAD's result, in the middle amcheck's surface, right \
          the samples that lie in one and not in the other; all at {SHOWN_MM} mm. The numbers are those at {FINE_MM} mm, \
-         in user seconds of all threads; certified is the bracket that the exact volume lies in; L is the longest side, L/128 the default spacing of the commands, L/64 twice that. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>"
+         in user seconds of all threads, OpenSCAD's as kept with the references; certified is the bracket that the exact volume lies in; L is the longest side, L/128 the default spacing of the commands, L/64 twice that. Made by <code>cargo test --release --test openscad page -- --ignored</code>.</p>"
     );
     let heads = [
         "fixture",

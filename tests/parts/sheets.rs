@@ -19,9 +19,11 @@ fn a_wall_that_tapers_through_both_limits_is_told_once_below_each() {
         let found = walls(extruded(&outline, &[[0, 1, 2], [0, 2, 3]], 10.0));
         let states: Vec<State> = found.iter().map(|f| f.state).collect();
         assert_eq!(states, [State::Fail, State::Warn], "{found:?}");
-        // A ball that touches both sides beside the rim is wider than the rim by its radius times the slope.
-        let rim = thin * (1.0 + 0.6 * (thick - thin) / 20.0);
-        assert!(found[0].low <= rim && rim <= found[0].high + 0.05 * rim && found[0].count == 1, "{:?}", found[0]);
+        // The thinnest ball touches the rim at x = 0 beside both sides: r = (thin + s r - r) / sqrt(1 + s²).
+        let slope: f64 = (thick - thin) / 20.0;
+        let rim = 2.0 * thin / (1.0 + slope.hypot(1.0) - slope);
+        assert!(found[0].low <= rim && rim <= found[0].high && found[0].count == 1, "{rim}: {:?}", found[0]);
+        assert!(found[0].value - rim < 1e-3, "{rim}: {:?}", found[0]);
         // What is thinner than the limit is the first one's: the second begins at it, on the slope of 1 : 20.
         assert!(found[1].low >= 0.8 - 1e-5 && found[1].value < 0.83 && found[1].count == 1, "{:?}", found[1]);
         let at = |f: &Finding| f.at_mm[0];
