@@ -7,9 +7,11 @@ use rayon::prelude::*;
 
 /// Most cells an element may have along x: a window, a cell wider on either side, then spans at most two words.
 const WIDEST: usize = 62;
-/// Most cells along x, and most altogether, of an element whose cells are counted: counts are bytes.
-const WIDEST_COUNTED: usize = 16;
-const MOST_COUNTED: u64 = 255;
+/// Most cells along z, and most altogether, of an element whose cells are counted: a column's count is a byte, an element's two.
+const TALLEST_COUNTED: usize = u8::MAX as usize;
+const MOST_COUNTED: u64 = u16::MAX as u64;
+/// Layers that are taken by one core at least; the first of them sums as many as the element is high.
+const SHARE: usize = 16;
 
 /// A prism of lattice cells: for each row along y a run along x, the same in every layer.
 ///
@@ -25,7 +27,7 @@ impl Prism {
     /// The prism over `wide × wide` cells and `high` layers whose cells satisfy `within(i, j)`; runs must be unbroken.
     ///
     /// # Errors
-    /// [`Error::Operand`] if it has no cell or is wider than 32.
+    /// [`Error::Operand`] if it has no cell or is wider than 62.
     pub fn new(wide: usize, high: usize, within: impl Fn(usize, usize) -> bool) -> Result<Self> {
         let run = |j: usize| {
             let first = (0..wide).find(|&i| within(i, j)).unwrap_or(0);
@@ -62,23 +64,31 @@ impl Prism {
     /// Counts are exact. Placements before the set's grid are not looked at: the set must keep an element's width from it.
     ///
     /// # Errors
-    /// [`Error::Operand`] for an element of more than 255 cells or wider than 16, unless all of its cells are asked for.
+    /// [`Error::Operand`] for an element of more than 65,535 cells or taller than 255, unless all of its cells are asked for.
     ///
     /// # Cost
-    /// O(words·rows of the element), and cells·|B| where the set has a border and not all cells are asked for.
+    /// O(samples) and O(rows of the element) for each word that has a border in reach: the counts of columns are kept from layer to layer
+    /// and summed along x, and each row of the element is the difference of two such sums.
     pub fn placements(&self, set: &Indicator, least: u64) -> Result<Indicator> {
         if least >= self.cells() {
             return Ok(self.eroded(set));
         }
-        if self.runs.len() > WIDEST_COUNTED || self.cells() > MOST_COUNTED {
-            return Err(self.refused("at most 255 cells, 16 wide"));
+        if self.high > TALLEST_COUNTED || self.cells() > MOST_COUNTED {
+            return Err(self.refused("at most 65,535 cells, 255 high"));
         }
         let mut out = Indicator::empty(*set.grid());
         let layer = set.words_per_row() * set.grid().dims()[1];
-        let least = least.clamp(1, MOST_COUNTED) as u8;
-        out.words_mut().par_chunks_mut(layer).enumerate().for_each(|(k, plane)| {
+        let least = least.clamp(1, MOST_COUNTED) as u16;
+        let share = SHARE.max(2 * self.high);
+        out.words_mut().par_chunks_mut(share * layer).enumerate().for_each(|(at, planes)| {
             // The same code for the widest vectors of the machine.
-            Arch::new().dispatch(|| self.place_on_layer(set, least, k, plane));
+            Arch::new().dispatch(|| {
+                let mut columns = Columns::on(set, share * at, (self.runs.len(), self.high));
+                for plane in planes.chunks_mut(layer) {
+                    self.place_on_layer(&mut columns, least, plane);
+                    columns.rise();
+                }
+            });
         });
         Ok(out)
     }
@@ -123,51 +133,42 @@ impl Prism {
     }
 
     #[inline(always)]
-    fn place_on_layer(&self, set: &Indicator, least: u8, k: usize, plane: &mut [u64]) {
-        let [nx, ny, nz] = set.grid().dims();
-        let words = set.words_per_row();
-        let mut bits = [0u8; 64 + 2 * WIDEST_COUNTED];
-        for j in 0..ny {
-            let rows: Vec<(usize, &[u64])> = (k..(k + self.high).min(nz))
-                .flat_map(|z| (0..self.runs.len().min(ny - j)).map(move |dy| (dy, set.row(j + dy, z))))
-                .collect();
-            let truncated = rows.len() < self.runs.len() * self.high;
-            let ends = |w: usize| {
-                rows.iter().fold((0u64, !0u64), |(any, all), (_, row)| {
-                    let next = row.get(w + 1).copied().unwrap_or(0);
-                    let spill = (1 << WIDEST_COUNTED) - 1;
-                    (any | row[w] | (next & spill), all & row[w] & (next | !spill))
-                })
-            };
-            for w in 0..words {
-                let (any, all) = ends(w);
-                plane[j * words + w] = match (any, all) {
+    fn place_on_layer(&self, columns: &mut Columns, least: u16, plane: &mut [u64]) {
+        let (nx, ny, words) = (columns.set.grid().dims()[0], columns.ny, columns.words);
+        let mut ends = vec![(0, 0); words];
+        for (j, target) in plane.chunks_mut(words).enumerate() {
+            let rows = j..(j + self.runs.len()).min(ny);
+            ends.fill((0, if rows.len() == self.runs.len() { !0 } else { 0 }));
+            for y in rows.clone() {
+                let row = &columns.ends[y * words..(y + 1) * words];
+                ends.iter_mut().zip(row).for_each(|((any, all), row)| (*any, *all) = (*any | row.0, *all & row.1));
+            }
+            if ends.iter().any(|&(any, all)| any != 0 && all != !0) {
+                rows.for_each(|y| columns.sum_row(y));
+            }
+            for (w, (word, (any, all))) in target.iter_mut().zip(&ends).enumerate() {
+                *word = match (*any, *all) {
                     (0, _) => 0,
-                    (_, u64::MAX) if !truncated => !0,
-                    _ => self.count(&rows, w, least, &mut bits),
+                    (_, u64::MAX) => !0,
+                    _ => self.count(columns, (j, w), least),
                 };
             }
-            if !nx.is_multiple_of(64) {
-                plane[(j + 1) * words - 1] &= !(!0u64 << (nx % 64));
+            if let (Some(last), false) = (target.last_mut(), nx.is_multiple_of(64)) {
+                *last &= !(!0u64 << (nx % 64));
             }
         }
     }
 
-    /// Bit i: whether the placement at sample `64·w + i` holds at least `least` cells.
+    /// Bit i: whether the placement at sample `64·w + i` of row j holds at least `least` cells.
     #[inline(always)]
-    fn count(&self, rows: &[(usize, &[u64])], w: usize, least: u8, bits: &mut [u8; 64 + 2 * WIDEST_COUNTED]) -> u64 {
-        let mut counts = [0u8; 64];
-        for &(dy, row) in rows {
-            let next = row.get(w + 1).copied().unwrap_or(0);
-            if row[w] == 0 && next & ((1 << WIDEST_COUNTED) - 1) == 0 {
-                continue;
-            }
-            spread(row[w], &mut bits[..64]);
-            spread_few(next, &mut bits[64..]);
-            let (first, end) = self.runs[dy];
-            for dx in first..end {
-                counts.iter_mut().zip(&bits[dx..dx + 64]).for_each(|(c, b)| *c += b);
-            }
+    fn count(&self, columns: &Columns, (j, w): (usize, usize), least: u16) -> u64 {
+        let mut counts = [0u16; 64];
+        for (y, &(first, end)) in (j..columns.ny).zip(&self.runs) {
+            let before = &columns.before[y * columns.pitch + 64 * w..(y + 1) * columns.pitch];
+            let (from, to) = (&before[first..first + 64], &before[end..end + 64]);
+            // Sums along a long row wrap; their differences do not.
+            let held = from.iter().zip(to).map(|(a, b)| b.wrapping_sub(*a));
+            counts.iter_mut().zip(held).for_each(|(count, held)| *count += held);
         }
         counts.iter().enumerate().fold(0, |word, (i, &c)| word | u64::from(c >= least) << i)
     }
@@ -252,21 +253,120 @@ fn smear(row: &[u64], (first, end): (isize, isize), target: &mut [u64]) {
     }
 }
 
-/// Each bit of a word as a byte.
-#[inline(always)]
-fn spread(word: u64, out: &mut [u8]) {
-    for (byte, eight) in word.to_le_bytes().into_iter().zip(out.chunks_exact_mut(8)) {
-        // Eight copies of the byte, one bit kept in each, moved down to 1.
-        let kept = u64::from(byte).wrapping_mul(0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
-        let ones = kept.wrapping_add(0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101;
-        eight.copy_from_slice(&ones.to_le_bytes());
+/// The columns of samples that stand on one layer of a set, as high as an element.
+struct Columns<'a> {
+    set: &'a Indicator,
+    /// Of the element.
+    wide: usize,
+    high: usize,
+    ny: usize,
+    words: usize,
+    /// Samples of a row, and a word more, so that what an element reaches beyond the row is nothing.
+    pitch: usize,
+    /// The layer that the columns stand on.
+    k: usize,
+    /// Samples in each column.
+    counts: Vec<u8>,
+    /// For each word and what a row of the element reaches of the next: the columns that hold anything, and those that are full.
+    ends: Vec<(u64, u64)>,
+    /// Samples in the columns of a row before each of its columns, modulo 2¹⁶, for the rows that were summed.
+    before: Vec<u16>,
+    summed: Vec<bool>,
+}
+
+impl<'a> Columns<'a> {
+    /// The columns that stand on a layer, for an element so wide and high.
+    #[inline(always)]
+    fn on(set: &'a Indicator, k: usize, (wide, high): (usize, usize)) -> Self {
+        let (ny, words) = (set.grid().dims()[1], set.words_per_row());
+        let pitch = 64 * (words + 1);
+        let (counts, before) = (vec![0; ny * pitch], vec![0; ny * pitch]);
+        let (ends, summed) = (vec![(0, 0); ny * words], vec![false; ny]);
+        let mut columns = Columns { set, wide, high, ny, words, pitch, k, counts, ends, before, summed };
+        (k..k + high).for_each(|z| columns.exchange(None, z));
+        columns.find_ends();
+        columns
+    }
+
+    /// Goes on to the columns that stand on the next layer.
+    #[inline(always)]
+    fn rise(&mut self) {
+        self.exchange(Some(self.k), self.k + self.high);
+        self.k += 1;
+        self.summed.fill(false);
+        self.find_ends();
+    }
+
+    /// The words of a layer, if the set has it.
+    fn layer(&self, z: usize) -> Option<&'a [u64]> {
+        let words = self.words * self.ny;
+        self.set.words().get(z * words..(z + 1) * words)
+    }
+
+    /// Takes one layer out of the columns and puts another in.
+    #[inline(always)]
+    fn exchange(&mut self, out: Option<usize>, new: usize) {
+        let (out, new) = (out.and_then(|z| self.layer(z)), self.layer(new));
+        let word = |of: Option<&[u64]>, at: usize| of.and_then(|words| words.get(at)).copied().unwrap_or(0);
+        for (y, counts) in self.counts.chunks_mut(self.pitch).enumerate() {
+            for (w, counts) in counts.chunks_exact_mut(64).take(self.words).enumerate() {
+                let (out, new) = (word(out, y * self.words + w), word(new, y * self.words + w));
+                // What leaves and comes alike changes nothing.
+                if out != new {
+                    exchange_bits(out, new, counts);
+                }
+            }
+        }
+    }
+
+    /// Finds which columns hold anything, and which are full.
+    #[inline(always)]
+    fn find_ends(&mut self) {
+        let spill = !(!0u64 << self.wide);
+        let layers: Vec<&[u64]> = (self.k..self.k + self.high).map_while(|z| self.layer(z)).collect();
+        self.ends.fill((0, if layers.len() == self.high { !0 } else { 0 }));
+        for layer in layers {
+            let ends = self.ends.iter_mut().zip(layer);
+            ends.for_each(|((any, all), bits)| (*any, *all) = (*any | bits, *all & bits));
+        }
+        for row in self.ends.chunks_mut(self.words) {
+            for w in 0..self.words {
+                let (any, all) = row.get(w + 1).copied().unwrap_or((0, 0));
+                row[w] = (row[w].0 | (any & spill), row[w].1 & (all | !spill));
+            }
+        }
+    }
+
+    /// Sums a row along x, unless that is done.
+    #[inline(always)]
+    fn sum_row(&mut self, y: usize) {
+        if std::mem::replace(&mut self.summed[y], true) {
+            return;
+        }
+        let row = y * self.pitch..(y + 1) * self.pitch;
+        let mut sum = 0u16;
+        for (before, count) in self.before[row.clone()].iter_mut().zip(&self.counts[row]) {
+            *before = sum;
+            sum = sum.wrapping_add(u16::from(*count));
+        }
     }
 }
 
-/// The first bits of a word as bytes, as many as there is room for.
+/// Takes the bits of one word from sixty-four counts and adds those of another.
 #[inline(always)]
-fn spread_few(word: u64, out: &mut [u8]) {
-    out.iter_mut().enumerate().for_each(|(i, b)| *b = (word >> i & 1) as u8);
+fn exchange_bits(out: u64, new: u64, counts: &mut [u8]) {
+    for ((out, new), eight) in out.to_le_bytes().into_iter().zip(new.to_le_bytes()).zip(counts.chunks_exact_mut(8)) {
+        let ones = eight_bytes(out).into_iter().zip(eight_bytes(new));
+        eight.iter_mut().zip(ones).for_each(|(count, (out, new))| *count = *count - out + new);
+    }
+}
+
+/// Each bit of a byte as a byte of its own.
+#[inline(always)]
+fn eight_bytes(bits: u8) -> [u8; 8] {
+    // Eight copies of the byte, one bit kept in each, moved down to 1.
+    let kept = u64::from(bits).wrapping_mul(0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
+    (kept.wrapping_add(0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101).to_le_bytes()
 }
 
 #[cfg(test)]
@@ -297,7 +397,6 @@ mod tests {
         // Without symmetry: an L and a full square, one and three layers high.
         let lopsided = Prism::new(4, 3, |i, j| j < 2 || i < 1).unwrap();
         let square = Prism::new(2, 1, |_, _| true).unwrap();
-        // Too many cells to count.
         let large = Prism::new(9, 4, |i, j| i + j > 1).unwrap();
         // As wide as there is room for, in two rows.
         let wide = Prism::new(62, 1, |i, j| j < 2 && i + j > 0).unwrap();
@@ -309,9 +408,7 @@ mod tests {
                 })
                 .map(|c| c.map(|x| x as isize))
                 .collect();
-            let counted = [1, prism.cells() / 2, prism.cells()].into_iter();
-            let countable = prism.cells() <= MOST_COUNTED && prism.runs.len() <= WIDEST_COUNTED;
-            for least in counted.filter(|&n| n == prism.cells() || countable) {
+            for least in [1, prism.cells() / 2, prism.cells() - 1, prism.cells()] {
                 let found = prism.placements(&set, least).unwrap();
                 let wanted = Indicator::from_predicate(grid, |at| {
                     let p = grid.index(at).map(|c| c as isize);
@@ -340,10 +437,22 @@ mod tests {
     }
 
     #[test]
+    fn sums_of_high_columns_along_a_row_may_exceed_sixteen_bits() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [300, 3, 256]).unwrap();
+        let prism = Prism::new(2, 250, |_, _| true).unwrap();
+        let found = prism.placements(&Indicator::empty(grid).complement(), prism.cells() - 1).unwrap();
+        let wanted = Indicator::from_predicate(grid, |at| {
+            let [i, j, k] = grid.index(at);
+            i + 2 <= 300 && j + 2 <= 3 && k + 250 <= 256
+        });
+        assert!(found == wanted);
+    }
+
+    #[test]
     fn elements_too_large_to_count_are_refused() {
         assert!(Prism::new(63, 1, |_, _| true).is_err());
         let set = Indicator::empty(Grid::new([0.0; 3], Length::mm(1.0), [40; 3]).unwrap());
-        for (wide, high) in [(17, 1), (16, 1), (5, 11)] {
+        for (wide, high) in [(1, 256), (60, 19)] {
             let large = Prism::new(wide, high, |_, _| true).unwrap();
             assert!(large.placements(&set, large.cells() - 1).is_err());
             assert!(large.placements(&set, large.cells()).unwrap().is_empty());
