@@ -1,4 +1,4 @@
-//! Fine sheets of material or void, found on the mesh: what AM106 judges.
+//! Fine sheets of material or void, found on the mesh: what AM106 and AM401 judge.
 
 use super::contract::{Context, limits_of};
 use super::search;
@@ -26,12 +26,22 @@ pub fn raised_width(process: &Process) -> f64 {
     bead_of(process).widest().as_mm().max(rule_width(process, "lost-feature.embossed"))
 }
 
+/// Whose opposing surfaces are looked between; never those of a void that is closed on all sides, which nobody sees or needs open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// Those of one body.
+    SidesOfABody,
+    /// Those of different bodies too.
+    Surfaces,
+}
+
 /// What is sought: everything thinner than a width, on one side of the surface.
 pub struct Sought<'a> {
     pub part: &'a Part,
     pub process: &'a Process,
     pub context: &'a Context,
     pub side: Side,
+    pub between: Between,
     pub width: f64,
 }
 
@@ -63,6 +73,8 @@ pub struct Detail {
     pub facet: u32,
     /// The body, where it is one altogether: then its volume is exact.
     pub whole: Option<u32>,
+    /// Boxes around the patches of its samples and what lies opposite.
+    pub patches: Vec<(Vec3, Vec3)>,
 }
 
 /// A ball between two opposing sides.
@@ -96,7 +108,9 @@ impl<'a> Sought<'a> {
             .samples
             .iter()
             .filter(|s| s.shape == Shape::Sheet && s.diameter < self.width)
-            .filter(|s| body(s.facet) == body(s.opposite) && !self.is_sealed(s.facet))
+            .filter(|s| {
+                (self.between == Between::Surfaces || body(s.facet) == body(s.opposite)) && !self.is_sealed(s.facet)
+            })
             .copied()
             .collect();
         let resolution = 0.75 * self.width;
@@ -114,7 +128,7 @@ impl<'a> Sought<'a> {
 }
 
 impl Sought<'_> {
-    /// Whether a facet bounds a void that is closed on all sides: nobody reads what is inside.
+    /// Whether a facet bounds a void that is closed on all sides.
     fn is_sealed(&self, facet: u32) -> bool {
         let health = self.part.health();
         let shell = health.facet_shell.get(facet as usize).and_then(|&s| health.shells.get(s as usize));
@@ -126,9 +140,10 @@ impl Found<'_> {
     /// The sheets made of those balls that are wanted, largest first; wedges are left out but for what is parallel in them.
     pub fn sheets(&self, wanted: impl Fn(&Thin) -> bool) -> Vec<Detail> {
         let chosen: Vec<Sample> = self.samples.iter().filter(|s| wanted(&Thin::from(*s))).copied().collect();
-        let body = |s: &Sample| self.part.health().facet_body.get(s.facet as usize).map_or(0, |&b| u64::from(b));
+        let of = |facet: u32| self.part.health().facet_body.get(facet as usize).map_or(0, |&b| u64::from(b));
+        let bodies = |s: &Sample| of(s.facet).min(of(s.opposite)) << 32 | of(s.facet).max(of(s.opposite));
         let corners = |f: u32| self.part.mesh().triangles[f as usize];
-        let mut out: Vec<Detail> = group(&chosen, self.link, body, corners)
+        let mut out: Vec<Detail> = group(&chosen, self.link, bodies, corners)
             .into_iter()
             .filter_map(|members| {
                 let samples: Vec<Sample> = members.into_iter().map(|i| chosen[i]).collect();
@@ -157,7 +172,13 @@ fn summed(samples: &[Sample]) -> Option<Detail> {
         spans: principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>()),
         facet: thinnest.facet,
         whole: None,
+        patches: samples.iter().map(patch).collect(),
     })
+}
+
+fn patch(sample: &Sample) -> (Vec3, Vec3) {
+    let ([a, b], reach) = (sample.contacts, 0.5 * sample.area.sqrt());
+    ([0, 1, 2].map(|x| a[x].min(b[x]) - reach), [0, 1, 2].map(|x| a[x].max(b[x]) + reach))
 }
 
 impl From<&ThinBody> for Detail {
@@ -173,6 +194,7 @@ impl From<&ThinBody> for Detail {
             spans,
             facet: b.facet,
             whole: Some(b.body),
+            patches: vec![b.extent],
         }
     }
 }

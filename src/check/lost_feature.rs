@@ -2,9 +2,9 @@
 
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
-use super::detail::{Detail, Sought, raised_width, rule_width};
+use super::departure::{Departure, Place, Volumes};
+use super::detail::{Between, Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::lost_volume::{LostPlace, Volumes};
 use super::place::{group_equal, locate, reported};
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
@@ -58,7 +58,8 @@ impl Check for LostFeature {
         }
         let bead = bead_of(process);
         let mut measured = Measured { rule: lost.map(|_| "lost-feature"), ..Measured::default() };
-        let sought = Sought { part, process, context, side: Side::Material, width: raised_width(process) };
+        let (side, between) = (Side::Material, Between::SidesOfABody);
+        let sought = Sought { part, process, context, side, between, width: raised_width(process) };
         let found = sought.search();
         measured.spent += found.evaluations;
         let mut covered = format!(
@@ -110,7 +111,8 @@ impl Check for LostFeature {
         if let Some(limits) = engraved {
             let fused = limits_of(process, "narrow-gap").and_then(|l| l.fail).unwrap_or(0.0);
             let width = rule_width(process, "lost-feature.engraved");
-            let sought = Sought { part, process, context, side: Side::Void, width };
+            let (side, between) = (Side::Void, Between::SidesOfABody);
+            let sought = Sought { part, process, context, side, between, width };
             let found = sought.search();
             measured.spent += found.evaluations;
             let fine = found.sheets(|s| s.diameter < width - part.tie() && s.diameter >= fused - part.tie());
@@ -134,11 +136,12 @@ impl Lost<'_> {
         let normal = detail.thinnest.direction();
         let needed = self.bead.width_along(normal).as_mm();
         let measured = rank < MEASURED || budget.left >= FIRST_LOOK;
-        let trial = if measured { Trial::opened(self.part, self.bead, detail.extent)? } else { None };
+        let trial =
+            if measured { Trial::closely(self.part, self.bead, detail.extent, Departure::Opened)? } else { None };
         if let (Some(trial), true) = (&trial, rank >= MEASURED) {
             budget.note(1, trial.cells());
         }
-        let counted = trial.as_ref().map(|t| Ok((t.cell(), t.lost()?))).transpose()?;
+        let counted = trial.as_ref().map(|t| Ok((t.cell(), t.volumes()?))).transpose()?;
         let about = detail.volume;
         // Between the sides of a sheet lies what it holds; the sides of a rod or a speck have no such volume.
         let flat = detail.noun() == "sheet";
@@ -148,9 +151,21 @@ impl Lost<'_> {
                 let likely = |[cells, low, high]: Volumes| {
                     if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) }
                 };
-                let place = LostPlace { part: self.part, bead: self.bead, limits: self.limits, detail, cell };
+                let place = Place {
+                    part: self.part,
+                    bead: self.bead,
+                    departure: Departure::Opened,
+                    limits: self.limits,
+                    extent: detail.extent,
+                    narrowest: detail.thinnest.centre,
+                    across: normal,
+                    missing: needed - detail.thinnest.diameter,
+                    likely: None,
+                    patches: &[],
+                };
                 let about = likely(counted);
-                let [_, low, high] = place.told([about, counted[1], counted[2]], budget)?;
+                let known = ([about, counted[1], counted[2]], cell);
+                let ([_, low, high], _) = place.told(known, budget.left, budget)?;
                 (Bracket::new(about.max(low).min(high.max(low)), low, high), Basis::Certified)
             }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
@@ -172,7 +187,7 @@ impl Lost<'_> {
         );
         let missing = needed - t.diameter;
         let steps = match &trial {
-            Some(trial) if rank < MEASURED => trial.thickened(normal, missing)?,
+            Some(trial) if rank < MEASURED => trial.remedied(normal, missing)?,
             _ => None,
         };
         f.fix = match (&trial, steps) {
@@ -254,11 +269,12 @@ fn has_room(part: &Part, d: &Detail, limit: f64) -> bool {
     })
 }
 
-/// What is not within its limit, largest first, as one finding for each state.
+/// What is not within its limit, largest first, as one finding for each state: what is decided by itself.
 pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.retain(|f| f.state > State::Pass);
     findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
-    let mut grouped = group_equal(findings, f64::INFINITY);
+    let (decided, open): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f.decided);
+    let mut grouped = [decided, open].map(|findings| group_equal(findings, f64::INFINITY)).concat();
     for f in grouped.iter_mut().filter(|f| f.count > 1) {
         let all = three(f.volume_mm3.unwrap_or(f.value));
         f.message = format!("{} places, {all} mm³ in all; the largest: {}", f.count, f.message);

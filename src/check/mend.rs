@@ -1,6 +1,7 @@
 //! Changes of topology undone before that is advised: a place is thickened or widened on a lattice of its own and printed again.
 
 use super::as_printed::LAMBDA;
+use super::departure::Departure;
 use super::trial::Trial;
 use crate::error::Result;
 use crate::geometry::vector::Vec3;
@@ -23,12 +24,13 @@ pub type Growth = Option<f64>;
 /// # Errors
 /// As [`Part::deposited`].
 pub fn growth(part: &Part, process: &Process, side: Side, extent: (Vec3, Vec3)) -> Result<Option<Growth>> {
-    let print = Trial::around(part, bead_of(process), extent, |d| d.compensated(LAMBDA, spread_of(process)))?;
-    let Some(trial) = print else { return Ok(None) };
-    let steps = match side {
-        Side::Material => trial.thickened(ACROSS, 0.0)?,
-        Side::Void => trial.widened(ACROSS, 0.0)?,
+    let (lambda, spread) = (LAMBDA, spread_of(process));
+    let departure = match side {
+        Side::Material => Departure::Unprinted { lambda, spread },
+        Side::Void => Departure::Filled { lambda, spread },
     };
+    let Some(trial) = Trial::around(part, bead_of(process), extent, departure)? else { return Ok(None) };
+    let steps = trial.remedied(ACROSS, 0.0)?;
     Ok(Some(steps.map(|n| n as f64 * trial.step_along(ACROSS))))
 }
 

@@ -1,9 +1,10 @@
 //! Changes tried out before they are advised: a place is cast on a lattice of its own, changed there, and printed again.
 
+use super::departure::Departure;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, sub};
-use crate::morphology::{AsPrinted, Bead, Cells, Designed, StructuringElement, dilate};
+use crate::morphology::{AsPrinted, Bead, Cells, StructuringElement, dilate};
 use crate::part::Part;
 use crate::topology::{Adjacency, components};
 use crate::units::Length;
@@ -16,71 +17,94 @@ const STEPS: usize = 3;
 /// A place of a part, as designed and as printed, on a lattice of the element.
 pub struct Trial {
     made: AsPrinted,
+    departure: Departure,
     /// Box of the place in the frame of the build.
     extent: (Vec3, Vec3),
 }
 
 impl Trial {
-    /// The place in a box, opened by the element, on as fine a lattice as there is room for; `None` if it would be too large.
+    /// The place in a box, printed on as fine a lattice as there is room for; `None` if it would be too large.
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn opened(part: &Part, bead: Bead, extent: (Vec3, Vec3)) -> Result<Option<Trial>> {
+    pub fn closely(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> Result<Option<Trial>> {
         let window = Trial::window(bead, extent);
-        match Cells::covering_closely(&bead, window, MOST_CELLS)? {
-            Some(cells) => Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(1.0)?, extent })),
-            None => Trial::around(part, bead, extent, |designed| designed.printed(1.0)),
+        let suits = |division: &(usize, usize)| departure.suits(&bead, *division);
+        match Cells::covering_closely(&bead, window, MOST_CELLS, suits)? {
+            Some(cells) => Trial::on(part, bead, extent, departure, cells).map(Some),
+            None => Trial::around(part, bead, extent, departure),
         }
     }
 
-    /// The place in a box, printed as said; `None` if its lattice would be too large.
+    /// The place in a box, printed on a lattice like that of the whole part; `None` if it would be too large.
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn around(
-        part: &Part,
-        bead: Bead,
-        extent: (Vec3, Vec3),
-        print: impl Fn(Designed) -> Result<AsPrinted>,
-    ) -> Result<Option<Trial>> {
-        let Some(cells) = Cells::covering(&bead, Trial::window(bead, extent), MOST_CELLS)? else { return Ok(None) };
-        Ok(Some(Trial { made: print(part.deposited(bead, cells)?)?, extent }))
+    pub fn around(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> Result<Option<Trial>> {
+        let suits = |division: &(usize, usize)| departure.suits(&bead, *division);
+        let cells = Cells::covering_where(&bead, Trial::window(bead, extent), MOST_CELLS, suits)?;
+        cells.map(|cells| Trial::on(part, bead, extent, departure, cells)).transpose()
     }
 
-    /// The place in a box, opened by the element, on cells that divide the element as asked; `None` if it takes more than `most` of
-    /// them.
+    /// The place in a box, printed on cells that divide the element as asked; `None` if it takes more than `most` of them.
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn opened_on(
+    pub fn divided(
         part: &Part,
         bead: Bead,
         extent: (Vec3, Vec3),
+        departure: Departure,
         (division, most): ((usize, usize), u64),
     ) -> Result<Option<Trial>> {
-        let window = Trial::window(bead, extent);
-        let Some(cells) = Cells::divided_into(&bead, window, most.into(), division)? else { return Ok(None) };
-        Ok(Some(Trial { made: part.deposited(bead, cells)?.printed(1.0)?, extent }))
+        let cells = Cells::divided_into(&bead, Trial::window(bead, extent), most.into(), division)?;
+        cells.map(|cells| Trial::on(part, bead, extent, departure, cells)).transpose()
     }
 
-    /// The volume in a box that is designed and not printed for certain, mm³, on cells that divide the element as asked, and the number of
+    /// The volume in a box that departs from the drawing for certain, mm³, on cells that divide the element as asked, and the number of
     /// cells; `None` if it takes more than `most`.
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn certainly_lost(
+    pub fn certain_in(
         part: &Part,
         bead: Bead,
         extent: (Vec3, Vec3),
+        departure: Departure,
         (division, most): ((usize, usize), u64),
     ) -> Result<Option<(f64, u64)>> {
         // What is beyond an element's width, which the lattice adds, changes nothing in the box.
         let Some(cells) = Cells::divided_into(&bead, extent, most.into(), division)? else { return Ok(None) };
-        let made = part.deposited(bead, cells)?.printed(1.0)?;
         // Cells on the rim of a box reach into the next one.
         let within = (add(extent.0, cells.cell_mm()), sub(extent.1, cells.cell_mm()));
-        let lost = cells.volume_in(&made.designed.shape.inner, &made.upper, within);
-        Ok(Some((lost.as_mm3(), cells.grid.samples() as u64)))
+        let trial = Trial::on(part, bead, within, departure, cells)?;
+        let [certain, ..] = trial.departing()?;
+        Ok(Some((trial.in_box(&certain, within), trial.cells())))
+    }
+
+    fn on(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure, cells: Cells) -> Result<Trial> {
+        Ok(Trial { made: departure.print(part.deposited(bead, cells)?)?, departure, extent })
+    }
+
+    /// The volume in a box that departs from the drawing, mm³: estimate and the two numbers that it lies between, on cells that divide the
+    /// element as asked, and the number of cells; `None` if it takes more than `most`.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn volumes_in(
+        part: &Part,
+        bead: Bead,
+        extent: (Vec3, Vec3),
+        departure: Departure,
+        (division, most): ((usize, usize), u64),
+    ) -> Result<Option<([f64; 3], u64)>> {
+        // What is filled depends on what is open half an element away, and the lattice adds the width of one.
+        let reach = [0.6 * bead.widest().as_mm(); 3];
+        let window = (sub(extent.0, reach), add(extent.1, reach));
+        let Some(cells) = Cells::divided_into(&bead, window, most.into(), division)? else { return Ok(None) };
+        let trial = Trial::on(part, bead, extent, departure, cells)?;
+        let [certain, about, possibly] = trial.departing()?;
+        Ok(Some(([about, certain, possibly].map(|set| trial.in_box(&set, extent)), trial.cells())))
     }
 
     /// Number of cells of the lattice.
@@ -99,20 +123,22 @@ impl Trial {
         (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]))
     }
 
-    /// The volume designed and not printed at the place, mm³: estimate, and the two numbers that it lies between.
+    /// The volume at the place that departs from the drawing, mm³: estimate, and the two numbers that it lies between.
     ///
-    /// The place is what may be lost and hangs together with what may be lost in the box, but for the skin of what is
-    /// certainly printed: contacts of a rod or a sheet end short of its ends. For certain counts what is lost in the box.
+    /// Void that is filled counts in the box and half an element around it. Material is what may depart and hangs together with what
+    /// may depart in the box, but for the skin of what is certainly as drawn: contacts of a rod or a sheet end short of its ends. For
+    /// certain counts what departs in the box.
     ///
     /// # Errors
     /// None for shapes that exist.
-    pub fn lost(&self) -> Result<[f64; 3]> {
-        let (shape, cells) = (&self.made.designed.shape, &self.made.designed.cells);
-        let possibly = shape.outer.difference(&self.made.lower)?;
-        let near = |set: &Indicator| -> Result<Indicator> {
-            let cube = StructuringElement::cuboid([3; 3], cells.grid.spacing())?;
-            dilate(set, &cube)?.set.placed([1; 3], cells.grid)
-        };
+    pub fn volumes(&self) -> Result<[f64; 3]> {
+        let cells = &self.made.designed.cells;
+        let [certain, about, possibly] = self.departing()?;
+        if let Departure::Filled { .. } = self.departure {
+            let reach = [0.5 * self.made.designed.bead.widest().as_mm(); 3];
+            let around = (sub(self.extent.0, reach), add(self.extent.1, reach));
+            return Ok([about, certain, possibly].map(|set| self.in_box(&set, around)));
+        }
         // Every face is a cell thick in doubt, and all of them hang together: only what is beyond that makes a place.
         let pieces = components(&possibly.difference(&near(&self.made.lower)?)?, Adjacency::Corner);
         let mut met = vec![false; pieces.count()];
@@ -121,10 +147,26 @@ impl Trial {
             piece.into_iter().for_each(|met| *met = true);
         }
         let place = near(&pieces.select(|piece| met.get(piece as usize) == Some(&true)))?.intersection(&possibly)?;
-        let low = cells.volume_in(&shape.inner, &self.made.upper, self.extent);
-        let about = shape.centres.difference(&self.made.centres)?.intersection(&place)?;
         let volume = |set: &Indicator| (cells.cell_volume() * set.count() as f64).as_mm3();
-        Ok([volume(&about), low.as_mm3(), volume(&place)])
+        Ok([volume(&about.intersection(&place)?), self.in_box(&certain, self.extent), volume(&place)])
+    }
+
+    /// What departs from the drawing for certain, by the samples, and perhaps.
+    fn departing(&self) -> Result<[Indicator; 3]> {
+        let (AsPrinted { lower, centres, upper, .. }, shape) = (&self.made, &self.made.designed.shape);
+        match self.departure {
+            Departure::Filled { .. } => self.made.filled(),
+            _ => {
+                let about = shape.centres.difference(centres)?;
+                Ok([shape.inner.difference(upper)?, about, shape.outer.difference(lower)?])
+            }
+        }
+    }
+
+    /// Volume of a set in a box, mm³.
+    fn in_box(&self, set: &Indicator, extent: (Vec3, Vec3)) -> f64 {
+        let cells = &self.made.designed.cells;
+        cells.volume_in(set, &Indicator::empty(cells.grid), extent).as_mm3()
     }
 
     /// What one step of thickening adds along a direction, both sides together, millimetres.
@@ -133,34 +175,26 @@ impl Trial {
         2.0 * (0..3).map(|a| cell[a] * direction[a].abs()).sum::<f64>()
     }
 
-    /// The least number of steps, from those that add `missing` along a direction on, after which nothing of the place is lost.
+    /// The least number of steps of growth, from those that add `missing` along a direction on, after which the place is printed as drawn:
+    /// of material that is not printed, or of void that is filled.
     ///
     /// # Errors
     /// None for shapes that exist.
-    pub fn thickened(&self, direction: Vec3, missing: f64) -> Result<Option<usize>> {
+    pub fn remedied(&self, direction: Vec3, missing: f64) -> Result<Option<usize>> {
         let first = self.steps_for(direction, missing);
         for steps in first..first + STEPS {
-            let printed = self.made.designed.thickened(steps).printed_as(&self.made)?;
-            let cells = &self.made.designed.cells;
-            if cells.volume_in(&self.made.designed.shape.centres, &printed.centres, self.extent).as_mm3() == 0.0 {
-                return Ok(Some(steps));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The least number of steps, as [`Trial::thickened`], after which no void of the place is filled.
-    ///
-    /// # Errors
-    /// None for shapes that exist.
-    pub fn widened(&self, direction: Vec3, missing: f64) -> Result<Option<usize>> {
-        let first = self.steps_for(direction, missing);
-        for steps in first..first + STEPS {
-            let printed = self.made.designed.thinned(steps).printed_as(&self.made)?;
-            let filled = printed.filled()?;
-            let cells = &self.made.designed.cells;
-            let none = Indicator::empty(cells.grid);
-            if cells.volume_in(&filled, &none, self.extent).as_mm3() == 0.0 {
+            let designed = &self.made.designed;
+            let grown = match self.departure {
+                Departure::Filled { .. } => designed.thinned(steps),
+                _ => designed.thickened(steps),
+            };
+            let made = self.departure.print(grown)?;
+            // What the place was, not what was added to it, has to come out.
+            let left = match self.departure {
+                Departure::Filled { .. } => made.filled()?[1].clone(),
+                _ => designed.shape.centres.difference(&made.centres)?,
+            };
+            if self.in_box(&left, self.extent) == 0.0 {
                 return Ok(Some(steps));
             }
         }
@@ -170,4 +204,10 @@ impl Trial {
     fn steps_for(&self, direction: Vec3, missing: f64) -> usize {
         (missing / self.step_along(direction) - 1e-9).ceil().clamp(1.0, 64.0) as usize
     }
+}
+
+/// A set grown by a cell on every side.
+fn near(set: &Indicator) -> Result<Indicator> {
+    let cube = StructuringElement::cuboid([3; 3], set.grid().spacing())?;
+    dilate(set, &cube)?.set.placed([1; 3], *set.grid())
 }

@@ -1,6 +1,6 @@
 //! Lattices whose cells divide an element.
 
-use super::deposit::{Bead, Footprint};
+use super::least_element::{Bead, Footprint};
 use super::overlap::Prism;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
@@ -31,15 +31,33 @@ impl Cells {
     /// # Errors
     /// [`Error::Operand`] for an element or a box without extent.
     pub fn covering(bead: &Bead, window: (Vec3, Vec3), most: u128) -> Result<Option<Self>> {
-        Cells::divided(bead, window, most, &DIVISIONS)
+        Cells::covering_where(bead, window, most, |_| true)
     }
 
-    /// As [`Cells::covering`], with up to four times as many cells along each side of the element: for a place by itself.
+    /// As [`Cells::covering`], among divisions of the element that suit.
     ///
     /// # Errors
     /// As there.
-    pub fn covering_closely(bead: &Bead, window: (Vec3, Vec3), most: u128) -> Result<Option<Self>> {
-        Cells::divided(bead, window, most, &CLOSE_DIVISIONS)
+    pub fn covering_where(
+        bead: &Bead,
+        window: (Vec3, Vec3),
+        most: u128,
+        suits: impl Fn(&(usize, usize)) -> bool,
+    ) -> Result<Option<Self>> {
+        Cells::divided(bead, window, most, DIVISIONS.iter().filter(|d| suits(d)))
+    }
+
+    /// As [`Cells::covering_where`], with up to four times as many cells along each side of the element: for a place by itself.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn covering_closely(
+        bead: &Bead,
+        window: (Vec3, Vec3),
+        most: u128,
+        suits: impl Fn(&(usize, usize)) -> bool,
+    ) -> Result<Option<Self>> {
+        Cells::divided(bead, window, most, CLOSE_DIVISIONS.iter().filter(|d| suits(d)))
     }
 
     /// The lattice over a box with so many cells along the width and the height of the element, unless it takes more than `most`.
@@ -52,10 +70,15 @@ impl Cells {
         most: u128,
         division: (usize, usize),
     ) -> Result<Option<Self>> {
-        Cells::divided(bead, window, most, &[division])
+        Cells::divided(bead, window, most, [division].iter())
     }
 
-    fn divided(bead: &Bead, (lo, hi): (Vec3, Vec3), most: u128, divisions: &[(usize, usize)]) -> Result<Option<Self>> {
+    fn divided<'a>(
+        bead: &Bead,
+        (lo, hi): (Vec3, Vec3),
+        most: u128,
+        divisions: impl Iterator<Item = &'a (usize, usize)>,
+    ) -> Result<Option<Self>> {
         let (width, height) = (bead.width.as_mm(), bead.height.as_mm());
         if !(width > 0.0 && height > 0.0 && width.is_finite() && height.is_finite()) {
             return Err(Error::Operand {

@@ -8,53 +8,15 @@
 //! [`Designed::compensated`]: what a share of the element holds stays as drawn, and nothing spreads farther than a given length.
 
 use super::cells::Cells;
+use super::least_element::Bead;
 use super::overlap::Prism;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::superlevel_surface;
-use crate::geometry::vector::Vec3;
 use crate::geometry::{Enclosure, InsideRule, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
-
-/// Outline of an element across the build direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Footprint {
-    /// A disc: a bead or a spot.
-    Disc,
-    /// A square along x and y: a pixel.
-    Square,
-}
-
-/// The least that a process lays down: a prism of a width across and a height along z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bead {
-    pub footprint: Footprint,
-    pub width: Length,
-    pub height: Length,
-}
-
-impl Bead {
-    /// Width of the element along a unit vector: the distance of its two supporting planes.
-    pub fn width_along(&self, direction: Vec3) -> Length {
-        let [x, y, z] = direction.map(f64::abs);
-        let across = match self.footprint {
-            Footprint::Disc => x.hypot(y),
-            Footprint::Square => x + y,
-        };
-        self.width * across + self.height * z
-    }
-
-    /// The largest of all its widths.
-    pub fn widest(&self) -> Length {
-        let across = match self.footprint {
-            Footprint::Disc => self.width.as_mm(),
-            Footprint::Square => std::f64::consts::SQRT_2 * self.width.as_mm(),
-        };
-        Length::mm(across.hypot(self.height.as_mm()))
-    }
-}
 
 /// A part on the lattice of a process' element.
 #[derive(Debug, Clone, PartialEq)]
@@ -210,15 +172,18 @@ impl AsPrinted {
         self.volumes([(&self.centres, &shape.centres), (&self.lower, &shape.outer), (&self.upper, &shape.inner)])
     }
 
-    /// Cells whose centre is void, certainly printed, and from which no cell that may stay open is as near as half the element: slots and
-    /// holes that close. The coat on a face that stays open is not among it.
+    /// Void that is printed and from which no cell that stays open is as near as half the element: slots and holes that close. The coat
+    /// on a face that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
     ///
     /// # Errors
     /// None for shapes that exist.
-    pub fn filled(&self) -> Result<Indicator> {
+    pub fn filled(&self) -> Result<[Indicator; 3]> {
         let reach = self.designed.cells.wide.max(self.designed.cells.high).div_ceil(2);
-        let open = grown(&self.lower.complement(), reach);
-        self.lower.difference(&self.designed.shape.centres)?.difference(&open)
+        let Enclosure { inner, centres, outer } = &self.designed.shape;
+        let closed = |printed: &Indicator, drawn: &Indicator| {
+            printed.difference(drawn)?.difference(&grown(&printed.complement(), reach))
+        };
+        Ok([closed(&self.lower, outer)?, closed(&self.centres, centres)?, closed(&self.upper, inner)?])
     }
 
     /// Volume as printed: the estimate.
@@ -288,8 +253,10 @@ fn ones(row: &[u64], range: std::ops::Range<usize>) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::least_element::Footprint;
     use super::*;
     use crate::geometry::Primitive;
+    use crate::geometry::vector::Vec3;
 
     fn bead(width: f64, height: f64, footprint: Footprint) -> Bead {
         Bead { footprint, width: Length::mm(width), height: Length::mm(height) }
@@ -374,7 +341,7 @@ mod tests {
                 let left = block([3.0, 2.0, 2.0], [shift[0] - 1.5 - 0.5 * gap, shift[1], shift[2]]);
                 let right = block([3.0, 2.0, 2.0], [shift[0] + 1.5 + 0.5 * gap, shift[1], shift[2]]);
                 let made = printed(&left.joined(&right), bead(0.4, 0.2, Footprint::Square), 0.5, 1 << 23);
-                let filled = made.filled().unwrap();
+                let [filled, ..] = made.filled().unwrap();
                 assert_eq!(!filled.is_empty(), fills, "{gap} at {shift:?}");
                 if fills {
                     let cells = &made.designed.cells;
@@ -382,7 +349,7 @@ mod tests {
                     assert!(counts[0] as f64 * cells.cell_mm()[0] < 0.2 + 1e-9, "only the slot is filled");
                     // Wider by four cells of 1/15 mm on either side: 0.73 mm.
                     let wider = made.designed.thinned(4).printed(0.5).unwrap();
-                    assert!(wider.filled().unwrap().is_empty());
+                    assert!(wider.filled().unwrap()[0].is_empty());
                 }
                 let shown = made.surface(1 << 16).unwrap();
                 let growth = shown.signed_volume() / made.volume().as_mm3();
@@ -412,7 +379,7 @@ mod tests {
                 let near = |i: &usize| (cells.position([*i, j, k])[0] - shift[0]).abs() < 1.0;
                 let closed = (0..cells.grid.dims()[0]).filter(near).all(|i| made.lower.contains([i, j, k]));
                 assert_eq!(closed, fills, "{gap} at {shift:?}");
-                assert!(fills || made.filled().unwrap().is_empty(), "{gap} at {shift:?}");
+                assert!(fills || made.filled().unwrap()[0].is_empty(), "{gap} at {shift:?}");
             }
             // A wall thinner than a bead is printed as drawn, one below half of it is not.
             for (thick, volume) in [(0.8, 0.8), (0.3, 0.3), (0.1, 0.0)] {

@@ -1,5 +1,6 @@
 //! Overlap counts of a small element on bit rows, and the sets of cells that follow from them.
 
+use super::columns::Columns;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use pulp::Arch;
@@ -166,11 +167,20 @@ impl Prism {
         for (y, &(first, end)) in (j..columns.ny).zip(&self.runs) {
             let before = &columns.before[y * columns.pitch + 64 * w..(y + 1) * columns.pitch];
             let (from, to) = (&before[first..first + 64], &before[end..end + 64]);
-            // Sums along a long row wrap; their differences do not.
-            let held = from.iter().zip(to).map(|(a, b)| b.wrapping_sub(*a));
-            counts.iter_mut().zip(held).for_each(|(count, held)| *count += held);
+            for i in 0..64 {
+                // Sums along a long row wrap; their differences do not.
+                counts[i] += to[i].wrapping_sub(from[i]);
+            }
         }
-        counts.iter().enumerate().fold(0, |word, (i, &c)| word | u64::from(c >= least) << i)
+        let mut bytes = [0u8; 64];
+        (0..64).for_each(|i| bytes[i] = u8::from(counts[i] >= least));
+        let mut word = 0;
+        for at in 0..8 {
+            // Gathers the lowest bits of eight bytes: no two of the products meet in a bit.
+            let eight = u64::from_le_bytes(std::array::from_fn(|i| bytes[8 * at + i]));
+            word |= (eight.wrapping_mul(0x0102_0408_1020_4080) >> 56) << (8 * at);
+        }
+        word
     }
 
     /// All cells that the element covers from a set of placements, `reach` cells further on every side: `P ⊕ B ⊕ [−reach, reach]³`.
@@ -183,30 +193,36 @@ impl Prism {
         let words = placements.words_per_row();
         // Rows of the grown element: the run of row `dy` holds those of its neighbours.
         let wide = self.runs.len();
-        let grown: Vec<(isize, (isize, isize))> = (-(reach as isize)..(wide + reach) as isize)
-            .map(|dy| {
+        let mut grown: Vec<((isize, isize), isize)> = (-(reach as isize)..(wide + reach) as isize)
+            .filter_map(|dy| {
                 let near = (dy - reach as isize).max(0) as usize..((dy + reach as isize + 1).max(0) as usize).min(wide);
                 let runs = self.runs[near].iter().filter(|(first, end)| first < end);
                 let ends = runs.map(|&(a, b)| (a as isize, b as isize)).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
-                (dy, ends.map_or((0, 0), |(a, b)| (a - reach as isize, b + reach as isize)))
+                ends.map(|(a, b)| ((a - reach as isize, b + reach as isize), dy))
             })
             .collect();
+        // Rows that are alike are smeared along x once.
+        grown.sort_unstable();
         out.words_mut().par_chunks_mut(words * ny).enumerate().for_each(|(k, plane)| {
             let mut gathered = vec![0u64; words * ny];
             for z in (k + 1).saturating_sub(self.high + reach)..(k + reach + 1).min(nz) {
                 let layer = &placements.words()[z * words * ny..(z + 1) * words * ny];
                 gathered.iter_mut().zip(layer).for_each(|(g, row)| *g |= row);
             }
-            for (j, target) in plane.chunks_mut(words).enumerate() {
-                for &(dy, run) in &grown {
-                    let y = j as isize - dy;
-                    if (0..ny as isize).contains(&y) {
-                        smear(&gathered[y as usize * words..(y as usize + 1) * words], run, target);
-                    }
+            let mut smeared = vec![0u64; words * ny];
+            for alike in grown.chunk_by(|(a, _), (b, _)| a == b) {
+                let Some(&(run, _)) = alike.first() else { continue };
+                smeared.fill(0);
+                let rows = smeared.chunks_mut(words).zip(gathered.chunks(words));
+                rows.for_each(|(target, row)| smear(row, run, target));
+                for &(_, dy) in alike {
+                    let from = words * (-dy).clamp(0, ny as isize) as usize;
+                    let to = words * dy.clamp(0, ny as isize) as usize;
+                    plane[to..].iter_mut().zip(&smeared[from..]).for_each(|(target, row)| *target |= row);
                 }
-                if !nx.is_multiple_of(64) {
-                    target[words - 1] &= !(!0u64 << (nx % 64));
-                }
+            }
+            if !nx.is_multiple_of(64) {
+                plane.chunks_mut(words).for_each(|row| row[words - 1] &= !(!0u64 << (nx % 64)));
             }
         });
         out
@@ -251,122 +267,6 @@ fn smear(row: &[u64], (first, end): (isize, isize), target: &mut [u64]) {
             target[w] |= row[w] >> -d | after << (64 + d);
         }
     }
-}
-
-/// The columns of samples that stand on one layer of a set, as high as an element.
-struct Columns<'a> {
-    set: &'a Indicator,
-    /// Of the element.
-    wide: usize,
-    high: usize,
-    ny: usize,
-    words: usize,
-    /// Samples of a row, and a word more, so that what an element reaches beyond the row is nothing.
-    pitch: usize,
-    /// The layer that the columns stand on.
-    k: usize,
-    /// Samples in each column.
-    counts: Vec<u8>,
-    /// For each word and what a row of the element reaches of the next: the columns that hold anything, and those that are full.
-    ends: Vec<(u64, u64)>,
-    /// Samples in the columns of a row before each of its columns, modulo 2¹⁶, for the rows that were summed.
-    before: Vec<u16>,
-    summed: Vec<bool>,
-}
-
-impl<'a> Columns<'a> {
-    /// The columns that stand on a layer, for an element so wide and high.
-    #[inline(always)]
-    fn on(set: &'a Indicator, k: usize, (wide, high): (usize, usize)) -> Self {
-        let (ny, words) = (set.grid().dims()[1], set.words_per_row());
-        let pitch = 64 * (words + 1);
-        let (counts, before) = (vec![0; ny * pitch], vec![0; ny * pitch]);
-        let (ends, summed) = (vec![(0, 0); ny * words], vec![false; ny]);
-        let mut columns = Columns { set, wide, high, ny, words, pitch, k, counts, ends, before, summed };
-        (k..k + high).for_each(|z| columns.exchange(None, z));
-        columns.find_ends();
-        columns
-    }
-
-    /// Goes on to the columns that stand on the next layer.
-    #[inline(always)]
-    fn rise(&mut self) {
-        self.exchange(Some(self.k), self.k + self.high);
-        self.k += 1;
-        self.summed.fill(false);
-        self.find_ends();
-    }
-
-    /// The words of a layer, if the set has it.
-    fn layer(&self, z: usize) -> Option<&'a [u64]> {
-        let words = self.words * self.ny;
-        self.set.words().get(z * words..(z + 1) * words)
-    }
-
-    /// Takes one layer out of the columns and puts another in.
-    #[inline(always)]
-    fn exchange(&mut self, out: Option<usize>, new: usize) {
-        let (out, new) = (out.and_then(|z| self.layer(z)), self.layer(new));
-        let word = |of: Option<&[u64]>, at: usize| of.and_then(|words| words.get(at)).copied().unwrap_or(0);
-        for (y, counts) in self.counts.chunks_mut(self.pitch).enumerate() {
-            for (w, counts) in counts.chunks_exact_mut(64).take(self.words).enumerate() {
-                let (out, new) = (word(out, y * self.words + w), word(new, y * self.words + w));
-                // What leaves and comes alike changes nothing.
-                if out != new {
-                    exchange_bits(out, new, counts);
-                }
-            }
-        }
-    }
-
-    /// Finds which columns hold anything, and which are full.
-    #[inline(always)]
-    fn find_ends(&mut self) {
-        let spill = !(!0u64 << self.wide);
-        let layers: Vec<&[u64]> = (self.k..self.k + self.high).map_while(|z| self.layer(z)).collect();
-        self.ends.fill((0, if layers.len() == self.high { !0 } else { 0 }));
-        for layer in layers {
-            let ends = self.ends.iter_mut().zip(layer);
-            ends.for_each(|((any, all), bits)| (*any, *all) = (*any | bits, *all & bits));
-        }
-        for row in self.ends.chunks_mut(self.words) {
-            for w in 0..self.words {
-                let (any, all) = row.get(w + 1).copied().unwrap_or((0, 0));
-                row[w] = (row[w].0 | (any & spill), row[w].1 & (all | !spill));
-            }
-        }
-    }
-
-    /// Sums a row along x, unless that is done.
-    #[inline(always)]
-    fn sum_row(&mut self, y: usize) {
-        if std::mem::replace(&mut self.summed[y], true) {
-            return;
-        }
-        let row = y * self.pitch..(y + 1) * self.pitch;
-        let mut sum = 0u16;
-        for (before, count) in self.before[row.clone()].iter_mut().zip(&self.counts[row]) {
-            *before = sum;
-            sum = sum.wrapping_add(u16::from(*count));
-        }
-    }
-}
-
-/// Takes the bits of one word from sixty-four counts and adds those of another.
-#[inline(always)]
-fn exchange_bits(out: u64, new: u64, counts: &mut [u8]) {
-    for ((out, new), eight) in out.to_le_bytes().into_iter().zip(new.to_le_bytes()).zip(counts.chunks_exact_mut(8)) {
-        let ones = eight_bytes(out).into_iter().zip(eight_bytes(new));
-        eight.iter_mut().zip(ones).for_each(|(count, (out, new))| *count = *count - out + new);
-    }
-}
-
-/// Each bit of a byte as a byte of its own.
-#[inline(always)]
-fn eight_bytes(bits: u8) -> [u8; 8] {
-    // Eight copies of the byte, one bit kept in each, moved down to 1.
-    let kept = u64::from(bits).wrapping_mul(0x0101_0101_0101_0101) & 0x8040_2010_0804_0201;
-    (kept.wrapping_add(0x7f7f_7f7f_7f7f_7f7f) >> 7 & 0x0101_0101_0101_0101).to_le_bytes()
 }
 
 #[cfg(test)]

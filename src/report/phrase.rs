@@ -53,11 +53,15 @@ enum Direction {
 }
 
 /// The ends of a bracket, rounded outwards: `0.42–0.49`; `None` where value and bracket are one number.
+///
+/// A lower end above 0 keeps a digit that says so: what is there for certain is told from what may be nothing.
 pub fn bracket(low: f64, high: f64) -> Option<String> {
     let width = high - low;
     (width > 1e-6).then(|| {
         let decimals = decimals_of(width);
-        format!("{}–{}", outward(low, decimals, Direction::Down), outward(high, decimals, Direction::Up))
+        let first_digit = if low > 0.0 { (-low.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
+        let lower = outward(low, decimals.max(first_digit), Direction::Down);
+        format!("{lower}–{}", outward(high, decimals, Direction::Up))
     })
 }
 

@@ -1,5 +1,6 @@
 //! Parts with known truths, judged by the whole pipeline.
 
+mod as_printed;
 mod exhibit;
 mod false_alarms;
 mod fixtures;

@@ -123,6 +123,8 @@ pub const TABLE: &[Row] = &[
     },
     row("AM401", "block", Pass, None, 0),
     row("AM401", "rib_010", Warn, None, 1),
+    row("AM401", "pair_010", Warn, Some(10.0), 1),
+    row("AM401", "pair_100", Pass, None, 0),
     Row { process: "sla", ..row("AM401", "block", Pass, None, 0) },
     Row { process: "sls", ..row("AM601", "block", Pass, None, 0) },
     Row { process: "sls", ..row("AM601", "bracket_round", Pass, None, 0) },

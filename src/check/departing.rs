@@ -1,0 +1,353 @@
+//! Places that are not printed as drawn: sheets and slots by their widths, and what else a lattice of the whole part shows.
+
+use super::as_printed::LAMBDA;
+use super::budget::Budget;
+use super::contract::Context;
+use super::departure::{Departure, Place, Volumes};
+use super::detail::{Between, Detail, Found, Sought, Thin, raised_width};
+use super::finding::{Basis, Bracket, Finding, Limits, State};
+use super::place::locate;
+use super::trial::Trial;
+use crate::error::Result;
+use crate::field::Indicator;
+use crate::geometry::vector::{Vec3, add, sub};
+use crate::medial::Side;
+use crate::morphology::{AsPrinted, Bead};
+use crate::part::{Part, bead_of, spread_of};
+use crate::process::Process;
+use crate::topology::{Adjacency, components};
+use crate::units::{Length, report_digits, short};
+
+/// Places that are measured whatever the budget for finer looks is, largest first.
+const MEASURED: usize = 6;
+/// Samples that have to be left for another: as many as its lattice may take.
+const FIRST_LOOK: u64 = 1 << 22;
+/// Times that what is still open has another share of the budget.
+const ROUNDS: usize = 3;
+/// Places whose remedy is tried out.
+const TRIED: usize = 4;
+/// What is at least so many widths of the element across is broad: its rim, which stays open, matters little.
+const BROAD: f64 = 2.0;
+/// A remedy is tried out up to so many widths of the element from the narrowest place.
+const TRIED_WITHIN: f64 = 6.0;
+
+/// Seeks on one side of the surface what is not printed as drawn, and measures it.
+pub(super) struct Seeker<'a> {
+    part: &'a Part,
+    process: &'a Process,
+    context: &'a Context,
+    side: Side,
+    limits: Limits,
+    bead: Bead,
+    /// How far a face spreads.
+    spread: Length,
+}
+
+/// A place that may not be printed as drawn.
+pub(super) struct Candidate {
+    /// Volume that may depart, mm³, and what the lattice of the whole part says of it.
+    about: f64,
+    known: Option<(Volumes, Length)>,
+    extent: (Vec3, Vec3),
+    /// The middle of the narrowest place, the direction across it, and the width there.
+    at: Vec3,
+    direction: Vec3,
+    width: f64,
+    /// What it is, where it was measured on the mesh.
+    noun: Option<&'static str>,
+    /// Boxes around the patches of a slot; none for what counts as a whole.
+    patches: Vec<(Vec3, Vec3)>,
+    /// Whether what lies between its sides is what departs: a sheet, or a slot that is broad.
+    flat: bool,
+}
+
+/// What a search took and what it says of itself.
+pub(super) struct Searched {
+    pub evaluations: u64,
+    pub words: String,
+}
+
+impl<'a> Seeker<'a> {
+    pub fn new(part: &'a Part, process: &'a Process, context: &'a Context, (side, limits): (Side, Limits)) -> Self {
+        Seeker { part, process, context, side, limits, bead: bead_of(process), spread: spread_of(process) }
+    }
+
+    fn kind(&self) -> &'static str {
+        if self.side == Side::Material { "lost" } else { "filled" }
+    }
+
+    fn departure(&self) -> Departure {
+        let (lambda, spread) = (LAMBDA, self.spread);
+        match self.side {
+            Side::Material => Departure::Unprinted { lambda, spread },
+            Side::Void => Departure::Filled { lambda, spread },
+        }
+    }
+
+    /// The thickness from which on a flat sheet with such a normal is printed, or a flat slot stays open.
+    ///
+    /// The middle of the element holds λ of it within as much; a slot closes that two faces cover, each moved as far as the element
+    /// reaches beyond it when the share of it that is laid lies in the part.
+    fn least_width(&self, normal: Vec3) -> f64 {
+        match self.side {
+            Side::Material => {
+                let cut = self.bead.depth_of(normal, 0.5 * (1.0 - LAMBDA));
+                self.bead.width_along(normal).as_mm() - 2.0 * cut.as_mm()
+            }
+            Side::Void => {
+                let beyond = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread);
+                2.0 * self.bead.depth_of(normal, beyond.min(1.0 - LAMBDA)).as_mm()
+            }
+        }
+    }
+
+    /// Whether what is so thin along a direction is worth finding [`Seeker::least_width`] for: no less of the element lies in its
+    /// middle than in any part of it as wide.
+    fn may_depart(&self, thin: &Thin) -> bool {
+        let across = self.bead.width_along(thin.direction()).as_mm();
+        thin.diameter < if self.side == Side::Material { LAMBDA * across } else { across }
+    }
+
+    /// The places that may depart, largest first: all sheets and slots that are narrow enough, and what else a lattice of the whole part
+    /// shows, if there is one.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn places(&self, made: Option<&AsPrinted>) -> Result<(Vec<Candidate>, Searched)> {
+        let found = self.searched();
+        let tie = self.part.tie();
+        let thin = found.sheets(|t| self.may_depart(t) && t.diameter < self.least_width(t.direction()) - tie);
+        let mut places: Vec<Candidate> = thin.iter().map(|d| self.candidate(d)).collect();
+        let mut words = format!(
+            "{} {} narrow enough to be {}, all sought down to {} mm across.",
+            places.len(),
+            match (self.side, places.len()) {
+                (Side::Material, 1) => "sheet is",
+                (Side::Material, _) => "sheets are",
+                (Side::Void, 1) => "slot is",
+                (Side::Void, _) => "slots are",
+            },
+            self.kind(),
+            short(found.finest)
+        );
+        if let Some(made) = made {
+            let (others, small) = self.on_the_lattice(made, &places)?;
+            places.extend(others);
+            if small > 0 {
+                words.push_str(&format!(" {small} smaller places are {} too.", self.kind()));
+            }
+        }
+        places.sort_by(|a, b| b.about.total_cmp(&a.about));
+        Ok((places, Searched { evaluations: found.evaluations, words }))
+    }
+
+    fn searched(&self) -> Found<'a> {
+        let (width, between) = match self.side {
+            Side::Material => (raised_width(self.process), Between::SidesOfABody),
+            Side::Void => (2.0 * self.spread.as_mm(), Between::Surfaces),
+        };
+        let (part, process, context, side) = (self.part, self.process, self.context, self.side);
+        Sought { part, process, context, side, between, width }.search()
+    }
+
+    fn candidate(&self, detail: &Detail) -> Candidate {
+        Candidate {
+            about: detail.volume,
+            known: None,
+            extent: detail.extent,
+            at: detail.thinnest.centre,
+            direction: detail.thinnest.direction(),
+            width: detail.thinnest.diameter,
+            noun: Some(match (detail.noun(), self.side) {
+                (noun, Side::Material) => noun,
+                ("sheet", Side::Void) => "slot",
+                ("rod", Side::Void) => "hole",
+                (_, Side::Void) => "pit",
+            }),
+            patches: if self.side == Side::Void { detail.patches.clone() } else { Vec::new() },
+            flat: detail.noun() == "sheet"
+                && (self.side == Side::Material || detail.spans[1] >= BROAD * self.bead.width.as_mm()),
+        }
+    }
+
+    /// What departs on the lattice of the whole part beside the places that are known, and how many others are too small to tell.
+    fn on_the_lattice(&self, made: &AsPrinted, beside: &[Candidate]) -> Result<(Vec<Candidate>, usize)> {
+        let (shape, cells) = (&made.designed.shape, &made.designed.cells);
+        // What only the samples show is reported too: a pass would claim that it is printed. A cell that is touched holds some of the
+        // part, and what not even the larger set prints is not printed.
+        let ([certain, about, possibly], set) = match self.side {
+            Side::Material => {
+                let about = shape.centres.difference(&made.centres)?;
+                let set = shape.outer.difference(&made.upper)?.union(&about)?;
+                ([shape.inner.difference(&made.upper)?, about, shape.outer.difference(&made.lower)?], set)
+            }
+            Side::Void => {
+                let [certain, about, possibly] = made.filled()?;
+                let set = certain.union(&about)?;
+                ([certain, about, possibly], set)
+            }
+        };
+        let none = Indicator::empty(cells.grid);
+        let volume_in = |set: &Indicator, extent| cells.volume_in(set, &none, extent).as_mm3();
+        let parts = components(&set, Adjacency::Corner);
+        let (sizes, boxes, firsts) = (parts.sizes(), parts.boxes(), parts.first_samples());
+        let (cell, least) = (cells.cell_mm(), self.limits.warn.or(self.limits.fail).unwrap_or(0.0));
+        let (mut places, mut small) = (Vec::new(), 0);
+        for (i, [first, last]) in boxes.iter().enumerate() {
+            let extent =
+                (sub(cells.position(*first), cell.map(|c| 2.5 * c)), add(cells.position(*last), cell.map(|c| 2.5 * c)));
+            if beside.iter().any(|c| meet(c.extent, extent)) {
+                continue;
+            }
+            let known = [&about, &certain, &possibly].map(|set| volume_in(set, extent));
+            // What is filled at the bottom of a sharp notch is less than the limit, and no slot.
+            if known[0] <= least {
+                small += 1;
+                continue;
+            }
+            let span = [0, 1, 2].map(|a| extent.1[a] - extent.0[a] - 4.0 * cell[a]);
+            let thin = (0..3).min_by(|&a, &b| span[a].total_cmp(&span[b])).unwrap_or(0);
+            places.push(Candidate {
+                about: (cells.cell_volume() * sizes[i] as f64).as_mm3(),
+                known: Some((known, cells.grid.spacing())),
+                extent,
+                at: cells.position(firsts[i]),
+                direction: [0, 1, 2].map(|a| if a == thin { 1.0 } else { 0.0 }),
+                width: span[thin],
+                noun: None,
+                patches: Vec::new(),
+                flat: false,
+            });
+        }
+        Ok((places, small))
+    }
+
+    /// What of each place departs, told from the limits as far as the budget goes: each has its share of it, and what others leave goes to
+    /// what is still open.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn measured(&self, places: &[Candidate], budget: &mut Budget) -> Result<Vec<(Bracket, Basis)>> {
+        let mut known: Vec<Option<(Volumes, Length)>> = Vec::with_capacity(places.len());
+        for (rank, place) in places.iter().enumerate() {
+            let measured = place.known.is_some() || rank < MEASURED || budget.left >= FIRST_LOOK;
+            known.push(if measured { Some(self.first_look(place, rank, budget)?) } else { None });
+        }
+        for _ in 0..ROUNDS {
+            let is_open = |known: &Option<(Volumes, Length)>, place: &Candidate| {
+                known.is_some_and(|(volumes, _)| self.place(place).open_limit(volumes).is_some())
+            };
+            let mut left = known.iter().zip(places).filter(|(known, place)| is_open(known, place)).count() as u64;
+            for (known, place) in known.iter_mut().zip(places) {
+                if let (true, Some(found)) = (is_open(known, place), *known) {
+                    let share = budget.left / left.max(1);
+                    *known = Some(self.place(place).told(found, share, budget)?);
+                    left = left.saturating_sub(1);
+                }
+            }
+        }
+        Ok(known.into_iter().zip(places).map(|(known, place)| self.bracket(place, known)).collect())
+    }
+
+    /// What the lattice of the part or a coarse one of its own tells of a place.
+    fn first_look(&self, place: &Candidate, rank: usize, budget: &mut Budget) -> Result<(Volumes, Length)> {
+        if let Some(known) = place.known {
+            return Ok(known);
+        }
+        let trial = Trial::around(self.part, self.bead, place.extent, self.departure())?;
+        if let (Some(trial), true) = (&trial, rank >= MEASURED) {
+            budget.note(1, trial.cells());
+        }
+        match trial {
+            Some(trial) => Ok((trial.volumes()?, trial.cell())),
+            // No such lattice holds it, and a box holds no more than its own volume.
+            None => Ok(([place.about, 0.0, self.most_in(place.extent)], self.bead.width)),
+        }
+    }
+
+    fn bracket(&self, place: &Candidate, known: Option<(Volumes, Length)>) -> (Bracket, Basis) {
+        let Some(([value, low, high], _)) = known else {
+            let most = self.most_in(place.extent);
+            return (Bracket::new(place.about.min(most), 0.0, most), Basis::Estimated);
+        };
+        // Between the sides of a sheet or a slot lies what it holds; the samples of a lattice say that less well.
+        let flat = place.flat && (low..=high).contains(&place.about);
+        (Bracket::new(if flat { place.about } else { value.clamp(low, high) }, low, high), Basis::Certified)
+    }
+
+    /// By how much a place is narrower than what would be printed as drawn.
+    fn missing(&self, place: &Candidate) -> f64 {
+        (self.least_width(place.direction) - place.width).max(0.0)
+    }
+
+    fn place<'p>(&'p self, place: &'p Candidate) -> Place<'p> {
+        Place {
+            part: self.part,
+            bead: self.bead,
+            departure: self.departure(),
+            limits: self.limits,
+            extent: place.extent,
+            narrowest: place.at,
+            across: place.direction,
+            missing: self.missing(place),
+            likely: place.flat.then_some(place.about),
+            patches: &place.patches,
+        }
+    }
+
+    /// The finding of a place, with a remedy that was tried out where it is among the largest.
+    ///
+    /// # Errors
+    /// As [`Part::deposited`].
+    pub fn finding(&self, place: &Candidate, (bracket, basis): (Bracket, Basis), rank: usize) -> Result<Finding> {
+        let mut f = Finding::judged("AM401", self.kind(), bracket, basis, self.limits, "mm3", 0.0);
+        locate(&mut f, self.part, self.context, place.at, place.extent);
+        f.volume_mm3 = Some(report_digits(bracket.value));
+        let what = if self.side == Side::Material { "of material is not printed" } else { "of void is filled" };
+        let by = place.noun.map_or(String::new(), |noun| format!(": a {noun} of {} mm", rounded(place.width)));
+        f.message = format!("{} mm³ {what}{by}", rounded(bracket.value));
+        let tried = if rank < TRIED && f.state > State::Pass { self.remedied(place)? } else { None };
+        let verb = if self.side == Side::Material { "thicken" } else { "widen" };
+        f.fix = match tried {
+            Some((by, place)) => {
+                format!("{verb} by {} mm; checked{place}: none of it is {} then", rounded(by), self.kind())
+            }
+            None => {
+                let needed = self.least_width(place.direction);
+                format!("less than {} mm across is {} here", rounded(needed), self.kind())
+            }
+        };
+        Ok(f)
+    }
+
+    /// Volume of a box, mm³, and of what an element reaches around it.
+    fn most_in(&self, (lo, hi): (Vec3, Vec3)) -> f64 {
+        (0..3).map(|a| hi[a] - lo[a] + self.bead.widest().as_mm()).product()
+    }
+
+    /// By how much a place has to grow to be printed as drawn, and where that was tried; `None` if it is not seen to depart on the cells
+    /// that it was tried on, or no growth helps.
+    fn remedied(&self, place: &Candidate) -> Result<Option<(f64, &'static str)>> {
+        let reach = TRIED_WITHIN * self.bead.widest().as_mm();
+        let near = ([0, 1, 2].map(|a| place.at[a] - reach), [0, 1, 2].map(|a| place.at[a] + reach));
+        let lo = [0, 1, 2].map(|a| place.extent.0[a].max(near.0[a]));
+        let hi = [0, 1, 2].map(|a| place.extent.1[a].min(near.1[a]));
+        let Some(trial) = Trial::closely(self.part, self.bead, (lo, hi), self.departure())? else { return Ok(None) };
+        if trial.volumes()?[0] == 0.0 {
+            return Ok(None);
+        }
+        let steps = trial.remedied(place.direction, self.missing(place))?;
+        let where_it_is = if (lo, hi) == place.extent { "" } else { " where it is narrowest" };
+        Ok(steps.map(|n| (n as f64 * trial.step_along(place.direction), where_it_is)))
+    }
+}
+
+fn meet(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> bool {
+    (0..3).all(|i| a.0[i] <= b.1[i] && b.0[i] <= a.1[i])
+}
+
+/// Three decimals, for sentences.
+pub(super) fn rounded(x: f64) -> String {
+    let digits = if x.abs() >= 100.0 { 1.0 } else { 1e3 };
+    short((x * digits).round() / digits)
+}

@@ -1,0 +1,66 @@
+//! Slots and sheets as the process lays them down, beside their closed forms.
+
+use crate::{findings, judge_mesh, process};
+use amcheck::analyze::Options;
+use amcheck::check::{Finding, State};
+use amcheck::geometry::{TriangleMesh, cuboid};
+
+fn places(mesh: TriangleMesh) -> Vec<Finding> {
+    let options = Options { only: vec!["as-printed".into()], ..Options::new(process("fdm", &[])) };
+    findings(&judge_mesh(mesh, &options), "AM401").to_vec()
+}
+
+/// Two blocks with faces of 6 x 5 mm, so far apart along x, turned about z.
+fn slot(gap: f64, turn: f64) -> TriangleMesh {
+    let blocks = cuboid([0.0; 3], [3.0, 6.0, 5.0]).joined(&cuboid([3.0 + gap, 0.0, 0.0], [6.0 + gap, 6.0, 5.0]));
+    let (s, c) = turn.to_radians().sin_cos();
+    blocks.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.013, 0.107, 0.031])
+}
+
+#[test]
+fn an_upright_slot_closes_below_the_gap_of_the_process_whatever_way_it_is_turned() {
+    for turn in [0.0, 17.0, 45.0, 71.0] {
+        for gap in [0.06, 0.1, 0.15] {
+            let found = places(slot(gap, turn));
+            let [f] = found.as_slice() else { panic!("{gap} mm at {turn} degrees: {found:?}") };
+            assert!(f.kind == "filled" && f.state == State::Warn && f.decided, "{gap} mm at {turn} degrees: {f:?}");
+            // All of it but for half an element from the rim: between the two, and the bracket holds both.
+            let (all, core) = (gap * 6.0 * 5.0, gap * (6.0 - 0.4) * (5.0 - 0.4));
+            assert!(f.low <= core && all <= f.high, "{gap} mm at {turn} degrees: {core} {all} {f:?}");
+            assert!((f.value - all).abs() < 0.05 * all, "{gap} mm at {turn} degrees: {all} {f:?}");
+        }
+        for gap in [0.25, 0.3, 1.0] {
+            assert!(places(slot(gap, turn)).is_empty(), "{gap} mm at {turn} degrees: {:?}", places(slot(gap, turn)));
+        }
+    }
+}
+
+#[test]
+fn a_lying_slot_closes_where_two_moved_faces_cover_it() {
+    // The least share laid is that of a disc up to a quarter of its width from its rim, 0.8045: faces across z move by the rest of 0.2 mm.
+    let lying = |gap: f64| {
+        let blocks = cuboid([0.0; 3], [6.0, 5.0, 2.0]).joined(&cuboid([0.0, 0.0, 2.0 + gap], [6.0, 5.0, 4.0 + gap]));
+        places(blocks)
+    };
+    let moved = 0.2 * 0.1955;
+    let found = lying(1.2 * moved);
+    assert!(found.len() == 1 && found[0].kind == "filled" && found[0].decided, "{found:?}");
+    assert!(lying(2.6 * moved).is_empty(), "{:?}", lying(2.6 * moved));
+}
+
+#[test]
+fn a_sheet_is_lost_that_the_middle_of_a_bead_holds_less_than_half_of() {
+    for turn in [0.0f64, 30.0] {
+        let (s, c) = turn.to_radians().sin_cos();
+        let sheet = |thick: f64| {
+            let mesh = cuboid([0.0; 3], [thick, 6.0, 5.0]);
+            places(mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.02, 0.01, 0.03]))
+        };
+        // 0.404 of the width of 0.4 mm.
+        let found = sheet(0.13);
+        assert!(found.len() == 1 && found[0].kind == "lost" && found[0].decided, "{turn}: {found:?}");
+        let truth = 0.13 * 6.0 * 5.0;
+        assert!(found[0].low <= truth && truth <= found[0].high, "{turn}: {truth} {found:?}");
+        assert!(sheet(0.2).is_empty(), "{turn}: {:?}", sheet(0.2));
+    }
+}
