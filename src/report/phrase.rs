@@ -317,6 +317,8 @@ mod tests {
         assert_eq!(bracket(0.42, 0.49).as_deref(), Some("0.42–0.49"));
         assert_eq!(bracket(8.6, 9.74).as_deref(), Some("8.6–9.8"));
         assert_eq!(bracket(0.45, 0.45), None);
+        // What is there for certain is not shown as nothing.
+        assert_eq!(bracket(0.93, 75.3).as_deref(), Some("0.9–76"));
         assert_eq!(measured(0.45123, 0.42, 0.49, "mm"), "0.451 mm");
         assert_eq!(measured(45.0, 45.0, 45.0, "deg"), "45°");
     }
