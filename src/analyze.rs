@@ -367,7 +367,7 @@ fn judge(
             });
             report.limit = m.rule.and_then(|key| LimitReport::of(&options.process, key));
             report.cover = Some(std::mem::take(&mut m.cover));
-            report.refined = m.budget.map(|b| RefinedReport { looks: b.looks, samples: b.spent, left: b.left });
+            report.refined = m.budget.map(RefinedReport::from);
             report.findings = std::mem::take(&mut m.findings);
             report.findings.sort_by(crate::check::Finding::worst_first);
             (report, Some(*m))

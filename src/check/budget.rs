@@ -9,12 +9,16 @@ pub struct Budget {
     pub spent: u64,
     /// Samples that are left.
     pub left: u64,
+    /// The least samples that a look would have taken for which too few were left.
+    pub lacking: Option<u64>,
+    /// Looks that would have taken more memory than a window may.
+    pub too_large: u64,
 }
 
 impl Budget {
     /// A whole one.
     pub fn of(samples: u64) -> Self {
-        Budget { looks: 0, spent: 0, left: samples }
+        Budget { left: samples, ..Budget::default() }
     }
 
     /// Notes looks that were taken, whatever is left.
@@ -30,5 +34,20 @@ impl Budget {
         self.looks += looks;
         self.spent += samples;
         self.left = self.left.saturating_sub(samples);
+    }
+
+    /// Whether so many samples are left for a look; if not, that is noted.
+    ///
+    /// ```
+    /// use amcheck::check::Budget;
+    /// let mut budget = Budget::of(1000);
+    /// assert!(budget.allows(1000) && !budget.allows(5000) && !budget.allows(3000));
+    /// assert_eq!((budget.left, budget.lacking), (1000, Some(3000)));
+    /// ```
+    pub fn allows(&mut self, samples: u64) -> bool {
+        if samples > self.left {
+            self.lacking = Some(self.lacking.map_or(samples, |least| least.min(samples)));
+        }
+        samples <= self.left
     }
 }

@@ -95,10 +95,13 @@ impl Voids<'_> {
             let pad = [0.5 * ball_mm + 3.0 * finer; 3];
             let (lo, hi) = (sub(window[0], pad), add(window[1], pad));
             let samples = (0..3).map(|a| ((hi[a] - lo[a]) / finer).ceil() + 1.0).product::<f64>() as u64;
-            if samples > budget.left {
+            if !budget.allows(samples) {
                 continue;
             }
-            let Ok(solid) = part.window(lo, hi, Length::mm(finer)) else { continue };
+            let Ok(solid) = part.window(lo, hi, Length::mm(finer)) else {
+                budget.too_large += 1;
+                continue;
+            };
             budget.note(1, samples);
             let near = Stands::of(&squared_distance(&solid.outer)?, ball_mm, window, Some(&free));
             // A sample of the window lies within half a diagonal of one of the whole grid; both leave room for that.

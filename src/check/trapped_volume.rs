@@ -65,14 +65,17 @@ impl Check for TrappedVolume {
             let whole = Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3])?;
             let (samples, edge) = (whole.samples() as u64, [2.0 * h; 3]);
             measured.budget = Some(budget);
-            if samples > budget.left {
+            if !budget.allows(samples) {
                 break;
             }
-            let Ok(solid) = part.window(scale(edge, -1.0), add(part.extent(), edge), Length::mm(h)) else { break };
+            let Ok(solid) = part.window(scale(edge, -1.0), add(part.extent(), edge), Length::mm(h)) else {
+                budget.too_large += 1;
+                break;
+            };
             budget.note(1, samples);
             measured = look(part, &solid, process, &Context { spacing_mm: h, ..*context }, &mut budget)?;
         }
-        measured.budget = (budget.looks > 0 || measured.budget.is_some()).then_some(budget);
+        measured.budget = (budget != Budget::of(context.refine) || measured.budget.is_some()).then_some(budget);
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }

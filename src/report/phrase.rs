@@ -191,7 +191,13 @@ pub fn thousands(n: u64) -> String {
 pub fn finer_looks(refined: RefinedReport) -> String {
     let looks =
         if refined.looks == 1 { "1 finer look".into() } else { format!("{} finer looks", thousands(refined.looks)) };
-    format!("{looks} took {} samples; {} are left", thousands(refined.samples), thousands(refined.left))
+    let lacking = refined.lacking.map_or(String::new(), |n| format!("; a look of {} was not taken", thousands(n)));
+    let large = match refined.too_large {
+        0 => String::new(),
+        n => format!("; {} would take more memory than a window may", thousands(n)),
+    };
+    let [took, left] = [refined.samples, refined.left].map(thousands);
+    format!("{looks} took {took} samples; {left} are left{lacking}{large}")
 }
 
 /// The extent of the part: `56 × 36 × 32.4 mm`.

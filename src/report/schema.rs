@@ -1,7 +1,7 @@
 //! The report as data: the keys that pipelines rely on.
 
 use super::thickness::ThicknessReport;
-use crate::check::{Bracket, Finding, Sense, State};
+use crate::check::{Bracket, Budget, Finding, Sense, State};
 use crate::notice::Notice;
 use crate::process::{Bound, LimitBasis, Process, rule};
 use serde::{Deserialize, Serialize};
@@ -152,6 +152,22 @@ pub struct RefinedReport {
     pub samples: u64,
     /// Samples left of the budget.
     pub left: u64,
+    /// The least samples that a look would have taken for which too few were left.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub lacking: Option<u64>,
+    /// Looks that were not taken because they need more memory than a window may take.
+    #[serde(skip_serializing_if = "is_zero", default)]
+    pub too_large: u64,
+}
+
+impl From<Budget> for RefinedReport {
+    fn from(Budget { looks, spent, left, lacking, too_large }: Budget) -> Self {
+        RefinedReport { looks, samples: spent, left, lacking, too_large }
+    }
+}
+
+fn is_zero(n: &u64) -> bool {
+    *n == 0
 }
 
 impl LimitReport {

@@ -127,15 +127,31 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
 
 /// What deciding took beyond the first looks, in one line: the checks that took most first.
 fn refined(report: &Report) -> Option<String> {
-    let mut took: Vec<(&str, RefinedReport)> =
-        report.checks.iter().filter_map(|c| Some((c.name.as_str(), c.refined?))).filter(|(_, r)| r.looks > 0).collect();
+    let mut took: Vec<(&CheckReport, RefinedReport)> =
+        report.checks.iter().filter_map(|c| Some((c, c.refined?))).filter(|(c, r)| r.looks > 0 || is_open(c)).collect();
     took.sort_by_key(|(_, r)| std::cmp::Reverse(r.samples));
-    let each = |(name, r): &(&str, RefinedReport)| {
-        let [took, left] = [r.samples, r.left].map(|n| format!("{}M", short((n as f64 / 1e5).round() / 10.0)));
+    let each = |(c, r): &(&CheckReport, RefinedReport)| {
+        let [took, left] = [r.samples, r.left].map(millions);
         let looks = if r.looks == 1 { "look" } else { "looks" };
-        format!("{} {} {looks}, {took} samples, {left} left", printable(name), r.looks)
+        let lacking = r.lacking.filter(|_| is_open(c));
+        let lacking = lacking.map_or(String::new(), |n| format!(", a look of {} not taken", millions(n)));
+        let large = match r.too_large {
+            n if n > 0 && is_open(c) => format!(", {n} too large for memory"),
+            _ => String::new(),
+        };
+        format!("{} {} {looks}, {took} samples, {left} left{lacking}{large}", printable(&c.name), r.looks)
     };
     (!took.is_empty()).then(|| format!("refined: {}", took.iter().map(each).collect::<Vec<_>>().join("; ")))
+}
+
+/// Whether anything that the check found is not decided.
+fn is_open(check: &CheckReport) -> bool {
+    check.findings.iter().any(|f| !f.decided)
+}
+
+/// A number of samples as `1.7M`.
+fn millions(samples: u64) -> String {
+    format!("{}M", short((samples as f64 / 1e5).round() / 10.0))
 }
 
 /// The verdict alone, for `--quiet`.
@@ -276,15 +292,28 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
 /// The command that helps most now: decide what is undecided, else explain the worst check.
 fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
     let worst = findings.first().filter(|n| n.finding.counts())?;
-    let command = match findings.iter().find(|n| n.finding.state == State::Undecided) {
-        // More samples decide what is bracketed, not what is estimated.
-        Some(open) if worst.finding.state == State::Undecided && open.finding.basis != Basis::Estimated => {
+    // More samples decide what is bracketed, not what is estimated.
+    let open = findings
+        .iter()
+        .find(|n| n.finding.state == State::Undecided)
+        .filter(|open| worst.finding.state == State::Undecided && open.finding.basis != Basis::Estimated);
+    let command = match open.and_then(|open| Some((open, budget_that_helps(open.check)?))) {
+        Some((open, budget)) => {
             let by: String = outputs.judged_by.iter().map(|word| format!(" {}", quoted(word))).collect();
-            format!("amcheck {}{by} --only {} --refine 512M", quoted(&outputs.part), printable(&open.check.name))
+            format!("amcheck {}{by} --only {} --refine {budget}M", quoted(&outputs.part), printable(&open.check.name))
         }
-        _ => format!("amcheck explain {}", printable(&worst.check.name)),
+        None => format!("amcheck explain {}", printable(&worst.check.name)),
     };
     Some(format!("{:<8}{command}", "next"))
+}
+
+/// Millions of samples with which a look would be taken that was not; `None` where samples are not what is lacking.
+fn budget_that_helps(check: &CheckReport) -> Option<u64> {
+    match check.refined {
+        Some(RefinedReport { samples, lacking: Some(lacking), .. }) => Some((samples + lacking).div_ceil(1_000_000)),
+        Some(RefinedReport { too_large, .. }) if too_large > 0 => None,
+        _ => Some(512),
+    }
 }
 
 /// A word for a shell: quoted where it holds anything but letters, digits and a few signs.
