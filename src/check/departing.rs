@@ -117,7 +117,8 @@ impl<'a> Seeker<'a> {
         let found = self.searched();
         let tie = self.part.tie();
         let thin = found.sheets(|t| self.may_depart(t) && t.diameter < self.least_width(t.direction()) - tie);
-        let mut places: Vec<Candidate> = thin.iter().map(|d| self.candidate(d)).collect();
+        // Samples on edges alone are the rim of another place: between them there is no volume.
+        let mut places: Vec<Candidate> = thin.iter().filter(|d| d.area > 0.0).map(|d| self.candidate(d)).collect();
         let mut words = format!(
             "{} {} narrow enough to be {}, all sought down to {} mm across.",
             places.len(),
@@ -133,8 +134,10 @@ impl<'a> Seeker<'a> {
         if let Some(made) = made {
             let (others, small) = self.on_the_lattice(made, &places)?;
             places.extend(others);
-            if small > 0 {
-                words.push_str(&format!(" {small} smaller places are {} too.", self.kind()));
+            match small {
+                0 => {}
+                1 => words.push_str(&format!(" One smaller place is {} too.", self.kind())),
+                n => words.push_str(&format!(" {n} smaller places are {} too.", self.kind())),
             }
         }
         places.sort_by(|a, b| b.about.total_cmp(&a.about));

@@ -1,6 +1,6 @@
 //! Slots and sheets as the process lays them down, beside their closed forms.
 
-use crate::{findings, judge_mesh, process};
+use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::{Finding, State};
 use amcheck::geometry::{TriangleMesh, cuboid};
@@ -62,5 +62,24 @@ fn a_sheet_is_lost_that_the_middle_of_a_bead_holds_less_than_half_of() {
         let truth = 0.13 * 6.0 * 5.0;
         assert!(found[0].low <= truth && truth <= found[0].high, "{turn}: {truth} {found:?}");
         assert!(sheet(0.2).is_empty(), "{turn}: {:?}", sheet(0.2));
+    }
+}
+
+#[test]
+fn of_five_clearances_around_pins_those_below_the_closing_gap_are_told_with_their_volumes() {
+    let Some(folder) = crate::models::corpus() else { return };
+    let name = "tolerance_pins.stl";
+    let bytes = std::fs::read(folder.join("calibration").join(name)).expect("a part");
+    let options = Options { only: vec!["as-printed".into()], ..Options::new(process("fdm", &[])) };
+    let report = judge_bytes(name, &bytes, &options).expect("a report");
+    // Radial gaps of 0.0999, 0.1498 and 0.1998 mm around pins of 8 mm; narrow-gap measures 265.8, 267.5 and 269.1 mm² of them.
+    let mut places: Vec<(bool, f64, f64, f64)> = findings(&report, "AM401")
+        .iter()
+        .flat_map(|f| f.places.iter().map(|p| (f.decided, p.value, p.low, p.high)))
+        .collect();
+    places.sort_by(|a, b| a.1.total_cmp(&b.1));
+    assert_eq!(places.iter().map(|p| p.0).collect::<Vec<_>>(), [true, true, false], "{places:?}");
+    for ((_, value, low, high), truth) in places.into_iter().zip([0.0999 * 265.8, 0.1498 * 267.5, 0.1998 * 269.1]) {
+        assert!((value - truth).abs() < 0.01 * truth && low <= truth && truth <= high, "{truth}: {value} {low} {high}");
     }
 }
