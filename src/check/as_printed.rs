@@ -29,7 +29,7 @@ static META: Meta = Meta {
     why: "What is finer than the element is not made as drawn: thin walls drop out, slots and holes close, and nothing of it \
           shows until the part is in hand.",
     how: "What half of the element lies in is printed as drawn, for a slicer moves the outline inwards by half a bead, or lays a narrower \
-          one. Beyond the outline material spreads, wherever so much of the element lies in the part that a flat face moves by half \
+          one. Beyond the outline material spreads, wherever so much of the element lies in the part that an upright face moves by half \
           the gap that closes in the process (`closing_gap_mm` of its element). Every pair of opposing features is searched as for \
           thin-wall and narrow-gap: sheets that hold too little of the element along their normal, slots that two moved faces cover, \
           between bodies too. What they hold is counted on lattices that divide the element, exactly at every position, once for the \
@@ -41,7 +41,8 @@ static META: Meta = Meta {
              lattice of the whole part the spread is rounded down to whole cells; the cover line gives the width of the slots that close \
              there. Finer looks take cells that hold the spread whole. A slot narrower than what closes by less than two of the finest \
              cells (a twenty-fourth of the element) stays undecided. The element is a prism of whole cells. Layers are free along z, \
-             not tied to the layer grid.",
+             not tied to the layer grid. Faces that lie move less than upright ones, slanting ones up to a quarter more, which no slot \
+             is held to close by.",
     source: "A. Nelaturi, V. Shapiro, Representation and analysis of additively manufactured parts, 2015. Limits: see the profile.",
 };
 

@@ -15,6 +15,8 @@ pub(super) const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16,
 const MOST_CELLS: u64 = 1 << 25;
 /// Side of the parts that a place with patches is counted in, in widths of the element.
 const PART: f64 = 10.0;
+/// Such parts along its longest side at most.
+const MOST_PARTS: f64 = 48.0;
 /// Cells along a window on a part of a place that is larger, with the element's width on either side.
 const WINDOW_CELLS: usize = 200;
 
@@ -75,9 +77,10 @@ pub(super) struct Place<'a> {
 impl Place<'_> {
     /// The bounds of the volume, narrowed on finer and finer cells until every limit is told from them or the budget ends.
     ///
-    /// What is known comes with the width of the cells that told it; what is returned, too. The place is counted as a whole while its share of the budget allows that. One
-    /// that is larger and seems to be above a limit is taken window by window, those at its narrowest first, until what departs for
-    /// certain adds up to more. Cells are passed over that are too wide for anything to be certain in it.
+    /// What is known comes with the width of the cells that told it; what is returned, too. The place is counted as a whole while its
+    /// share of the budget allows that. One that is larger and seems to be above a limit is taken window by window, those at its
+    /// narrowest first, until what departs for certain adds up to more. Cells are passed over that are too wide for anything to be
+    /// certain in it.
     ///
     /// # Errors
     /// As [`Part::deposited`].
@@ -132,8 +135,7 @@ impl Place<'_> {
         let (division, most) = asked;
         let (mut sum, mut looks, mut cells) = ([0.0; 3], 0, 0);
         let parts = self.parts();
-        let width = self.bead.width.as_mm() / division.0 as f64;
-        let needed: f64 = parts.iter().map(|part| self.cells_for(part, width)).sum();
+        let needed: f64 = parts.iter().map(|part| self.cells_for(part, division)).sum();
         if needed > most as f64 {
             return Ok(None);
         }
@@ -146,16 +148,19 @@ impl Place<'_> {
         Ok(Some((sum, looks, cells)))
     }
 
-    /// Cells that a part of the place takes, about.
-    fn cells_for(&self, (lo, hi): &(Vec3, Vec3), cell: f64) -> f64 {
-        let stretch = cell / (self.bead.height.as_mm() * cell / self.bead.width.as_mm());
-        let side = |a: usize| hi[a] - lo[a] + 3.3 * self.bead.widest().as_mm();
-        side(0) * side(1) * side(2) * stretch.max(1.0) / cell.powi(3)
+    /// Cells that a part of the place takes with what the element reaches around it, about.
+    fn cells_for(&self, (lo, hi): &(Vec3, Vec3), (wide, high): (usize, usize)) -> f64 {
+        let across = self.bead.width.as_mm() / wide as f64;
+        let cell = [across, across, self.bead.height.as_mm() / high as f64];
+        let around = 3.3 * self.bead.widest().as_mm();
+        (0..3).map(|a| (hi[a] - lo[a] + around) / cell[a]).product()
     }
 
     /// Boxes that do not overlap, around all patches and half an element about them; the nearest to the narrowest point first.
     fn parts(&self) -> Vec<(Vec3, Vec3)> {
-        let (side, reach) = (PART * self.bead.width.as_mm(), 0.5 * self.bead.widest().as_mm());
+        let longest = (0..3).map(|a| self.extent.1[a] - self.extent.0[a]).fold(0.0, f64::max);
+        let side = (PART * self.bead.width.as_mm()).max(longest / MOST_PARTS);
+        let reach = 0.5 * self.bead.widest().as_mm();
         let mut parts: std::collections::BTreeMap<[i64; 3], (Vec3, Vec3)> = Default::default();
         for (lo, hi) in self.patches {
             let (lo, hi) = (lo.map(|x| x - reach), hi.map(|x| x + reach));

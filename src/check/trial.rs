@@ -104,7 +104,12 @@ impl Trial {
         let Some(cells) = Cells::divided_into(&bead, window, most.into(), division)? else { return Ok(None) };
         let trial = Trial::on(part, bead, extent, departure, cells)?;
         let [certain, about, possibly] = trial.departing()?;
-        Ok(Some(([about, certain, possibly].map(|set| trial.in_box(&set, extent)), trial.cells())))
+        // Cells on the rim of a box reach into the next one, which has a lattice of its own.
+        let half = trial.made.designed.cells.cell_mm().map(|side| 0.5 * side);
+        let (inside, touched) =
+            ((add(extent.0, half), sub(extent.1, half)), (sub(extent.0, half), add(extent.1, half)));
+        let (low, high) = (trial.in_box(&certain, inside), trial.in_box(&possibly, touched));
+        Ok(Some(([trial.in_box(&about, extent).clamp(low, high), low, high], trial.cells())))
     }
 
     /// Number of cells of the lattice.

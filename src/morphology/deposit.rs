@@ -99,11 +99,12 @@ impl Designed {
         Ok(AsPrinted { designed: self, lambda, spread: None, lower, centres, upper })
     }
 
-    /// The shape that is printed along a compensated outline: Ω_Λ ∪ (Ω ∩ Ω_λ), with the least Λ ≥ λ at which no flat face spreads by
-    /// more than `spread`.
+    /// The shape that is printed along a compensated outline: Ω_Λ ∪ (Ω ∩ Ω_λ), with the least Λ ≥ λ at which no upright face across
+    /// x spreads by more than `spread`; for a disc that is any upright face.
     ///
     /// What the element holds the share λ of is printed as drawn: a slicer moves the outline inwards by half a bead, or lays a narrower
-    /// one where there is room for no more. Beyond the outline material spreads: voids narrower than twice the spread close. Union,
+    /// one where there is room for no more. Beyond the outline material spreads: upright slots narrower than twice the spread close.
+    /// How far a face with another normal moves tells [`Bead::depth_of`]. Union,
     /// intersection and both members are increasing, so the three sides stay nested as those of [`Designed::printed`]. Lengths
     /// are rounded down to whole cells.
     ///
@@ -131,17 +132,6 @@ impl Designed {
             (made.lower, made.centres, made.upper, made.spread) = (lower, centres, upper, Some(spread));
         }
         Ok(made)
-    }
-
-    /// Printed again in the way of another print.
-    ///
-    /// # Errors
-    /// As [`Designed::printed`].
-    pub fn printed_as(self, other: &AsPrinted) -> Result<AsPrinted> {
-        match other.spread {
-            Some(spread) => self.compensated(other.lambda, spread),
-            None => self.printed(other.lambda),
-        }
     }
 
     /// What is deposited where so many cells of the element lie in the part, from three sides.
