@@ -77,11 +77,7 @@ impl<'a> Seeker<'a> {
     }
 
     fn departure(&self) -> Departure {
-        let (lambda, spread) = (LAMBDA, self.spread);
-        match self.side {
-            Side::Material => Departure::Unprinted { lambda, spread },
-            Side::Void => Departure::Filled { lambda, spread },
-        }
+        Departure::of_outline(self.side, self.process)
     }
 
     /// The thickness from which on a flat sheet with such a normal is printed, or a flat slot stays open.
@@ -177,20 +173,13 @@ impl<'a> Seeker<'a> {
 
     /// What departs on the lattice of the whole part beside the places that are known, and how many others are too small to tell.
     fn on_the_lattice(&self, made: &AsPrinted, beside: &[Candidate]) -> Result<(Vec<Candidate>, usize)> {
-        let (shape, cells) = (&made.designed.shape, &made.designed.cells);
+        let cells = &made.designed.cells;
         // What only the samples show is reported too: a pass would claim that it is printed. A cell that is touched holds some of the
         // part, and what not even the larger set prints is not printed.
-        let ([certain, about, possibly], set) = match self.side {
-            Side::Material => {
-                let about = shape.centres.difference(&made.centres)?;
-                let set = shape.outer.difference(&made.upper)?.union(&about)?;
-                ([shape.inner.difference(&made.upper)?, about, shape.outer.difference(&made.lower)?], set)
-            }
-            Side::Void => {
-                let [certain, about, possibly] = made.filled()?;
-                let set = certain.union(&about)?;
-                ([certain, about, possibly], set)
-            }
+        let [certain, about, possibly] = if self.side == Side::Material { made.lost()? } else { made.filled()? };
+        let set = match self.side {
+            Side::Material => made.designed.shape.outer.difference(&made.upper)?.union(&about)?,
+            Side::Void => certain.union(&about)?,
         };
         let none = Indicator::empty(cells.grid);
         let volume_in = |set: &Indicator, extent| cells.volume_in(set, &none, extent).as_mm3();
@@ -271,13 +260,16 @@ impl<'a> Seeker<'a> {
     }
 
     fn bracket(&self, place: &Candidate, known: Option<(Volumes, Length)>) -> (Bracket, Basis) {
-        let Some(([value, low, high], _)) = known else {
+        let Some(([value, low, high], cell)) = known else {
             let most = self.most_in(place.extent);
             return (Bracket::new(place.about.min(most), 0.0, most), Basis::Estimated);
         };
         // Between the sides of a sheet or a slot lies what it holds; the samples of a lattice say that less well.
         let flat = place.flat && (low..=high).contains(&place.about);
-        (Bracket::new(if flat { place.about } else { value.clamp(low, high) }, low, high), Basis::Certified)
+        // What hangs together at a place of material that was never counted as a whole may reach beyond its box.
+        let counted = self.side == Side::Void || cell.as_mm() < self.bead.width.as_mm();
+        let basis = if counted { Basis::Certified } else { Basis::Estimated };
+        (Bracket::new(if flat { place.about } else { value.clamp(low, high) }, low, high), basis)
     }
 
     /// By how much a place is narrower than what would be printed as drawn.

@@ -1,16 +1,19 @@
 //! How much of a place is not printed as drawn, told from the limits on finer and finer cells.
 
+use super::as_printed::LAMBDA;
 use super::budget::Budget;
 use super::finding::Limits;
 use super::trial::Trial;
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, distance};
+use crate::medial::Side;
 use crate::morphology::{AsPrinted, Bead, Designed};
-use crate::part::Part;
+use crate::part::{Part, spread_of};
+use crate::process::Process;
 use crate::units::Length;
 
 /// Cells along the width and the height of the element, level by level.
-pub(super) const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16, 10), (24, 16), (32, 21), (48, 32)];
+const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16, 10), (24, 16), (32, 21), (48, 32)];
 /// Cells of a finer look at a whole place at most: four bytes each while its pieces are told apart.
 const MOST_CELLS: u64 = 1 << 25;
 /// Side of the parts that a place with patches is counted in, in widths of the element.
@@ -35,6 +38,15 @@ pub enum Departure {
 }
 
 impl Departure {
+    /// What a process that compensates its outline does on one side of the surface.
+    pub fn of_outline(side: Side, process: &Process) -> Self {
+        let (lambda, spread) = (LAMBDA, spread_of(process));
+        match side {
+            Side::Material => Departure::Unprinted { lambda, spread },
+            Side::Void => Departure::Filled { lambda, spread },
+        }
+    }
+
     /// The print that is compared with the drawing.
     ///
     /// # Errors
@@ -193,13 +205,8 @@ impl Place<'_> {
         let windows = if self.patches.is_empty() { self.windows(side) } else { self.parts() };
         for window in windows {
             let asked = (division, MOST_CELLS.min(budget.left));
-            let found = if self.patches.is_empty() {
-                Trial::certain_in(self.part, self.bead, window, self.departure, asked)?
-            } else {
-                let found = Trial::volumes_in(self.part, self.bead, window, self.departure, asked)?;
-                found.map(|([_, certain, _], cells)| (certain, cells))
-            };
-            let Some((more, cells)) = found else { break };
+            let found = Trial::volumes_in(self.part, self.bead, window, self.departure, asked)?;
+            let Some(([_, more, _], cells)) = found else { break };
             budget.note(1, cells);
             certain += more;
             // Where it is narrowest nothing is certain: nothing is elsewhere.

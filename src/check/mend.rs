@@ -1,12 +1,11 @@
 //! Changes of topology undone before that is advised: a place is thickened or widened on a lattice of its own and printed again.
 
-use super::as_printed::LAMBDA;
 use super::departure::Departure;
 use super::trial::Trial;
 use crate::error::Result;
 use crate::geometry::vector::Vec3;
 use crate::medial::Side;
-use crate::part::{Part, bead_of, spread_of};
+use crate::part::{Part, bead_of};
 use crate::process::Process;
 use crate::units::short;
 
@@ -24,11 +23,7 @@ pub type Growth = Option<f64>;
 /// # Errors
 /// As [`Part::deposited`].
 pub fn growth(part: &Part, process: &Process, side: Side, extent: (Vec3, Vec3)) -> Result<Option<Growth>> {
-    let (lambda, spread) = (LAMBDA, spread_of(process));
-    let departure = match side {
-        Side::Material => Departure::Unprinted { lambda, spread },
-        Side::Void => Departure::Filled { lambda, spread },
-    };
+    let departure = Departure::of_outline(side, process);
     let Some(trial) = Trial::around(part, bead_of(process), extent, departure)? else { return Ok(None) };
     let steps = trial.remedied(ACROSS, 0.0)?;
     Ok(Some(steps.map(|n| n as f64 * trial.step_along(ACROSS))))

@@ -61,27 +61,6 @@ impl Trial {
         cells.map(|cells| Trial::on(part, bead, extent, departure, cells)).transpose()
     }
 
-    /// The volume in a box that departs from the drawing for certain, mm³, on cells that divide the element as asked, and the number of
-    /// cells; `None` if it takes more than `most`.
-    ///
-    /// # Errors
-    /// As [`Part::deposited`].
-    pub fn certain_in(
-        part: &Part,
-        bead: Bead,
-        extent: (Vec3, Vec3),
-        departure: Departure,
-        (division, most): ((usize, usize), u64),
-    ) -> Result<Option<(f64, u64)>> {
-        // What is beyond an element's width, which the lattice adds, changes nothing in the box.
-        let Some(cells) = Cells::divided_into(&bead, extent, most.into(), division)? else { return Ok(None) };
-        // Cells on the rim of a box reach into the next one.
-        let within = (add(extent.0, cells.cell_mm()), sub(extent.1, cells.cell_mm()));
-        let trial = Trial::on(part, bead, within, departure, cells)?;
-        let [certain, ..] = trial.departing()?;
-        Ok(Some((trial.in_box(&certain, within), trial.cells())))
-    }
-
     fn on(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure, cells: Cells) -> Result<Trial> {
         Ok(Trial { made: departure.print(part.deposited(bead, cells)?)?, departure, extent })
     }
@@ -98,8 +77,9 @@ impl Trial {
         departure: Departure,
         (division, most): ((usize, usize), u64),
     ) -> Result<Option<([f64; 3], u64)>> {
-        // What is filled depends on what is open half an element away, and the lattice adds the width of one.
-        let reach = [0.6 * bead.widest().as_mm(); 3];
+        // What is farther than an element's width, which the lattice adds, changes no printed cell in the box; what is filled also
+        // depends on what is open half an element away.
+        let reach = [if let Departure::Filled { .. } = departure { 0.6 * bead.widest().as_mm() } else { 0.0 }; 3];
         let window = (sub(extent.0, reach), add(extent.1, reach));
         let Some(cells) = Cells::divided_into(&bead, window, most.into(), division)? else { return Ok(None) };
         let trial = Trial::on(part, bead, extent, departure, cells)?;
@@ -158,13 +138,9 @@ impl Trial {
 
     /// What departs from the drawing for certain, by the samples, and perhaps.
     fn departing(&self) -> Result<[Indicator; 3]> {
-        let (AsPrinted { lower, centres, upper, .. }, shape) = (&self.made, &self.made.designed.shape);
         match self.departure {
             Departure::Filled { .. } => self.made.filled(),
-            _ => {
-                let about = shape.centres.difference(centres)?;
-                Ok([shape.inner.difference(upper)?, about, shape.outer.difference(lower)?])
-            }
+            _ => self.made.lost(),
         }
     }
 
@@ -196,7 +172,10 @@ impl Trial {
             let made = self.departure.print(grown)?;
             // What the place was, not what was added to it, has to come out.
             let left = match self.departure {
-                Departure::Filled { .. } => made.filled()?[1].clone(),
+                Departure::Filled { .. } => {
+                    let [_, filled, _] = made.filled()?;
+                    filled
+                }
                 _ => designed.shape.centres.difference(&made.centres)?,
             };
             if self.in_box(&left, self.extent) == 0.0 {

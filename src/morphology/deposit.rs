@@ -38,7 +38,7 @@ pub struct Designed {
 pub struct AsPrinted {
     pub designed: Designed,
     pub lambda: f64,
-    /// How far a face spreads at most, if the outline was compensated.
+    /// How far an upright face spreads at most, if the outline was compensated.
     pub spread: Option<Length>,
     pub lower: Indicator,
     pub centres: Indicator,
@@ -160,6 +160,16 @@ impl AsPrinted {
     pub fn over(&self) -> Result<[Volume; 3]> {
         let shape = &self.designed.shape;
         self.volumes([(&self.centres, &shape.centres), (&self.lower, &shape.outer), (&self.upper, &shape.inner)])
+    }
+
+    /// Material that is not printed: for certain, by the samples, and perhaps, a skin of cells on every face among it; each holds the one
+    /// before.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    pub fn lost(&self) -> Result<[Indicator; 3]> {
+        let Enclosure { inner, centres, outer } = &self.designed.shape;
+        Ok([inner.difference(&self.upper)?, centres.difference(&self.centres)?, outer.difference(&self.lower)?])
     }
 
     /// Void that is printed and from which no cell that stays open is as near as half the element: slots and holes that close. The coat

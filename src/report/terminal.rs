@@ -127,8 +127,10 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
 
 /// What deciding took beyond the first looks, in one line: the checks that took most first.
 fn refined(report: &Report) -> Option<String> {
+    let not_taken = |r: &RefinedReport| r.lacking.is_some() || r.too_large > 0;
+    let each = report.checks.iter().filter_map(|c| Some((c, c.refined?)));
     let mut took: Vec<(&CheckReport, RefinedReport)> =
-        report.checks.iter().filter_map(|c| Some((c, c.refined?))).filter(|(c, r)| r.looks > 0 || is_open(c)).collect();
+        each.filter(|(c, r)| r.looks > 0 || (is_open(c) && not_taken(r))).collect();
     took.sort_by_key(|(_, r)| std::cmp::Reverse(r.samples));
     let each = |(c, r): &(&CheckReport, RefinedReport)| {
         let [took, left] = [r.samples, r.left].map(millions);
