@@ -246,12 +246,11 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
                 short(factor)
             )
         } else {
-            format!(
-                "enlarge it {} times, to {} mm: widened in place, {} of {all} strokes would meet their neighbours",
-                short(factor),
-                short(limit),
-                all - roomy
-            )
+            let meets = match all {
+                1 => "it would meet its neighbour".into(),
+                _ => format!("{} of {all} strokes would meet their neighbours", all - roomy),
+            };
+            format!("enlarge it {} times, to {} mm: widened in place, {meets}", short(factor), short(limit))
         };
     }
     grouped

@@ -26,7 +26,8 @@ static META: Meta = Meta {
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
           equal to the limit, and passes.",
     limits: "A bridge between two anchors, a ledge or the crown of a lying hole that is within its own limit holds itself: it is left to \
-             `bridge`. For the rest slope alone is judged. \
+             `bridge`. For the rest slope alone is judged; \
+             what is smaller than a dot of the process warns at most. \
              Where the process prints supports an overhang warns; it fails only if the profile or the user gives a fail limit.",
     source: "The limit's sources stand in the profile; `amcheck processes` lists them.",
 };
@@ -81,10 +82,11 @@ impl Check for Overhang {
             let samples = columns.as_ref()?.samples_below(part.mesh(), &r.facets);
             Some(report_digits(samples as f64 * context.spacing_mm.powi(3)))
         };
-        // What is smaller than a dot of the process is gathered in one finding.
+        // What is smaller than a dot of the process is gathered in one finding, and no part fails for it.
+        let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
         let dot = process.element.width_mm * process.element.width_mm;
         let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().partition(|r| r.area_mm2 < dot);
-        let judged = |list: &[&DownwardRegion], kind: &str| -> Vec<Finding> {
+        let judged = |list: &[&DownwardRegion], kind: &str, limits: Limits| -> Vec<Finding> {
             let one = |r: &&DownwardRegion| Finding {
                 volume_mm3: below(r),
                 ..finding(part, process, context, r, limits, kind)
@@ -93,8 +95,8 @@ impl Check for Overhang {
             all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
             all
         };
-        measured.findings = group_equal(judged(&regions, "slope"), 0.5);
-        measured.findings.extend(group_equal(judged(&specks, "specks"), 90.0));
+        measured.findings = group_equal(judged(&regions, "slope", limits), 0.5);
+        measured.findings.extend(group_equal(judged(&specks, "specks", of_specks), 90.0));
         let turn = if measured.findings.is_empty() { None } else { better_turn(part, process, &wanted) };
         for f in &mut measured.findings {
             f.message = message(f);
@@ -135,6 +137,7 @@ fn message(f: &Finding) -> String {
         format!("{}° from the horizontal", short((f.value * 10.0).round() / 10.0))
     };
     match f.count {
+        1 if f.kind == "specks" => format!("a speck smaller than a dot, {angle}, {area} mm²"),
         n if f.kind == "specks" => format!("{n} specks smaller than a dot, the flattest {angle}, {area} mm² in all"),
         1 => format!("{angle}, {area} mm² hanging over"),
         n => format!("{n} places, {angle}, {area} mm² hanging over in all"),

@@ -11,13 +11,13 @@ pub fn reported(part: &Part, p: Vec3) -> Vec3 {
     part.to_file(p).map(report_digits)
 }
 
-/// Puts a finding at a point with an extent, both in the frame of the build, and names it.
+/// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both.
 ///
 /// The fingerprint is check, kind, the place rounded to twice the spacing in the part's own frame, and the size class of the
 /// extent (a power of two of millimetres).
 pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
     finding.at_mm = reported(part, at);
-    let corners = [extent.0, extent.1].map(|p| reported(part, p));
+    let corners = [extent.0, extent.1].map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
     let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
     finding.box_mm = [lo, hi];
     let cell = 2.0 * context.spacing_mm;

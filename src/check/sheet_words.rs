@@ -43,10 +43,10 @@ impl Sheets<'_> {
             (Side::Void, _) => ("clearance", "open"),
         };
         let place = std::mem::take(&mut f.message);
-        let area = f
-            .area_mm2
-            .filter(|a| *a > 0.0)
-            .map_or(String::new(), |a| format!(", {} mm²", short((a * 10.0).round() / 10.0)));
+        let area = f.area_mm2.filter(|a| *a > 0.0).map_or(String::new(), |a| match (a * 10.0).round() / 10.0 {
+            0.0 => ", less than 0.1 mm²".into(),
+            tenths => format!(", {} mm²", short(tenths)),
+        });
         f.message = match f.count {
             1 => format!("{noun} of {value} mm {place}{area}"),
             n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),

@@ -3,8 +3,11 @@
 use super::axes::eigenvectors;
 use super::cover::Sample;
 use crate::geometry::DisjointSets;
-use crate::geometry::vector::{Vec3, bounds, dot, scale, sub, unit};
+use crate::geometry::vector::{Vec3, bounds, distance, dot, scale, sub, unit};
 use rustc_hash::FxHashMap;
+
+/// Chords whose directions have at least this cosine run alike.
+const ALIKE: f64 = 0.8;
 
 /// Samples of one sheet, as indices into the list they were grouped from, in increasing order.
 pub type Group = Vec<usize>;
@@ -12,12 +15,12 @@ pub type Group = Vec<usize>;
 /// Groups samples whose balls lie side by side in the same sheet.
 ///
 /// Two samples are neighbours if their centres are at most `link` apart and neither lies more than half a thickness
-/// off the other's middle surface; parallel sheets stay apart. So are samples on facets that share a vertex, if their chords
-/// run alike. Labels (of bodies, say) never mix.
+/// off the other's middle surface; parallel sheets stay apart. So are samples whose patches may touch, on one facet or on
+/// facets that share a vertex, if their chords run alike. Labels (of bodies, say) never mix.
 ///
 /// # Cost
 /// Samples are thinned to one representative per cell of `link`/3 and direction, so the cost follows the extent of the
-/// thin region and not its triangles.
+/// thin region and not its triangles; what touches is found by a sweep along each facet.
 pub fn group(
     samples: &[Sample],
     link: f64,
@@ -58,23 +61,22 @@ pub fn group(
             }
         }
     }
-    // Long facets have centres far apart; those that share a vertex and run alike belong together all the same.
-    let mut at_vertex: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    // Long facets have centres far apart; those whose patches touch and run alike belong together all the same.
     // (An edge names only one of its two facets, so samples on edges do not speak for theirs.)
+    let mut at_vertex: FxHashMap<u32, FxHashMap<usize, usize>> = FxHashMap::default();
     for (i, s) in samples.iter().enumerate().filter(|(_, s)| s.area > 0.0) {
         for v in corners(s.facet) {
-            let seen = at_vertex.entry(v).or_default();
-            let alike = |&&j: &&usize| {
-                let t = &samples[j];
-                label(s) == label(t) && dot(direction(s), direction(t)).abs() > 0.8
-            };
-            match seen.iter().find(alike) {
-                Some(&j) => {
-                    sets.join(representative[i] as u32, representative[j] as u32);
-                }
-                None => seen.push(i),
+            let largest = at_vertex.entry(v).or_default().entry(representative[i]).or_insert(i);
+            if samples[*largest].edge < s.edge {
+                *largest = i;
             }
         }
+    }
+    for at in at_vertex.into_values() {
+        let mut patches: Vec<(u32, &Sample)> = at.into_iter().map(|(rep, i)| (rep as u32, &samples[i])).collect();
+        join_touching(&mut patches, &mut sets, |s, t| {
+            label(s) == label(t) && dot(direction(s), direction(t)).abs() > ALIKE
+        });
     }
     let mut groups: FxHashMap<usize, usize> = FxHashMap::default();
     let mut out: Vec<Group> = Vec::new();
@@ -87,6 +89,23 @@ pub fn group(
         out[at].push(i);
     }
     out
+}
+
+/// Joins the samples at one vertex whose patches may touch: their contacts are no farther apart than both longest edges.
+fn join_touching(patches: &mut [(u32, &Sample)], sets: &mut DisjointSets, alike: impl Fn(&Sample, &Sample) -> bool) {
+    let Some((lo, hi)) = bounds(patches.iter().map(|(_, s)| s.contacts[0])) else { return };
+    let axis = (0..3).max_by(|&a, &b| (hi[a] - lo[a]).total_cmp(&(hi[b] - lo[b]))).unwrap_or(0);
+    patches.sort_by(|(_, s), (_, t)| s.contacts[0][axis].total_cmp(&t.contacts[0][axis]));
+    let widest = patches.iter().map(|(_, s)| s.edge).fold(0.0, f64::max);
+    for (at, &(r, s)) in patches.iter().enumerate() {
+        let ahead = patches.get(at + 1..).unwrap_or_default();
+        for &(q, t) in ahead.iter().take_while(|(_, t)| t.contacts[0][axis] - s.contacts[0][axis] <= s.edge + widest) {
+            if sets.root(r) != sets.root(q) && distance(s.contacts[0], t.contacts[0]) <= s.edge + t.edge && alike(s, t)
+            {
+                sets.join(r, q);
+            }
+        }
+    }
 }
 
 fn neighbours(s: &Sample, t: &Sample, ds: Vec3, dt: Vec3, link: f64) -> bool {
@@ -130,7 +149,38 @@ pub fn principal_extents(points: &[Vec3]) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cover::Shape;
     use super::*;
+    use crate::geometry::vector::along;
+
+    /// A sample of a level sheet one millimetre thick on facet 0, with a patch of so long an edge.
+    fn sample(x: f64, edge: f64) -> Sample {
+        Sample {
+            shape: Shape::Sheet,
+            centre: [x, 0.0, 0.0],
+            contacts: [[x, 0.0, 0.5], [x, 0.0, -0.5]],
+            diameter: 1.0,
+            low: 1.0,
+            separation: std::f64::consts::PI,
+            area: 0.25 * edge * edge,
+            edge,
+            feature: 0,
+            facet: 0,
+            opposite: 1,
+        }
+    }
+
+    fn groups(samples: &[Sample]) -> Vec<Group> {
+        group(samples, 1.0, |_| 0, |_| [0, 1, 2])
+    }
+
+    #[test]
+    fn patches_of_one_facet_are_one_place_where_they_touch() {
+        assert_eq!(groups(&[0.0, 9.0, 4.5].map(|x| sample(x, 3.0))), [[0, 1, 2]]);
+        assert_eq!(groups(&[sample(0.0, 0.5), sample(29.0, 0.5), sample(0.4, 0.5)]), [vec![0, 2], vec![1]]);
+        let side = |s: Sample| Sample { contacts: [s.contacts[0], along(s.contacts[0], [0.0, 1.0, 0.0], 1.0)], ..s };
+        assert_eq!(groups(&[sample(0.0, 3.0), side(sample(4.5, 3.0))]), [[0], [1]]);
+    }
 
     #[test]
     fn a_tilted_rod_has_one_long_extent() {

@@ -99,6 +99,8 @@ pub struct Sample {
     pub separation: f64,
     /// Area of the patch, mm².
     pub area: f64,
+    /// Longest edge of the patch, millimetres.
+    pub edge: f64,
     /// The feature searched, as an index into the list of all.
     pub feature: u32,
     pub facet: u32,

@@ -169,7 +169,7 @@ impl<'a> Seeker<'a> {
             let done = edge <= EVEN * resolution && (self.even(patch, chord) || self.between(patch, chord));
             return if done { Look::Done } else { Look::Coarse { low: chord.bound } };
         }
-        if let Some(exact) = self.along_chord(chord, patch.area()) {
+        if let Some(exact) = self.along_chord(patch, chord) {
             self.push(exact);
             return Look::Done;
         }
@@ -186,11 +186,11 @@ impl<'a> Seeker<'a> {
             let low = if apart && finest { 2.0 * ball.radius } else { low };
             let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
             let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
-            self.record(&ball, shape, low, patch.area());
+            self.record(&ball, shape, low, (patch.area(), edge));
             return Look::Done;
         }
         if let Some(settled) = self.settled(&ball, chord) {
-            self.record(&settled, Shape::Sheet, chord.bound, patch.area());
+            self.record(&settled, Shape::Sheet, chord.bound, (patch.area(), edge));
             return Look::Done;
         }
         let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));
@@ -198,7 +198,7 @@ impl<'a> Seeker<'a> {
             return Look::Open { low };
         }
         if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.is_thin(2.0 * ball.radius) {
-            self.record(&ball, Shape::Wedge, low, patch.area());
+            self.record(&ball, Shape::Wedge, low, (patch.area(), edge));
         }
         Look::Done
     }
@@ -223,7 +223,7 @@ impl<'a> Seeker<'a> {
             *ball = Some(grown);
         }
         for ball in balls.into_iter().flatten() {
-            self.record(&ball, Shape::Sheet, chord.bound, 0.25 * patch.area());
+            self.record(&ball, Shape::Sheet, chord.bound, (0.25 * patch.area(), patch.longest_edge().0));
         }
         true
     }
@@ -239,7 +239,7 @@ impl<'a> Seeker<'a> {
         let ball = self.mesh.touching_ball(patch.centroid(), scale(patch.axis, -1.0), 0.51 * q.notice, q.tolerance);
         self.cover.evaluations += 1;
         if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION {
-            self.record(&ball, Shape::Sheet, chord.bound, patch.area());
+            self.record(&ball, Shape::Sheet, chord.bound, (patch.area(), patch.longest_edge().0));
         }
         true
     }
@@ -307,7 +307,7 @@ impl<'a> Seeker<'a> {
     /// Looks along the shortest chord of an edge or a vertex.
     fn look_at_edge(&mut self, patch: &Patch, chord: &Chord) -> Look {
         let q = self.question;
-        if let Some(sample) = self.along_chord(chord, 0.0) {
+        if let Some(sample) = self.along_chord(patch, chord) {
             if q.is_thin(sample.diameter) && patch.longest_edge().0 > q.resolution(sample.diameter) {
                 return if self.faces_others(patch, chord) { Look::Done } else { Look::Coarse { low: chord.bound } };
             }
@@ -326,7 +326,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// The ball on the chord as diameter, if it is empty: then the bound is attained.
-    fn along_chord(&mut self, chord: &Chord, area: f64) -> Option<Sample> {
+    fn along_chord(&mut self, patch: &Patch, chord: &Chord) -> Option<Sample> {
         let r = 0.5 * chord.length;
         if r <= 0.0 {
             return None;
@@ -343,14 +343,16 @@ impl<'a> Seeker<'a> {
             diameter: chord.length,
             low: chord.bound,
             separation: std::f64::consts::PI,
-            area,
+            area: patch.area(),
+            edge: patch.longest_edge().0,
             feature: self.feature,
             facet: self.facet,
             opposite: self.features.list[chord.feature as usize].facet,
         })
     }
 
-    fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, area: f64) {
+    /// Records a ball that stands for so much area of a patch with such a longest edge.
+    fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (area, edge): (f64, f64)) {
         let Some(stop) = ball.stop else { return };
         self.push(Sample {
             shape,
@@ -360,6 +362,7 @@ impl<'a> Seeker<'a> {
             low: low.min(2.0 * ball.radius),
             separation: ball.separation(),
             area,
+            edge,
             feature: self.feature,
             facet: self.facet,
             opposite: stop.facet,

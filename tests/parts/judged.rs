@@ -57,6 +57,15 @@ fn every_finding_on_a_printed_part_has_been_judged() {
         let report = judge_bytes(part, &bytes, &Options::new(process("fdm", &[]))).expect("a report");
         let mut checks: Vec<&str> = rows.iter().map(|r| r.check).collect();
         checks.dedup();
+        for f in report.checks.iter().flat_map(|c| &c.findings) {
+            let [lo, hi] = f.box_mm;
+            if !(0..3).all(|a| lo[a] <= f.at_mm[a] && f.at_mm[a] <= hi[a]) {
+                wrong.push(format!(
+                    "{part}: {} {} at {:?} lies outside of its box {:?}",
+                    f.code, f.kind, f.at_mm, f.box_mm
+                ));
+            }
+        }
         for check in checks {
             let mut left: Vec<&Row> = rows.iter().filter(|r| r.check == check).collect();
             for f in findings(&report, check) {
