@@ -357,6 +357,7 @@ fn judge(
             (report, None)
         }
         Ok(Outcome::Measured(mut m)) => {
+            crate::check::name_apart(&mut m.findings);
             acceptance.apply(meta, &mut m.findings);
             let counting = m.findings.iter().filter(|f| f.counts());
             report.state = counting.map(|f| f.state).max().unwrap_or(State::Pass);

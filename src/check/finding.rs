@@ -213,7 +213,7 @@ pub struct Finding {
     pub message: String,
     /// What to change, one sentence with a number in it; for an undecided finding, what would decide it.
     pub fix: String,
-    /// Survives small edits of the part: check, kind, rounded place and size class.
+    /// Survives small edits of the part: check, kind, rounded place and size class, and an ordinal where another has all of these.
     pub fingerprint: String,
     /// Somebody accepts it: it is shown, and does not count.
     #[serde(skip_serializing_if = "Option::is_none", default)]

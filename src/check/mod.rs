@@ -63,4 +63,5 @@ pub use acceptance::Acceptance;
 pub use budget::Budget;
 pub use contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 pub use finding::{Accepted, Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
+pub use place::name_apart;
 pub use tooling::setup_samples;

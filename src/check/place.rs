@@ -5,6 +5,7 @@ use super::finding::{Finding, Spot};
 use crate::geometry::vector::{Vec3, bounds};
 use crate::part::Part;
 use crate::units::report_digits;
+use rustc_hash::FxHashMap;
 
 /// A point of the build's frame as the report gives it: in the frame of the file, at the report's resolution.
 pub fn reported(part: &Part, p: Vec3) -> Vec3 {
@@ -26,6 +27,20 @@ pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, e
     let class = if longest > 0.0 { longest.log2().round() as i64 } else { -99 };
     finding.fingerprint = format!("{}/{}/{x},{y},{z}/{class}", finding.code, finding.kind);
     finding.places = vec![Spot { at_mm: finding.at_mm, value: finding.value, low: finding.low, high: finding.high }];
+}
+
+/// Gives findings of one check that share a name an ordinal, worst first, so that an acceptance by name means one of them.
+pub fn name_apart(findings: &mut [Finding]) {
+    let mut worst: Vec<&mut Finding> = findings.iter_mut().collect();
+    worst.sort_by(|a, b| Finding::worst_first(a, b));
+    let mut seen: FxHashMap<String, usize> = FxHashMap::default();
+    for f in worst.into_iter().filter(|f| !f.fingerprint.is_empty()) {
+        let times = seen.entry(f.fingerprint.clone()).or_insert(0);
+        *times += 1;
+        if *times > 1 {
+            f.fingerprint.push_str(&format!("/{times}"));
+        }
+    }
 }
 
 /// Joins findings of equal kind, state and value into one with a count; the first of each keeps its place.
@@ -68,5 +83,24 @@ fn join(group: &mut Finding, f: Finding) {
         mine.extend(theirs);
         mine.sort_unstable();
         mine.dedup();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::finding::{Basis, Bracket, Limits, Sense};
+    use super::*;
+
+    #[test]
+    fn two_findings_of_one_name_are_named_apart_the_worse_first() {
+        let of = |value: f64| {
+            let limits = Limits { fail: Some(1.0), warn: None, sense: Sense::Min };
+            let mut f = Finding::judged("AM101", "wall", Bracket::exact(value), Basis::Exact, limits, "mm", 0.0);
+            f.fingerprint = if value < 0.5 { "n".into() } else { "other".into() };
+            f
+        };
+        let mut findings = [of(0.4), of(0.6), of(0.2), of(0.3)];
+        name_apart(&mut findings);
+        assert_eq!(findings.map(|f| f.fingerprint), ["n/3", "other", "n", "n/2"]);
     }
 }
