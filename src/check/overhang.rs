@@ -7,7 +7,7 @@ use super::place::{group_equal, locate, reported};
 use super::tooling::direction_in_file;
 use crate::access::{Question, least_hanging};
 use crate::error::Result;
-use crate::layer::{DownwardRegion, downward_regions, supports};
+use crate::layer::{DownwardRegion, downward_regions, support_volumes};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Angle, report_digits, short};
@@ -74,21 +74,21 @@ impl Check for Overhang {
             unit: "deg",
             at: Some(r.worst.0),
         });
-        let columns = match process.prints_supports {
-            true => Some(supports(&part.solid()?.centres, part.mesh(), &wanted, 0.0)?),
-            false => None,
-        };
-        let below = |r: &DownwardRegion| {
-            let samples = columns.as_ref()?.samples_below(part.mesh(), &r.facets);
-            Some(report_digits(samples as f64 * context.spacing_mm.powi(3)))
+        // As `support` measures it, for each region by itself.
+        let below: Vec<Option<f64>> = if process.prints_supports {
+            let groups: Vec<&[u32]> = regions.iter().map(|r| r.facets.as_slice()).collect();
+            let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, context.spacing_mm);
+            found.iter().map(|v| Some(report_digits(0.5 * (v.volume_mm3[0] + v.volume_mm3[1])))).collect()
+        } else {
+            vec![None; regions.len()]
         };
         // What is smaller than a dot of the process is gathered in one finding, and no part fails for it.
         let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
         let dot = process.element.width_mm * process.element.width_mm;
-        let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().partition(|r| r.area_mm2 < dot);
-        let judged = |list: &[&DownwardRegion], kind: &str, limits: Limits| -> Vec<Finding> {
-            let one = |r: &&DownwardRegion| Finding {
-                volume_mm3: below(r),
+        let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
+        let judged = |list: &[(&DownwardRegion, Option<f64>)], kind: &str, limits: Limits| -> Vec<Finding> {
+            let one = |(r, volume_mm3): &(&DownwardRegion, Option<f64>)| Finding {
+                volume_mm3: *volume_mm3,
                 ..finding(part, process, context, r, limits, kind)
             };
             let mut all: Vec<Finding> = list.iter().map(one).collect();

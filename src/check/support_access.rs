@@ -9,9 +9,11 @@ use crate::access::{Columns, Keeper, Removal, Setup, Stuck, patches, remove};
 use crate::error::Result;
 use crate::geometry::contour::surface;
 use crate::geometry::vector::hull;
-use crate::layer::supports;
+use crate::layer::{Supports, support_volumes, supports};
+use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
+use crate::topology::{Adjacency, components};
 use crate::units::{bulk, report_digits, short};
 use std::collections::BTreeMap;
 
@@ -30,7 +32,8 @@ static META: Meta = Meta {
           (cut back by the stand-off from their contacts), comes within 2·√3 spacings of a point of the contact with nothing in \
           between. This is repeated until nothing more comes off. The part has left the plate, so tools may come from below.",
     limits: "Where supports stand is an assumption: a slicer makes thinner ones, and soluble supports need no tool. Contacts smaller than four squares of the grid are taken to tear off; up to \
-             30 points of the others are tried, from 26 directions. An estimate, so it warns and never fails.",
+             30 points of the others are tried, from 26 directions. An estimate, so it warns and never fails; a support is as large as what lies \
+             below the facets that hang on it, as `support` measures it.",
     source: "S. Nelaturi, M. Behandish, A. Mirzendehdel, J. de Kleer, Automatic support removal for additive manufacturing post \
              processing, 2019.",
 };
@@ -68,20 +71,21 @@ impl Check for SupportAccess {
         let pieces = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
         let removal = remove(columns, &pieces, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
-        let judged = Judged { part, context, tooling: &tooling, removal: &removal, limits };
+        let volumes = volumes(part, &made, &facets, context.spacing_mm);
+        let judged = Judged { part, context, tooling: &tooling, removal: &removal, volumes, limits };
         measured.cover = judged.cover(angle);
         measured.spent = tooling.setups.iter().map(|s| s.grid().samples() as u64).sum();
         let findings = judged.kept().into_values().map(|worst| judged.finding(worst));
         measured.findings = findings.collect();
         measured.findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
-        let stays = judged.kept().keys().fold(0.0, |sum, &c| sum + removal.volumes[c as usize]);
+        let stays = sum(judged.kept().keys().map(|&c| judged.volumes[c as usize]));
         let at = measured.findings.first().map(|f| part.to_build(f.at_mm));
-        measured.worst = Some(Worst { bracket: Bracket::exact(stays), unit: "mm3", at });
+        measured.worst = Some(Worst { bracket: stays, unit: "mm3", at });
         judged.gather(&mut measured.findings);
         if !removal.remaining.is_empty() {
             measured.shapes.push(ShapeShown {
                 name: "supports-that-stay",
-                title: format!("Supports that stay, {}", bulk(stays)),
+                title: format!("Supports that stay, {}", bulk(stays.value)),
                 mesh: surface(&removal.remaining, |_| 0.5)?,
             });
         }
@@ -89,11 +93,29 @@ impl Check for SupportAccess {
     }
 }
 
+/// Volume of each support: what lies below the facets that hang on it, as `support` measures it.
+fn volumes(part: &Part, made: &Supports, facets: &[u32], column_mm: f64) -> Vec<Bracket> {
+    let pieces = components(&made.columns, Adjacency::Face);
+    let lists = made.facets_of((pieces.count(), |at| pieces.of(at)), part.mesh(), facets);
+    let groups: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
+    let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, column_mm);
+    found.iter().map(|v| v.volume_mm3).map(|[low, high]| Bracket::new(0.5 * (low + high), low, high)).collect()
+}
+
+fn sum(brackets: impl Iterator<Item = Bracket>) -> Bracket {
+    brackets.fold(Bracket::exact(0.0), |a, b| Bracket {
+        value: a.value + b.value,
+        low: a.low + b.low,
+        high: a.high + b.high,
+    })
+}
+
 struct Judged<'a> {
     part: &'a Part,
     context: &'a Context,
     tooling: &'a Tooling<'a>,
     removal: &'a Removal,
+    volumes: Vec<Bracket>,
     limits: Limits,
 }
 
@@ -111,19 +133,22 @@ impl Judged<'_> {
     }
 
     fn cover(&self, angle: f64) -> String {
-        let all = self.removal.volumes.iter().fold(0.0, |sum, v| sum + v);
+        let all = sum(self.volumes.iter().copied()).value;
         let rounds: Vec<String> = self.removal.rounds.iter().map(|r| r.len().to_string()).collect();
         let peeled = match rounds.len() {
+            0 if self.removal.stuck.is_empty() => "they tear off".to_string(),
             0 => "none comes off".to_string(),
+            1 if rounds[0] == "1" => "1 comes off at once".to_string(),
             1 => format!("{} come off at once", rounds[0]),
             n => format!("they come off in {n} rounds of {}", rounds.join(", ")),
         };
         format!(
-            "{} supports of {} mm³ under surface flatter than {}°: {peeled}, {} stay, by {}, within {} mm, and for these only.",
-            self.removal.supports,
-            short(all.round()),
+            "{} of {} mm³ under surface flatter than {}°: {peeled}, {} {}, by {}, within {} mm, and for these only.",
+            number_of(self.removal.supports as u64, ["support", "supports"]),
+            short(if all < 1.0 { round(all) } else { all.round() }),
             short(angle),
             self.kept().len(),
+            if self.kept().len() == 1 { "stays" } else { "stay" },
             self.tooling.described(),
             short(round(self.tooling.stand_off)),
         )
@@ -131,9 +156,9 @@ impl Judged<'_> {
 
     fn finding(&self, worst: &Stuck) -> Finding {
         let c = worst.component as usize;
-        let volume = self.removal.volumes[c];
-        let mut f =
-            Finding::judged(META.code, "stays", Bracket::exact(volume), Basis::Estimated, self.limits, "mm3", 0.0);
+        let bracket = self.volumes[c];
+        let volume = bracket.value;
+        let mut f = Finding::judged(META.code, "stays", bracket, Basis::Estimated, self.limits, "mm3", 0.0);
         f.volume_mm3 = Some(report_digits(volume));
         f.area_mm2 = Some(report_digits(worst.area_mm2));
         locate(&mut f, self.part, self.context, worst.contact.at, hull(self.removal.boxes[c], worst.extent));
@@ -162,7 +187,7 @@ impl Judged<'_> {
             return;
         }
         let rest = findings.split_off(MOST_FINDINGS);
-        let volume: f64 = rest.iter().map(|f| f.value).sum();
+        let bracket = sum(rest.iter().map(|f| Bracket { value: f.value, low: f.low, high: f.high })).rounded();
         let Some(mut f) = rest.into_iter().reduce(|mut all, f| {
             all.count += f.count;
             all.places.extend(f.places);
@@ -174,11 +199,10 @@ impl Judged<'_> {
         }) else {
             return;
         };
-        let bracket = Bracket::exact(volume);
-        (f.value, f.low, f.high) = (report_digits(volume), bracket.rounded().low, bracket.rounded().high);
-        f.volume_mm3 = Some(report_digits(volume));
+        (f.value, f.low, f.high) = (bracket.value, bracket.low, bracket.high);
+        f.volume_mm3 = Some(bracket.value);
         f.kind = "stay".into();
-        f.message = format!("{} more supports, {} mm³ in all, stay", f.count, short(round(volume)));
+        f.message = format!("{} more supports, {} mm³ in all, stay", f.count, short(round(bracket.value)));
         findings.push(f);
     }
 }

@@ -2,6 +2,7 @@
 
 mod beneath;
 mod bridge;
+mod clip;
 mod column;
 mod downward;
 mod island;
@@ -16,7 +17,7 @@ mod walk;
 
 pub use beneath::{Ground, lies_below};
 pub use bridge::{Ceiling, Crown, Measuring, Reach, SelfHolding, ceilings};
-pub use column::{SupportVolume, shadow_area, support_volume};
+pub use column::{SupportVolume, shadow_area, support_volume, support_volumes};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
 pub use plan::Search;

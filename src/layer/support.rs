@@ -6,6 +6,7 @@ use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use crate::grid::Grid;
 use crate::units::Volume;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// The supports of a set of downward facets, sampled.
 ///
@@ -35,18 +36,50 @@ impl Supports {
         self.columns.is_empty()
     }
 
-    /// For each facet the samples of the columns that hang from it, in the order given; a facet between the sample columns
-    /// has none.
-    pub fn samples_below(&self, mesh: &TriangleMesh, facets: &[u32]) -> u64 {
-        let mut count = 0;
+    /// The facets that hang on each of so many pieces that the columns make, in increasing order; `piece` tells that of a sample.
+    ///
+    /// A facet hangs on the piece that has most of the columns below it; one between the columns of samples on that of a facet
+    /// it shares a vertex with, or of one that hangs so.
+    ///
+    /// # Cost
+    /// O(facets + samples of their shadow).
+    pub fn facets_of(
+        &self,
+        (count, piece): (usize, impl Fn([usize; 3]) -> Option<u32>),
+        mesh: &TriangleMesh,
+        facets: &[u32],
+    ) -> Vec<Vec<u32>> {
         let grid = *self.columns.grid();
+        let mut lists = vec![Vec::new(); count];
+        // Vertices whose piece is known, in the order in which they were reached; facets that wait for one of theirs.
+        let (mut reached, mut seen) = (Vec::new(), FxHashSet::default());
+        let mut waiting: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         for &f in facets {
-            each_column_under(mesh.corners(f as usize), &grid, |[i, j, k]| {
-                let run = (0..=k).rev().take_while(|&k| self.columns.contains([i, j, k])).count();
-                count += run as u64;
-            });
+            let corners = mesh.triangles[f as usize];
+            let mut below: Vec<u32> = Vec::new();
+            each_column_under(mesh.corners(f as usize), &grid, |at| below.extend(piece(at)));
+            below.sort_unstable();
+            match below.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).and_then(|run| run.first()) {
+                Some(&of) => {
+                    lists[of as usize].push(f);
+                    reached.extend(corners.into_iter().filter(|&v| seen.insert(v)).map(|v| (v, of)));
+                }
+                None => corners.into_iter().for_each(|v| waiting.entry(v).or_default().push(f)),
+            }
         }
-        count
+        let (mut next, mut taken) = (0, FxHashSet::default());
+        while let Some(&(vertex, of)) = reached.get(next) {
+            next += 1;
+            for f in waiting.remove(&vertex).unwrap_or_default() {
+                if taken.insert(f) {
+                    lists[of as usize].push(f);
+                    let corners = mesh.triangles[f as usize];
+                    reached.extend(corners.into_iter().filter(|&v| seen.insert(v)).map(|v| (v, of)));
+                }
+            }
+        }
+        lists.iter_mut().for_each(|list| list.sort_unstable());
+        lists
     }
 }
 
@@ -203,7 +236,23 @@ mod tests {
                 let expected = p[2] > 0.0 && !centres.contains(index) && first_above_is_wanted(&mesh, &facets, p);
                 assert_eq!(made.columns.contains(index), expected, "{p:?}");
             }
-            assert_eq!(made.samples_below(&mesh, &facets), made.columns.count());
+            // All that hangs over hangs on some piece, and on one that lies below it.
+            let pieces = components(&made.columns, Adjacency::Face);
+            let lists = made.facets_of((pieces.count(), |at| pieces.of(at)), &mesh, &facets);
+            let mut listed = lists.concat();
+            listed.sort_unstable();
+            assert_eq!(listed, facets);
+            assert_eq!(lists.iter().filter(|l| !l.is_empty()).count(), pieces.count());
+            let mut below = 0;
+            for (piece, list) in (0..).zip(&lists) {
+                for &f in list {
+                    each_column_under(mesh.corners(f as usize), &grid, |at| {
+                        assert!(pieces.of(at).is_none_or(|of| of == piece));
+                        below += (0..=at[2]).rev().take_while(|&k| made.columns.contains([at[0], at[1], k])).count();
+                    });
+                }
+            }
+            assert_eq!(below as u64, made.columns.count());
             assert!(made.heads.is_subset(&made.columns).unwrap());
             let feet = made.feet_on_part.union(&made.feet_on_plate).unwrap();
             assert_eq!(feet.count(), made.heads.count(), "each column has a head and a foot");
