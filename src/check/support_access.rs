@@ -33,7 +33,7 @@ static META: Meta = Meta {
           between. This is repeated until nothing more comes off. The part has left the plate, so tools may come from below.",
     limits: "Where supports stand is an assumption: a slicer makes thinner ones, and soluble supports need no tool. Contacts smaller than four squares of the grid are taken to tear off; up to \
              30 points of the others are tried, from 26 directions. An estimate, so it warns and never fails; a support is as large as what lies \
-             below the facets that hang on it, as `support` measures it.",
+             below the facets that hang on it, as `support` measures it, in proportion where several hang from the same.",
     source: "S. Nelaturi, M. Behandish, A. Mirzendehdel, J. de Kleer, Automatic support removal for additive manufacturing post \
              processing, 2019.",
 };
@@ -93,13 +93,23 @@ impl Check for SupportAccess {
     }
 }
 
-/// Volume of each support: what lies below the facets that hang on it, as `support` measures it.
+/// Volume of each support: what lies below the facets that hang on it, as `support` measures it; several that hang from the same
+/// facets have theirs in proportion to their samples.
 fn volumes(part: &Part, made: &Supports, facets: &[u32], column_mm: f64) -> Vec<Bracket> {
     let pieces = components(&made.columns, Adjacency::Face);
-    let lists = made.facets_of((pieces.count(), |at| pieces.of(at)), part.mesh(), facets);
+    let (family, lists) = made.families((pieces.count(), |at| pieces.of(at)), part.mesh(), facets);
     let groups: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
     let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, column_mm);
-    found.iter().map(|v| v.volume_mm3).map(|[low, high]| Bracket::new(0.5 * (low + high), low, high)).collect()
+    let sizes = pieces.sizes();
+    let mut of_family = vec![0; sizes.len()];
+    family.iter().zip(&sizes).for_each(|(&of, size)| of_family[of as usize] += size);
+    let sample = made.columns.grid().sample_volume().as_mm3();
+    let share = |(&of, &size): (&u32, &u64)| {
+        let [low, high] = found[of as usize].volume_mm3.map(|v| v * size as f64 / of_family[of as usize] as f64);
+        // What no column of facets shows is as large as its samples.
+        if high > 0.0 { Bracket::new(0.5 * (low + high), low, high) } else { Bracket::exact(size as f64 * sample) }
+    };
+    family.iter().zip(&sizes).map(share).collect()
 }
 
 fn sum(brackets: impl Iterator<Item = Bracket>) -> Bracket {
@@ -136,6 +146,7 @@ impl Judged<'_> {
         let all = sum(self.volumes.iter().copied()).value;
         let rounds: Vec<String> = self.removal.rounds.iter().map(|r| r.len().to_string()).collect();
         let peeled = match rounds.len() {
+            0 if self.removal.supports == 0 => "none is as wide as a sample".to_string(),
             0 if self.removal.stuck.is_empty() => "they tear off".to_string(),
             0 => "none comes off".to_string(),
             1 if rounds[0] == "1" => "1 comes off at once".to_string(),

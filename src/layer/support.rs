@@ -2,8 +2,8 @@
 
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
+use crate::geometry::{DisjointSets, TriangleMesh};
 use crate::grid::Grid;
 use crate::units::Volume;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -36,32 +36,38 @@ impl Supports {
         self.columns.is_empty()
     }
 
-    /// The facets that hang on each of so many pieces that the columns make, in increasing order; `piece` tells that of a sample.
+    /// Families of the pieces that the columns make, and the facets that hang on each: the family of each of `count` pieces is the
+    /// number of its first, and that of a sample's piece is told by `piece`.
     ///
-    /// A facet hangs on the piece that has most of the columns below it; one between the columns of samples on that of a facet
-    /// it shares a vertex with, or of one that hangs so.
+    /// Pieces are of one family if some facet has columns of both below it. A facet between the columns of samples hangs on
+    /// the family of one that it shares a vertex with, or of one that hangs so. Facets are in increasing order.
     ///
     /// # Cost
     /// O(facets + samples of their shadow).
-    pub fn facets_of(
+    pub fn families(
         &self,
         (count, piece): (usize, impl Fn([usize; 3]) -> Option<u32>),
         mesh: &TriangleMesh,
         facets: &[u32],
-    ) -> Vec<Vec<u32>> {
+    ) -> (Vec<u32>, Vec<Vec<u32>>) {
         let grid = *self.columns.grid();
-        let mut lists = vec![Vec::new(); count];
+        let mut families = DisjointSets::new(count);
+        let mut hangs: Vec<(u32, u32)> = Vec::with_capacity(facets.len());
         // Vertices whose piece is known, in the order in which they were reached; facets that wait for one of theirs.
         let (mut reached, mut seen) = (Vec::new(), FxHashSet::default());
         let mut waiting: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
         for &f in facets {
             let corners = mesh.triangles[f as usize];
-            let mut below: Vec<u32> = Vec::new();
-            each_column_under(mesh.corners(f as usize), &grid, |at| below.extend(piece(at)));
-            below.sort_unstable();
-            match below.chunk_by(|a, b| a == b).max_by_key(|run| run.len()).and_then(|run| run.first()) {
-                Some(&of) => {
-                    lists[of as usize].push(f);
+            let mut of: Option<u32> = None;
+            each_column_under(mesh.corners(f as usize), &grid, |at| {
+                of = match (of, piece(at)) {
+                    (Some(a), Some(b)) => Some(families.join(a, b)),
+                    (a, b) => a.or(b),
+                };
+            });
+            match of {
+                Some(of) => {
+                    hangs.push((of, f));
                     reached.extend(corners.into_iter().filter(|&v| seen.insert(v)).map(|v| (v, of)));
                 }
                 None => corners.into_iter().for_each(|v| waiting.entry(v).or_default().push(f)),
@@ -70,16 +76,16 @@ impl Supports {
         let (mut next, mut taken) = (0, FxHashSet::default());
         while let Some(&(vertex, of)) = reached.get(next) {
             next += 1;
-            for f in waiting.remove(&vertex).unwrap_or_default() {
-                if taken.insert(f) {
-                    lists[of as usize].push(f);
-                    let corners = mesh.triangles[f as usize];
-                    reached.extend(corners.into_iter().filter(|&v| seen.insert(v)).map(|v| (v, of)));
-                }
+            for f in waiting.remove(&vertex).unwrap_or_default().into_iter().filter(|&f| taken.insert(f)) {
+                hangs.push((of, f));
+                let corners = mesh.triangles[f as usize];
+                reached.extend(corners.into_iter().filter(|&v| seen.insert(v)).map(|v| (v, of)));
             }
         }
+        let mut lists = vec![Vec::new(); count];
+        hangs.into_iter().for_each(|(of, f)| lists[families.root(of) as usize].push(f));
         lists.iter_mut().for_each(|list| list.sort_unstable());
-        lists
+        ((0..count as u32).map(|piece| families.root(piece)).collect(), lists)
     }
 }
 
@@ -236,18 +242,18 @@ mod tests {
                 let expected = p[2] > 0.0 && !centres.contains(index) && first_above_is_wanted(&mesh, &facets, p);
                 assert_eq!(made.columns.contains(index), expected, "{p:?}");
             }
-            // All that hangs over hangs on some piece, and on one that lies below it.
+            // All that hangs over hangs on some family, and on that of every piece below it.
             let pieces = components(&made.columns, Adjacency::Face);
-            let lists = made.facets_of((pieces.count(), |at| pieces.of(at)), &mesh, &facets);
+            let (family, lists) = made.families((pieces.count(), |at| pieces.of(at)), &mesh, &facets);
             let mut listed = lists.concat();
             listed.sort_unstable();
             assert_eq!(listed, facets);
-            assert_eq!(lists.iter().filter(|l| !l.is_empty()).count(), pieces.count());
+            assert!(family.iter().all(|&of| !lists[of as usize].is_empty()));
             let mut below = 0;
-            for (piece, list) in (0..).zip(&lists) {
+            for (of, list) in (0..).zip(&lists) {
                 for &f in list {
                     each_column_under(mesh.corners(f as usize), &grid, |at| {
-                        assert!(pieces.of(at).is_none_or(|of| of == piece));
+                        assert!(pieces.of(at).is_none_or(|piece| family[piece as usize] == of));
                         below += (0..=at[2]).rev().take_while(|&k| made.columns.contains([at[0], at[1], k])).count();
                     });
                 }
@@ -270,5 +276,19 @@ mod tests {
         assert!(made.feet_on_part.is_empty());
         assert_eq!(made.feet_on_plate.count(), made.heads.count());
         assert_eq!(components(&made.columns, Adjacency::Face).count(), 1);
+    }
+
+    #[test]
+    fn two_rooms_under_one_ceiling_are_a_family() {
+        // A wall that ends a hair below the ceiling: no sample fits between, and the ceiling's facets lie over both rooms.
+        let wall = cuboid([4.0, -1.0, 0.0], [5.5, 5.0, 4.99]);
+        let mesh = wall.joined(&cuboid([0.0, 0.0, 5.0], [10.0, 4.0, 6.0]));
+        let grid = Grid::covering([0.0; 3], [10.0, 4.0, 6.0], Length::mm(0.5), 1, [0.0; 3]).unwrap();
+        let facets = downward_facets(&mesh, 0.0, Angle::degrees(45.0), 1e-6);
+        let made = supports(&occupancy(&mesh, &grid).unwrap(), &mesh, &facets, 0.0).unwrap();
+        let pieces = components(&made.columns, Adjacency::Face);
+        assert_eq!(pieces.count(), 2);
+        let (family, lists) = made.families((2, |at| pieces.of(at)), &mesh, &facets);
+        assert_eq!((family, lists), (vec![0, 0], vec![facets, vec![]]));
     }
 }
