@@ -9,7 +9,7 @@ use crate::field::Indicator;
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::{Vec3, along, compare, distance, dot, hull};
 use crate::morphology::{StructuringElement, dilate};
-use crate::topology::{Adjacency, components};
+use crate::topology::{Adjacency, Components, components};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -52,10 +52,8 @@ pub struct Stuck {
 /// The order in which supports come off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Removal {
-    /// Number of supports: components of the columns over shared faces.
-    pub supports: usize,
-    /// Volume of each, mm³.
-    pub volumes: Vec<f64>,
+    /// The supports: components of the columns over shared faces.
+    pub supports: Components,
     /// Box of each, in the frame of the part.
     pub boxes: Vec<(Vec3, Vec3)>,
     /// Those that come off in each round.
@@ -99,20 +97,12 @@ pub fn remove(
     let fault = |tool: &str, fault| Error::Tool { tool: tool.into(), fault };
     let Some(first) = setups.first() else { return Err(fault("list", ToolFault::NoDirections)) };
     let found = components(columns.all, Adjacency::Face);
-    let sample = first.grid().sample_volume().as_mm3();
     let grid = *columns.all.grid();
     let edges = |[lo, hi]: [[usize; 3]; 2]| {
         let half = 0.5 * grid.h();
         (grid.position(lo).map(|x| x - half), grid.position(hi).map(|x| x + half))
     };
-    let mut result = Removal {
-        supports: found.count(),
-        volumes: found.sizes().iter().map(|&n| n as f64 * sample).collect(),
-        boxes: found.boxes().into_iter().map(edges).collect(),
-        rounds: Vec::new(),
-        stuck: Vec::new(),
-        remaining: columns.all.clone(),
-    };
+    let mut rounds = Vec::new();
     let mut open = contacts(columns, surface, |at| found.of(at));
     let mut bare = Vec::new();
     for setup in setups {
@@ -139,11 +129,15 @@ pub fn remove(
         freed.iter().for_each(|&c| standing[c as usize] = false);
         let mut missed = missed.into_iter();
         open.retain(|_| missed.next().unwrap_or(false));
-        result.rounds.push(freed);
+        rounds.push(freed);
     }
-    result.remaining = found.select(|c| standing[c as usize]);
-    result.stuck = open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect();
-    Ok(result)
+    Ok(Removal {
+        boxes: found.boxes().into_iter().map(edges).collect(),
+        rounds,
+        stuck: open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect(),
+        remaining: found.select(|c| standing[c as usize]),
+        supports: found,
+    })
 }
 
 /// The contacts of all supports, each with the patches of surface just above its heads or just below its feet.
@@ -318,10 +312,11 @@ mod tests {
     fn supports_under_a_table_come_off() {
         let table = revolved(&[[0.0, 0.0], [3.0, 0.0], [3.0, 10.0], [12.0, 10.0], [12.0, 13.0], [0.0, 13.0]], 64);
         let removal = taken_away(&table, under_ceilings(&table));
-        assert_eq!((removal.supports, removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
+        assert_eq!((removal.supports.count(), removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
         // A ring of radii 3 and 12 mm, 10 mm high; a sample is missed at the rims.
         let volume = std::f64::consts::PI * (144.0 - 9.0) * 10.0;
-        assert!((removal.volumes[0] / volume - 1.0).abs() < 0.1, "{} {volume}", removal.volumes[0]);
+        let standing = removal.supports.sizes()[0] as f64 * H.as_mm().powi(3);
+        assert!((standing / volume - 1.0).abs() < 0.1, "{standing} {volume}");
         assert!(removal.remaining.is_empty());
     }
 
@@ -331,7 +326,7 @@ mod tests {
             [[0.0, 0.0], [12.0, 0.0], [12.0, 30.0], [1.5, 30.0], [1.5, 20.0], [9.0, 20.0], [9.0, 3.0], [0.0, 3.0]];
         let bottle = revolved(&profile, 64);
         let removal = taken_away(&bottle, under_ceilings(&bottle));
-        assert_eq!((removal.supports, removal.rounds.len()), (1, 0));
+        assert_eq!((removal.supports.count(), removal.rounds.len()), (1, 0));
         assert!(!removal.stuck.is_empty() && removal.stuck.iter().all(|s| s.keeper == Keeper::Part));
         let head = removal.stuck.iter().find(|s| s.contact.normal[2] < 0.0).unwrap();
         assert!((head.contact.at[2] - 20.0).abs() < 1e-6 && head.area_mm2 > 200.0, "{head:?}");
@@ -341,7 +336,7 @@ mod tests {
             [[0.0, 0.0], [20.0, 0.0], [20.0, 16.0], [14.0, 16.0], [14.0, 13.0], [16.0, 13.0], [16.0, 3.0], [0.0, 3.0]];
         let jar = revolved(&profile, 64);
         let removal = taken_away(&jar, under_ceilings(&jar));
-        assert_eq!((removal.supports, removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
+        assert_eq!((removal.supports.count(), removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
     }
 
     #[test]
@@ -352,12 +347,12 @@ mod tests {
         let tool = Tool::from_mesh("pliers", bent, sharp).unwrap();
         let table = revolved(&[[0.0, 0.0], [3.0, 0.0], [3.0, 10.0], [12.0, 10.0], [12.0, 13.0], [0.0, 13.0]], 64);
         let removal = taken_away_by(tool.clone(), &table, under_ceilings(&table));
-        assert_eq!((removal.supports, removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
+        assert_eq!((removal.supports.count(), removal.rounds.len(), removal.stuck.len()), (1, 1, 0));
         let profile =
             [[0.0, 0.0], [12.0, 0.0], [12.0, 30.0], [1.5, 30.0], [1.5, 20.0], [9.0, 20.0], [9.0, 3.0], [0.0, 3.0]];
         let bottle = revolved(&profile, 64);
         let removal = taken_away_by(tool, &bottle, under_ceilings(&bottle));
-        assert_eq!((removal.supports, removal.rounds.len()), (1, 0));
+        assert_eq!((removal.supports.count(), removal.rounds.len()), (1, 0));
         assert!(!removal.stuck.is_empty() && removal.stuck.iter().all(|s| s.keeper == Keeper::Part));
     }
 
@@ -382,7 +377,7 @@ mod tests {
                 feet_on_plate: Indicator::empty(grid),
             }
         });
-        assert_eq!(removal.supports, 2);
+        assert_eq!(removal.supports.count(), 2);
         assert!(removal.stuck.is_empty(), "{:?}", removal.stuck);
         let first = &removal.rounds[0];
         let widest = |c: u32| removal.boxes[c as usize].1[0];

@@ -13,7 +13,7 @@ use crate::layer::{Supports, support_volumes, supports};
 use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
-use crate::topology::{Adjacency, components};
+use crate::topology::Components;
 use crate::units::{bulk, report_digits, short};
 use std::collections::BTreeMap;
 
@@ -71,7 +71,7 @@ impl Check for SupportAccess {
         let pieces = patches(part.mesh(), 2.0 * tooling.spacing, |f| part.bounds_solid(f));
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
         let removal = remove(columns, &pieces, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
-        let volumes = volumes(part, &made, &facets, context.spacing_mm);
+        let volumes = volumes(part, &made, &removal.supports, &facets, context.spacing_mm);
         let judged = Judged { part, context, tooling: &tooling, removal: &removal, volumes, limits };
         measured.cover = judged.cover(angle);
         measured.spent = tooling.setups.iter().map(|s| s.grid().samples() as u64).sum();
@@ -95,8 +95,7 @@ impl Check for SupportAccess {
 
 /// Volume of each support: what lies below the facets that hang on it, as `support` measures it; several that hang from the same
 /// facets have theirs in proportion to their samples.
-fn volumes(part: &Part, made: &Supports, facets: &[u32], column_mm: f64) -> Vec<Bracket> {
-    let pieces = components(&made.columns, Adjacency::Face);
+fn volumes(part: &Part, made: &Supports, pieces: &Components, facets: &[u32], column_mm: f64) -> Vec<Bracket> {
     let (family, lists) = made.families((pieces.count(), |at| pieces.of(at)), part.mesh(), facets);
     let groups: Vec<&[u32]> = lists.iter().map(Vec::as_slice).collect();
     let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, column_mm);
@@ -144,22 +143,24 @@ impl Judged<'_> {
 
     fn cover(&self, angle: f64) -> String {
         let all = sum(self.volumes.iter().copied()).value;
-        let rounds: Vec<String> = self.removal.rounds.iter().map(|r| r.len().to_string()).collect();
-        let peeled = match rounds.len() {
-            0 if self.removal.supports == 0 => "none is as wide as a sample".to_string(),
-            0 if self.removal.stuck.is_empty() => "they tear off".to_string(),
-            0 => "none comes off".to_string(),
-            1 if rounds[0] == "1" => "1 comes off at once".to_string(),
-            1 => format!("{} come off at once", rounds[0]),
-            n => format!("they come off in {n} rounds of {}", rounds.join(", ")),
+        let (supports, stays) = (self.removal.supports.count(), self.kept().len());
+        let peeled = match self.removal.rounds.as_slice() {
+            [] if supports == 0 => "none is as wide as a sample".to_string(),
+            [] if stays == 0 => "they tear off".to_string(),
+            [] => "none comes off".to_string(),
+            [all] if all.len() == 1 => "1 comes off at once".to_string(),
+            [all] => format!("{} come off at once", all.len()),
+            rounds => {
+                let counts: Vec<String> = rounds.iter().map(|r| r.len().to_string()).collect();
+                format!("they come off in {} rounds of {}", rounds.len(), counts.join(", "))
+            }
         };
         format!(
-            "{} of {} mm³ under surface flatter than {}°: {peeled}, {} {}, by {}, within {} mm, and for these only.",
-            number_of(self.removal.supports as u64, ["support", "supports"]),
+            "{} of {} mm³ under surface flatter than {}°: {peeled}, {stays} {}, by {}, within {} mm, and for these only.",
+            number_of(supports as u64, ["support", "supports"]),
             short(if all < 1.0 { round(all) } else { all.round() }),
             short(angle),
-            self.kept().len(),
-            if self.kept().len() == 1 { "stays" } else { "stay" },
+            if stays == 1 { "stays" } else { "stay" },
             self.tooling.described(),
             short(round(self.tooling.stand_off)),
         )
