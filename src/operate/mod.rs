@@ -5,8 +5,10 @@
 //! is an error.
 
 mod deposit;
+mod met;
 mod midway;
 mod motion;
+mod settled;
 mod shape;
 
 pub use deposit::{Departure, Deposit, deposit};

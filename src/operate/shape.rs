@@ -1,6 +1,7 @@
 //! The operations on a part and an element.
 
 use super::midway::{field_between, surface_between};
+use super::settled::{Settled, Touch, field_to};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::{Primitive, TriangleMesh};
@@ -46,13 +47,16 @@ pub struct Operated {
     pub path: String,
     /// Distances near the surface, where it was made of them.
     pub(super) distances: Option<Field<f32>>,
+    /// The samples inside, where the surface is that of the exact result.
+    pub(super) inside: Option<Indicator>,
     /// For operations on sets of samples: what is certainly in the result, and what possibly is.
     pub sides: Option<[Indicator; 2]>,
 }
 
 impl Operated {
     /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
-    /// offset; else the mean of the distances to what is certainly and what possibly inside.
+    /// offset; to the surface of a sum, an obstacle or a difference, and farther from it to the samples inside; else the mean of the
+    /// distances to what is certainly and what possibly inside.
     ///
     /// # Errors
     /// As [`crate::distance::signed_distance`].
@@ -60,10 +64,11 @@ impl Operated {
     /// # Cost
     /// Nothing for an offset, else two distance transforms.
     pub fn field(&self) -> Result<Cow<'_, Field<f32>>> {
-        match (&self.distances, &self.sides) {
-            (Some(distances), _) => Ok(Cow::Borrowed(distances)),
-            (None, Some([lower, upper])) => Ok(Cow::Owned(field_between(lower, upper)?)),
-            (None, None) => Err(Error::Internal { problem: "a shape without distances and sides".into() }),
+        match (&self.distances, &self.inside, &self.sides) {
+            (Some(distances), ..) => Ok(Cow::Borrowed(distances)),
+            (None, Some(inside), _) => Ok(Cow::Owned(field_to(&self.mesh, inside)?)),
+            (None, None, Some([lower, upper])) => Ok(Cow::Owned(field_between(lower, upper)?)),
+            (None, None, None) => Err(Error::Internal { problem: "a shape without distances and sides".into() }),
         }
     }
 }
@@ -119,7 +124,9 @@ pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Res
         return offset(part, *radius, spacing);
     }
     let [a, b] = both_sides(part, element, spacing)?;
-    checked("Minkowski sum", from_sandwich(Sandwich::sum(&a, &b)?)?)
+    let found = Sandwich::sum(&a, &b)?;
+    let touch = Touch::of_sum(part, &element.faceted(spacing)?);
+    checked("Minkowski sum", touching(found, touch)?)
 }
 
 /// The Minkowski difference (erosion) of a part by an element: where the element's origin may stand so that all of it
@@ -133,7 +140,9 @@ pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Re
         return offset(part, -*radius, spacing);
     }
     let [a, b] = both_sides(part, element, spacing)?;
-    checked("Minkowski difference", from_sandwich(Sandwich::difference(&a, &b)?)?)
+    let found = Sandwich::difference(&a, &b)?;
+    let touch = Touch::of_difference(part, &element.faceted(spacing)?);
+    checked("Minkowski difference", touching(found, touch)?)
 }
 
 /// The obstacle of a part for a moving element: the translations at which the two overlap.
@@ -145,7 +154,9 @@ pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Resu
         return offset(part, *radius, spacing);
     }
     let [a, b] = both_sides(part, element, spacing)?;
-    checked("obstacle", from_sandwich(Sandwich::obstacle(&a, &b)?)?)
+    let found = Sandwich::obstacle(&a, &b)?;
+    let touch = Touch::of_obstacle(part, &element.faceted(spacing)?);
+    checked("obstacle", touching(found, touch)?)
 }
 
 /// What an element covers along a polyline of translations: by exact distances, or where the path has too many pieces for
@@ -218,16 +229,38 @@ fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element)
 fn from_distances(shape: Shaped) -> Operated {
     let volume = Volume::mm3(shape.mesh.signed_volume());
     let path = "exact distances".into();
-    Operated { mesh: shape.mesh, volume, bracket: shape.volume, path, distances: Some(shape.field), sides: None }
+    Operated {
+        mesh: shape.mesh,
+        volume,
+        bracket: shape.volume,
+        path,
+        distances: Some(shape.field),
+        inside: None,
+        sides: None,
+    }
+}
+
+/// With the surface where the operands touch, or midway between the two sets if there is none.
+fn touching(found: Sandwich, touch: Option<Touch>) -> Result<Operated> {
+    let settled = touch.map_or(Ok(None), |touch| touch.surface(&found))?;
+    let Some(Settled { mesh, inside, touching, crossings }) = settled else { return from_sandwich(found) };
+    let volume = Volume::mm3(mesh.signed_volume());
+    let path = format!("{}, {touching} of {crossings} crossings where the operands touch", paths_of(&found));
+    let sides = Some([found.lower, found.upper]);
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides })
+}
+
+fn paths_of(found: &Sandwich) -> String {
+    found.paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// The surface midway between the two sets: the mean of their signed distances vanishes there.
 pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
-    let path = found.paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    let path = paths_of(&found);
     let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, sides })
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.

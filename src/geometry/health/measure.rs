@@ -2,9 +2,9 @@
 
 use super::bodies::{Body, NO_LABEL};
 use super::boxes::grown;
-use super::edges::{Edge, EdgeTable, is_collapsed};
 use super::nesting;
 use super::shells::{self, Shell};
+use crate::geometry::edges::{Edge, EdgeTable, is_collapsed};
 use crate::geometry::vector::{Vec3, along, distance, norm, scale, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 

@@ -6,7 +6,6 @@
 mod bodies;
 mod boxes;
 mod crossing;
-mod edges;
 mod measure;
 mod nesting;
 mod notices;

@@ -2,7 +2,7 @@
 
 use super::bodies::{NO_LABEL, Role};
 use super::boxes::{EMPTY, grown};
-use super::edges::{EdgeTable, is_collapsed};
+use crate::geometry::edges::{EdgeTable, is_collapsed};
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 

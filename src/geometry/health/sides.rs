@@ -1,7 +1,7 @@
 //! The winding number on both sides of each facet of a surface.
 
-use super::edges::EdgeTable;
 use super::pairs::{leaves, near_pairs};
+use crate::geometry::edges::EdgeTable;
 use crate::geometry::triangle::{closest_pair_within, closest_point};
 use crate::geometry::vector::{Vec3, add, along, distance, dot, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};
