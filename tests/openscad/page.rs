@@ -158,7 +158,7 @@ fn html(rows: &[Row]) -> String {
     let mut text = String::from(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>amcheck against OpenSCAD</title>\n<style>body{font:16px/1.5 system-ui,sans-serif;margin:2rem auto;\
-         max-width:60rem;padding:0 1rem;color:#18212b;background:#fff}figure{margin:0 0 2.5rem}img{width:100%;height:auto;\
+         max-width:68rem;padding:0 1rem;color:#18212b;background:#fff}figure{margin:0 0 2.5rem}img{width:100%;height:auto;\
          border:1px solid #cdd4da}h2{margin:0 0 .25rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:0 1rem;\
          margin:.5rem 0}dt{color:#586370}dd{margin:0}a{color:#0b5394}div{overflow-x:auto}table{border-collapse:collapse;margin:1rem 0 2.5rem;font-size:.875rem}\
          td,th{padding:.15rem .6rem .15rem 0;text-align:left;white-space:nowrap;border-bottom:1px solid #e3e8ec;\
