@@ -31,6 +31,15 @@ const TOGETHER: usize = 1024;
 /// J. Basch, L. J. Guibas, G. D. Ramkumar, L. Ramshaw, *Polyhedral tracings and their convolution*, 1996; J.-M. Lien, *A simple method
 /// for computing Minkowski sum boundary in 3D using collision detection*, 2008; E. Behar, J.-M. Lien, *Fast and robust 2D Minkowski
 /// sum using reduced convolution*, 2011.
+///
+/// ```
+/// use amcheck::geometry::{cuboid, gauss_image::GaussImage, reduced_convolution::reduced_convolution};
+/// let [a, b] = [[1.0, 2.0, 3.0], [2.0, 1.0, 1.0]].map(|corner| cuboid([0.0; 3], corner));
+/// let images = [&GaussImage::of(&a), &GaussImage::of_turned(&b)];
+/// let areas = reduced_convolution(images, 1000, |patch, areas| areas.push(patch.area())).expect("they are few");
+/// // The faces of a box of 3 × 3 × 4 mm.
+/// assert!((areas.iter().sum::<f64>() - 66.0).abs() < 1e-9);
+/// ```
 pub fn reduced_convolution<T: Send + Clone>(
     [a, b]: [&GaussImage; 2],
     most: usize,

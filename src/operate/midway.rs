@@ -64,7 +64,7 @@ pub(super) fn surface_between(lower: &Indicator, upper: &Indicator) -> Result<Tr
 }
 
 /// Room for the distance to fall off on all sides, so that the border does not cut it.
-fn widened(set: &Indicator) -> Result<Indicator> {
+pub(super) fn widened(set: &Indicator) -> Result<Indicator> {
     set.window([-2; 3], set.grid().dims().map(|n| n + 4))
 }
 

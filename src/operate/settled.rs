@@ -1,6 +1,7 @@
 //! Sums, obstacles and differences end where their operands touch: the surface there.
 
 use super::met::{Met, flooded};
+use super::midway::widened;
 use crate::distance::signed_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
@@ -86,11 +87,10 @@ impl Touch {
     /// That of the [reduced convolution](crate::geometry::reduced_convolution::reduced_convolution()), whose patches are drawn into the
     /// lattice: 24 bytes for each crossing between the two sets, and three bits a sample.
     pub(super) fn surface(&self, found: &Sandwich) -> Result<Option<Settled>> {
-        let grown = |set: &Indicator| set.window([-2; 3], set.grid().dims().map(|n| n + 4));
         if found.lower.is_empty() {
             return Ok(None);
         }
-        let sides = [grown(&found.lower)?, grown(&found.upper)?];
+        let sides = [widened(&found.lower)?, widened(&found.upper)?];
         let [a, b] = &self.operands;
         let Some(met) = Met::by([&GaussImage::of(a), &GaussImage::of_turned(b)], &sides) else { return Ok(None) };
         let [lower, upper] = sides;
@@ -163,11 +163,11 @@ impl Sheets for Faces<'_> {
         self.crossings.fetch_add(1, Ordering::Relaxed);
         let from = edge.from.map(|n| usize::try_from(n).ok());
         let [Some(i), Some(j), Some(k)] = from else { return (0.5, None) };
-        let starts_free = self.inside.contains([i, j, k]) == (self.free == Free::Inside);
+        let starts_inside = self.inside.contains([i, j, k]);
+        let starts_free = starts_inside == (self.free == Free::Inside);
         let Some((t, n)) = self.met.first([i, j, k], edge.axis, starts_free) else { return (0.5, None) };
         self.touching.fetch_add(1, Ordering::Relaxed);
-        // Outwards along the edge from an inside to an outside sample.
-        let outwards = if starts_free == (self.free == Free::Inside) { 1.0 } else { -1.0 };
+        let outwards = if starts_inside { 1.0 } else { -1.0 };
         (t, Some(if n[edge.axis] * outwards < 0.0 { scale(n, -1.0) } else { n }))
     }
 

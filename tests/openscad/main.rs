@@ -59,7 +59,7 @@ impl Case {
         [cast(&self.a, p), cast(&self.b, q)]
     }
 
-    /// What amcheck says at a spacing and a phase, with the surface midway, as its command would make it.
+    /// What amcheck says at a spacing, as its command would make it.
     fn made(&self, h: f64) -> amcheck::Result<amcheck::operate::Operated> {
         use amcheck::operate;
         let (element, h) = (Element::Mesh(self.b.clone()), Length::mm(h));
