@@ -159,41 +159,53 @@ impl Cover {
     /// Searches all features of one side of a mesh.
     ///
     /// # Cost
-    /// O(log n) for a feature without an opposing one; a thin region costs its area over the resolution squared.
+    /// O(log n) for up to 64 features without an opposing one; a thin region costs its area over the resolution squared.
     /// Runs on all cores; the result does not depend on their number.
     pub fn search(mesh: &MeshDistance, features: &Features, question: &Question) -> Cover {
         let seek = |opposite: &mut Option<u32>, feature: u32, budget: u64| {
             Seeker::new(mesh, features, question, budget).seek(feature, opposite)
         };
         // In the order of the tree, so that one search finds in the cache what the one before has read.
-        let order = features.facing.order();
+        let order = features.may_be_opposed(question.notice);
         // Shares are small, so that no core is left alone with a large one.
-        let shares = order.par_iter().with_min_len(64).with_max_len(256);
-        let first: Vec<Cover> = shares.map_init(|| None, |near, &f| seek(near, f, FIRST_LOOK)).collect();
-        let mut found: Vec<Cover> = (0..features.list.len()).map(|_| Cover::default()).collect();
-        order.iter().zip(first).for_each(|(&f, cover)| found[f as usize] = cover);
+        let shares = order.par_iter().with_min_len(8).with_max_len(32);
+        let mut found: Vec<(u32, Cover)> =
+            shares.map_init(|| None, |near, &f| (f, seek(near, f, FIRST_LOOK))).collect();
+        found.par_sort_unstable_by_key(|(feature, _)| *feature);
+        // What nothing opposes counts as one evaluation each, however many of them one walk was enough for.
+        let unopposed = (features.list.len() - found.len()) as u64;
+        let mut all = Cover { evaluations: unopposed, ..Cover::default() };
         // What a look left open shares the rest of the budget; the shares do not depend on the order of work.
-        let mut spent: u64 = found.iter().map(|c| c.evaluations).sum();
+        let mut spent = unopposed + found.iter().map(|(_, c)| c.evaluations).sum::<u64>();
         let coarse = |c: &Cover| c.unresolved.iter().any(|u| u.extent > question.finest);
         let mut last = FIRST_LOOK;
         for _ in 0..LOOKS {
-            let open: Vec<usize> = (0..found.len()).filter(|&i| coarse(&found[i])).collect();
+            let open: Vec<&mut (u32, Cover)> = found.iter_mut().filter(|(_, c)| coarse(c)).collect();
             let share = question.budget.saturating_sub(spent) / (open.len() as u64).max(1);
             if open.is_empty() || share <= last {
                 break;
             }
             last = share;
-            let again: Vec<Cover> =
-                open.par_iter().with_max_len(1).map_init(|| None, |near, &i| seek(near, i as u32, share)).collect();
-            for (i, mut cover) in open.into_iter().zip(again) {
-                spent += cover.evaluations;
-                cover.evaluations += found[i].evaluations;
-                found[i] = cover;
-            }
+            let again: Vec<u64> = open
+                .into_par_iter()
+                .with_max_len(1)
+                .map_init(
+                    || None,
+                    |near, (feature, known)| {
+                        let mut cover = seek(near, *feature, share);
+                        let cost = cover.evaluations;
+                        cover.evaluations += known.evaluations;
+                        *known = cover;
+                        cost
+                    },
+                )
+                .collect();
+            spent += again.iter().sum::<u64>();
         }
         let facets = features.list.iter().map(|f| f.facet as usize + 1).max().unwrap_or(0);
-        let mut all = Cover { facets: vec![FacetSheet::FREE; facets], ..Cover::default() };
-        for (feature, c) in features.list.iter().zip(found) {
+        all.facets = vec![FacetSheet::FREE; facets];
+        for (feature, c) in found {
+            let Some(feature) = features.list.get(feature as usize) else { continue };
             if let (true, Some(low)) = (feature.is_facet(), c.facets.first().map(|f| f.low)) {
                 let own = c.samples.iter().filter(|s| s.shape == Shape::Sheet);
                 all.facets[feature.facet as usize] = FacetSheet {

@@ -19,6 +19,7 @@ pub mod rod;
 pub mod section;
 mod seek;
 pub mod thickness;
+mod unopposed;
 
 pub use cover::{Cover, Own, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};

@@ -55,9 +55,14 @@ impl Slabs {
 
 impl Reach {
     pub(super) fn new(patch: &Patch) -> Self {
-        let inward = scale(patch.axis, -1.0);
         let half_angle = 0.5 * (std::f64::consts::PI - WALL_SEPARATION) + MARGIN + patch.spread + patch.slack;
-        let offset = |w: Vec3| patch.corners.iter().map(|&p| dot(p, w)).fold(f64::NEG_INFINITY, f64::max);
+        Reach::of(&patch.corners, patch.axis, half_angle)
+    }
+
+    /// For lines from the hull of some points, at no more than an angle to the opposite of an axis.
+    pub(super) fn of(from: &[Vec3], axis: Vec3, half_angle: f64) -> Self {
+        let inward = scale(axis, -1.0);
+        let offset = |w: Vec3| from.iter().map(|&p| dot(p, w)).fold(f64::NEG_INFINITY, f64::max);
         let mut reach = Reach { out: [[[0.0; LANES]; 2]; 3], offset: [f64::INFINITY; LANES] };
         if half_angle < 1.4 {
             let side = if inward[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
@@ -70,7 +75,7 @@ impl Reach {
                 reach.set(lane, w, offset(w));
             }
         } else if half_angle < 1.57 {
-            reach.set(0, patch.axis, offset(patch.axis));
+            reach.set(0, axis, offset(axis));
         }
         reach
     }
