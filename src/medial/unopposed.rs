@@ -131,6 +131,7 @@ mod tests {
                 left_out += usize::from(!asked);
             }
         }
-        assert!(opposed > 1000 && left_out > 10_000, "{opposed} {left_out}");
+        // Both answers are given thousands of times, so neither goes untried.
+        assert!(opposed > 1000 && left_out > 1000, "{opposed} {left_out}");
     }
 }
