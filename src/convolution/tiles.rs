@@ -250,9 +250,16 @@ mod tests {
 
     #[test]
     fn a_full_grid_is_full_only_where_the_element_fits() {
-        let grid = Grid::new([0.0; 3], Length::mm(1.0), [140, 60, 60]).unwrap();
-        let a = Indicator::from_predicate(grid, |_| true);
+        // Three tiles along each axis: the middle one is full, but for the tile that the missing sample is in or near.
         let b = blobs([5, 4, 3], 1);
-        assert_eq!(convolve_tiled(&a, &b).unwrap().field, super::super::convolve_directly(&a, &b).unwrap());
+        let whole = Grid::new([0.0; 3], Length::mm(1.0), [100; 3]).unwrap();
+        for missing in [None, Some([95, 60, 60]), Some([60, 60, 60])] {
+            let a = Indicator::from_predicate(whole, |at| Some(whole.index(at)) != missing);
+            let sum = sum_grid(&whole, b.grid()).unwrap();
+            let tiler = Tiler::<f32>::new(&a, &b, &sum, tile_sides(b.grid().dims(), sum.dims())).unwrap();
+            assert_eq!(matches!(tiler.content(tiler.tile), Content::Full), missing != Some([60, 60, 60]));
+            assert!(matches!(tiler.content([0; 3]), Content::Mixed));
+            assert_eq!(convolve_tiled(&a, &b).unwrap().field, super::super::convolve_directly(&a, &b).unwrap());
+        }
     }
 }

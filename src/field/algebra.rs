@@ -70,6 +70,8 @@ pub fn inner_product(f: &Field<f32>, g: &Field<f32>) -> Result<f64> {
 
 /// ‖f‖_p = (∫ |f|^p dV)^(1/p) for p ≥ 1; the greatest |f| for p = ∞.
 ///
+/// Powers are taken of |f| over its greatest value, so that none overflows and not all vanish, however large p is.
+///
 /// # Errors
 /// [`Error::Operand`] for p below 1.
 pub fn lp_norm(f: &Field<f32>, p: f64) -> Result<f64> {
@@ -80,14 +82,14 @@ pub fn lp_norm(f: &Field<f32>, p: f64) -> Result<f64> {
             remedy: "choose p of at least 1, or infinity".into(),
         });
     }
-    let magnitudes = |plane: &[f32]| plane.iter().map(|&v| f64::from(v).abs()).collect::<Vec<_>>();
-    let [nx, ny, _] = f.grid().dims();
-    let planes = f.values().par_chunks(nx * ny);
-    if p.is_infinite() {
-        return Ok(planes.map(|plane| magnitudes(plane).into_iter().fold(0.0, f64::max)).reduce(|| 0.0, f64::max));
+    let greatest = f64::from(f.values().par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max));
+    if p.is_infinite() || greatest == 0.0 {
+        return Ok(greatest);
     }
-    let sums: Vec<f64> = planes.map(|plane| magnitudes(plane).iter().map(|v| v.powf(p)).sum()).collect();
-    Ok((sums.iter().sum::<f64>() * f.grid().sample_volume().as_mm3()).powf(1.0 / p))
+    let [nx, ny, _] = f.grid().dims();
+    let powers = |plane: &[f32]| plane.iter().map(|&v| (f64::from(v).abs() / greatest).powf(p)).sum::<f64>();
+    let sums: Vec<f64> = f.values().par_chunks(nx * ny).map(powers).collect();
+    Ok(greatest * (sums.iter().sum::<f64>() * f.grid().sample_volume().as_mm3()).powf(1.0 / p))
 }
 
 /// vol(A ∩ B) = ⟨1_A, 1_B⟩, exact in samples: the collision measure. Touching shapes overlap by nothing.
@@ -201,6 +203,12 @@ mod tests {
         assert!((lp_norm(&f, 2.0).unwrap() - (25.0 * h3).sqrt()).abs() < 1e-15);
         assert_eq!(lp_norm(&f, f64::INFINITY).unwrap(), 4.0);
         assert!(lp_norm(&f, 0.5).is_err() && inner_product(&f, &line(&[1.0])).is_err());
+        assert_eq!(lp_norm(&line(&[0.0; 3]), 3.0).unwrap(), 0.0);
+        // Neither 4⁴⁰⁰ nor 0.001⁴⁰⁰ is a double; the norm comes near the greatest value from p on both sides.
+        for scale in [1.0f32, 1e-3] {
+            let large = lp_norm(&line(&[3.0 * scale, -4.0 * scale]), 400.0).unwrap() / f64::from(scale);
+            assert!((large / (4.0 * h3.powf(1.0 / 400.0)) - 1.0).abs() < 1e-6, "{large}");
+        }
     }
 
     #[test]
@@ -214,8 +222,36 @@ mod tests {
         assert_eq!(superlevel(&r.union(&f, &g).unwrap(), 1e-6), superlevel(&max, 0.0));
         assert_eq!(superlevel(&r.intersection(&f, &g).unwrap(), 1e-6), superlevel(&min, 0.0));
         let smooth = Blend::Smooth { width: 1.0 };
-        for (s, m) in smooth.union(&f, &g).unwrap().values().iter().zip(max.values()) {
-            assert!((0.0..=0.25).contains(&(s - m)));
+        let [union, intersection] = [smooth.union(&f, &g).unwrap(), smooth.intersection(&f, &g).unwrap()];
+        for (at, &(a, b)) in samples.iter().enumerate() {
+            // The parabola that meets max, and its slope, where |a − b| is the width: ½ + ½·d² + ¼ about d = 0, in quarters exact.
+            let [over, under] = [union.values()[at] - max.values()[at], min.values()[at] - intersection.values()[at]];
+            let rounded = match (a - b).abs() {
+                0.0 => 0.25,
+                0.25 => 0.140_625,
+                0.5 => 0.0625,
+                0.75 => 0.015_625,
+                _ => 0.0,
+            };
+            assert_eq!([over, under], [rounded; 2], "{a} {b}");
         }
+    }
+
+    #[test]
+    fn a_smooth_blend_has_no_crease_and_the_extremes_have() {
+        // Along a = x, b = −x: the second difference of max is 2/ε at the crease, that of the blend never above its curvature 2/width.
+        let eps = 1.0 / 64.0;
+        let x: Vec<f32> = (-128..=128).map(|n| n as f32 * eps).collect();
+        let (f, g) = (line(&x), line(&x.iter().map(|x| -x).collect::<Vec<_>>()));
+        let bend = |blend: Blend| {
+            let both = [blend.union(&f, &g).unwrap(), blend.intersection(&f, &g).unwrap()];
+            both.map(|made| {
+                let second = |w: &[f32]| ((w[2] - 2.0 * w[1] + w[0]) / (eps * eps)).abs();
+                made.values().windows(3).map(second).fold(0.0, f32::max)
+            })
+        };
+        assert_eq!(bend(Blend::Extremes), [2.0 / eps; 2]);
+        // With b = −x the difference is 2x, whose square bends fourfold: 2/width, and not less where it is rounded at all.
+        assert_eq!(bend(Blend::Smooth { width: 1.0 }), [2.0; 2]);
     }
 }

@@ -16,7 +16,12 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Singular {
     points: Vec<([f64; 3], f64)>,
+    /// The longest piece that a point stands for, mm; zero for points.
+    step: f64,
 }
+
+/// More pieces than this are not kept.
+const MOST_PIECES: f64 = 16_777_216.0;
 
 impl Singular {
     /// Σ w_i·δ(x − p_i).
@@ -25,7 +30,7 @@ impl Singular {
     /// [`Error::Operand`] for a place or weight that is not finite; so for the other constructors.
     pub fn on_points(points: &[([f64; 3], f64)]) -> Result<Self> {
         match points.iter().find(|(p, w)| !(w.is_finite() && p.iter().all(|x| x.is_finite()))) {
-            None => Ok(Singular { points: points.to_vec() }),
+            None => Ok(Singular { points: points.to_vec(), step: 0.0 }),
             Some(bad) => Err(refused(format!("a point {bad:?} is not finite"))),
         }
     }
@@ -33,23 +38,25 @@ impl Singular {
     /// w·δ on a polyline, w per millimetre, as midpoints of pieces no longer than `step`.
     ///
     /// # Errors
-    /// As [`Singular::on_points`]; also for a path of fewer than two points or a step that is not positive.
+    /// As [`Singular::on_points`]; also for a path of fewer than two points, a step that is not positive, and one that makes more than
+    /// 2²⁴ pieces.
     pub fn on_polyline(path: &[[f64; 3]], weight_per_mm: f64, step: Length) -> Result<Self> {
         positive_step(step)?;
         if path.len() < 2 {
             return Err(refused(format!("a polyline of {} point(s)", path.len())));
         }
+        let pieces = |pair: &[[f64; 3]]| (norm(minus(pair[1], pair[0])) / step.as_mm()).ceil().max(1.0);
+        few_enough(path.windows(2).map(pieces).sum(), step)?;
         let mut points = Vec::new();
         for pair in path.windows(2) {
-            let length = norm(minus(pair[1], pair[0]));
-            let pieces = (length / step.as_mm()).ceil().clamp(1.0, 1e7) as usize;
+            let (length, pieces) = (norm(minus(pair[1], pair[0])), pieces(pair) as usize);
             for n in 0..pieces {
                 let t = (n as f64 + 0.5) / pieces as f64;
                 let place = [0, 1, 2].map(|a| pair[0][a] + t * (pair[1][a] - pair[0][a]));
                 points.push((place, weight_per_mm * length / pieces as f64));
             }
         }
-        Singular::on_points(&points)
+        Ok(Singular { step: step.as_mm(), ..Singular::on_points(&points)? })
     }
 
     /// w·δ on triangles, w per square millimetre, as centroids of pieces no longer than `step`.
@@ -58,11 +65,16 @@ impl Singular {
     /// As [`Singular::on_polyline`].
     pub fn on_surface(triangles: &[[[f64; 3]; 3]], weight_per_mm2: f64, step: Length) -> Result<Self> {
         positive_step(step)?;
+        let along_edge = |&[a, b, c]: &[[f64; 3]; 3]| {
+            let longest = norm(minus(b, a)).max(norm(minus(c, a))).max(norm(minus(c, b)));
+            (longest / step.as_mm()).ceil().max(1.0)
+        };
+        few_enough(triangles.iter().map(|t| along_edge(t).powi(2)).sum(), step)?;
         let mut points = Vec::new();
-        for &[a, b, c] in triangles {
+        for triangle in triangles {
+            let &[a, b, c] = triangle;
             let (u, v) = (minus(b, a), minus(c, a));
-            let longest = norm(u).max(norm(v)).max(norm(minus(c, b)));
-            let n = (longest / step.as_mm()).ceil().clamp(1.0, 4096.0) as usize;
+            let n = along_edge(triangle) as usize;
             let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
             let share = 0.5 * norm(cross) / (n * n) as f64;
             for i in 0..n {
@@ -74,7 +86,21 @@ impl Singular {
                 }
             }
         }
-        Singular::on_points(&points)
+        Ok(Singular { step: step.as_mm(), ..Singular::on_points(&points)? })
+    }
+
+    /// f + g.
+    pub fn plus(mut self, other: Singular) -> Self {
+        self.points.extend(other.points);
+        Singular { points: self.points, step: self.step.max(other.step) }
+    }
+
+    /// The box of the places where the function stands; `None` without any.
+    pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
+        let first = self.points.first()?.0;
+        Some(self.points.iter().fold((first, first), |(lo, hi), (p, _)| {
+            ([0, 1, 2].map(|a| p[a].min(lo[a])), [0, 1, 2].map(|a| p[a].max(hi[a])))
+        }))
     }
 
     /// ∫ f: the number, length or area that the function stands for, times its weight.
@@ -84,8 +110,12 @@ impl Singular {
 
     /// The convolution with a nascent δ: an ordinary density on a grid, in weight per cubic millimetre.
     ///
+    /// The points of pieces no longer than the width give what the curve or surface itself would, along it: a sum of Gaussians σ apart
+    /// ripples by 2·exp(−2π²) < 1e-8, one of triangles not at all.
+    ///
     /// # Errors
-    /// [`Error::Operand`] if the width is below the spacing: the kernel would fall between the samples.
+    /// [`Error::Operand`] if the width is below the spacing, as the kernel would fall between the samples, or below the step of the
+    /// pieces, as it would tell them apart.
     ///
     /// # Cost
     /// (2·reach/h)³ additions a point; layers in parallel.
@@ -93,6 +123,9 @@ impl Singular {
         let (h, reach) = (grid.h(), kernel.reach());
         if kernel.width() < h {
             return Err(refused(format!("a kernel {} mm wide on a spacing of {h} mm", kernel.width())));
+        }
+        if kernel.width() < self.step {
+            return Err(refused(format!("a kernel {} mm wide on pieces of {} mm", kernel.width(), self.step)));
         }
         let [nx, ny, _] = grid.dims();
         let mut layers = vec![0f64; grid.samples()];
@@ -196,11 +229,17 @@ fn positive_step(step: Length) -> Result<()> {
     if mm.is_finite() && mm > 0.0 { Ok(()) } else { Err(refused(format!("a step of {mm} mm"))) }
 }
 
+fn few_enough(pieces: f64, step: Length) -> Result<()> {
+    if pieces <= MOST_PIECES { Ok(()) } else { Err(refused(format!("{pieces:.0} pieces of {step}"))) }
+}
+
 fn refused(problem: String) -> Error {
     Error::Operand {
         operation: "singular function",
         problem,
-        remedy: "give finite places and weights, two points or more, and a kernel no narrower than the spacing".into(),
+        remedy: "give finite places and weights, two points or more, at most 2²⁴ pieces, and a kernel no narrower than the pieces and \
+                 the spacing"
+            .into(),
     }
 }
 
@@ -259,7 +298,13 @@ mod tests {
         let point = Singular::on_points(&[([0.5; 3], 1.0)]).unwrap();
         assert!(point.dissipated(&grid, Nascent::Gaussian { width: Length::mm(0.1) }).is_err());
         assert!(Singular::on_points(&[([f64::NAN; 3], 1.0)]).is_err());
+        assert_eq!((point.bounds(), Singular::default().bounds()), (Some(([0.5; 3], [0.5; 3])), None));
         assert!(Singular::on_polyline(&[[0.0; 3]], 1.0, H).is_err());
+        assert!(Singular::on_polyline(&[[0.0; 3], [1e9, 0.0, 0.0]], 1.0, H).is_err());
+        assert!(Singular::on_surface(&square(1e5, 0.0), 1.0, H).is_err());
+        let coarse = Singular::on_polyline(&[[0.0; 3], [1.0; 3]], 1.0, Length::mm(0.4)).unwrap();
+        assert!(coarse.dissipated(&grid, Nascent::Triangle { width: H }).is_err());
+        assert!(coarse.plus(point).dissipated(&grid, Nascent::Triangle { width: Length::mm(0.5) }).is_ok());
         assert!(Singular::on_surface(&square(1.0, 0.0), 1.0, Length::mm(0.0)).is_err());
     }
 }

@@ -185,17 +185,33 @@ fn lemma_2_3_9_a_radial_delta_measures_the_fraction_of_the_neighbourhood() {
 
 #[test]
 fn sheets_and_wires_have_no_volume_and_a_measure_once_delta_is_used() {
-    let g = Grid::new([-4.0; 3], Length::mm(H), [40; 3]).unwrap();
-    let wire = Singular::on_polyline(&[[0.0; 3], [6.0, 3.0, 6.0]], 1.0, Length::mm(0.1)).unwrap();
-    let sheet = Singular::on_surface(&[[[0.0; 3], [5.0, 0.0, 0.0], [0.0, 4.0, 3.0]]], 1.0, Length::mm(0.1)).unwrap();
-    for (singular, measure) in [(wire, 9.0), (sheet, 12.5)] {
-        // As points of the grid it is nothing that regularization would keep …
-        assert!((singular.measure() - measure).abs() < 1e-9);
-        let thin = singular.dissipated(&g, Nascent::Gaussian { width: Length::mm(H) }).unwrap();
-        // … and as a density its integral is its length or its area.
-        let all = Field::constant(g, 1.0f32);
-        let integral = inner_product(&thin, &all).unwrap();
-        assert!((integral / measure - 1.0).abs() < 1e-5, "{integral} {measure}");
+    // A block, and the same block with a sheet of no thickness on one face and a wire off another.
+    let block = cuboid([-3.0, -2.0, -2.0], [0.0, 2.0, 2.0]);
+    let fin = [[0.0, -1.0, 0.0], [5.0, -1.0, 0.0], [0.0, 1.4, 1.8]];
+    let sheeted = block.clone().joined(&TriangleMesh::weld([fin, [fin[0], fin[2], fin[1]]]));
+    let g = Grid::new([-6.0; 3], Length::mm(H), [44; 3]).unwrap();
+    let [plain, thin] = [&block, &sheeted].map(|mesh| occupancy(mesh, &g).unwrap());
+    // Without δ nothing tells them apart: not the volume, not the overlap with any set, nor do the samples.
+    assert_eq!(plain, thin);
+    assert!((sheeted.signed_volume() - block.signed_volume()).abs() < 1e-12);
+
+    // With δ: each as its volume and its singular part, spread by a Gaussian and added as functions.
+    let step = Length::mm(0.1);
+    let sheet = Singular::on_surface(&[fin], 1.0, step).unwrap();
+    let wire = Singular::on_polyline(&[[-3.0, 0.0, 0.0], [-3.0, 0.0, -2.0], [-3.0, 3.0, -2.0]], 1.0, step).unwrap();
+    let volume = indicator_function(&plain);
+    let all = Field::constant(g, 1.0f32);
+    let probe = indicator_function(&Random(23).set_on(g, 3));
+    // The sheet's sides are 5 mm and 3 mm at a right angle; the wire is 2 mm and 3 mm long.
+    for (singular, measure) in [(sheet, 7.5), (wire, 5.0)] {
+        assert!((singular.measure() - measure).abs() < 1e-9, "{}", singular.measure());
+        let spread = singular.dissipated(&g, Nascent::Gaussian { width: Length::mm(H) }).unwrap();
+        let with = sum(&volume, &spread).unwrap();
+        let more = inner_product(&with, &all).unwrap() - inner_product(&volume, &all).unwrap();
+        // Six deviations leave 6e-9 outside; a sum of f32 rounds by 6e-8 of values near one.
+        assert!((more / measure - 1.0).abs() < 1e-5, "{more} {measure}");
+        // A set that the thin thing passes through sees it too.
+        assert!(inner_product(&with, &probe).unwrap() > inner_product(&volume, &probe).unwrap() + 0.1 * measure);
     }
 }
 
@@ -225,17 +241,14 @@ fn a_curve_of_deltas_spread_by_a_kernel_sweeps_with_its_length_as_measure() {
     // A path off the lattice; the kernel is a product over the axes, so its support is a box of its reach.
     let path = [[-1.1, -0.7, 0.2], [2.3, 0.4, 1.0], [1.2, 2.9, 1.7]];
     let length: f64 = path.windows(2).map(|w| norm(sub(w[1], w[0]))).sum();
-    let g = Grid::new([-6.0; 3], Length::mm(H), [32; 3]).unwrap();
     let kernel = Nascent::Triangle { width: Length::mm(2.0 * H) };
-    let curve = Singular::on_polyline(&path, 1.0, Length::mm(0.01)).unwrap().dissipated(&g, kernel).unwrap();
+    let curve = Singular::on_polyline(&path, 1.0, Length::mm(0.01)).unwrap();
     let (lo, hi) = ([-0.75, -0.5, -0.25], [1.25, 0.75, 0.5]);
     let shape = occupancy(&cuboid(lo, hi), &around(&cuboid(lo, hi), H)).unwrap();
-    let covered = convolve_fields(&indicator_function(&shape), &curve).unwrap();
-    let cell = H * H * H;
-    let integral = covered.field.values().iter().map(|&v| f64::from(v)).sum::<f64>() * cell * cell;
+    let covered = dwell(&shape, &curve, kernel).unwrap();
     let said = length * shape.volume().as_mm3();
     // Triangles of a whole number of spacings sum to one on any lattice; the rest is rounding in f32.
-    assert!((integral / said - 1.0).abs() < 1e-5, "{integral} {said}");
+    assert!((covered.integral() / said - 1.0).abs() < 1e-5, "{} {said}", covered.integral());
 
     // The kernel is positive within its reach along every axis: measure just there, and none beyond.
     let samples: Vec<Vec3> = shape.iter().map(|at| shape.grid().position(shape.grid().index(at))).collect();

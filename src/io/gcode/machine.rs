@@ -30,14 +30,19 @@ enum Mode {
 ///
 /// Read are G0 to G3 with arcs in the xy plane (I J or R), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
 /// move the tool along a path are passed over, with their numbers; those that move it in other ways, or change what
-/// coordinates mean, are refused. Arcs become chords within 0.005 mm.
+/// coordinates mean, are refused. A G command of none of these kinds is passed over with a notice. Arcs become chords within 0.005 mm.
+///
+/// M82 and M83 stand until the next of them; before the first, E follows G90 and G91. Where firmwares differ on that and
+/// a move depends on it, a notice says so.
 ///
 /// # Errors
-/// [`Error::Damaged`](crate::Error::Damaged) naming the line of a bad number or arc; [`Error::Unsupported`](crate::Error::Unsupported) for arcs in other
-/// planes, splines, cycles, other coordinates and rotary axes; [`Error::NoGeometry`](crate::Error::NoGeometry) without moves; [`Error::TooLarge`](crate::Error::TooLarge) beyond 2²⁶ corners.
+/// [`Error::Damaged`](crate::Error::Damaged) naming the line of a bad number or arc, or of a move with two numbers for one axis;
+/// [`Error::Unsupported`](crate::Error::Unsupported) for arcs in other planes, splines, cycles, subprograms, other coordinates and rotary axes;
+/// [`Error::NoGeometry`](crate::Error::NoGeometry) without moves; [`Error::TooLarge`](crate::Error::TooLarge) beyond 2²⁶ corners.
 ///
 /// # Source
-/// ISO 6983-1:2009; the dialect of Marlin and RepRap printers for E, M82 and M83.
+/// ISO 6983-1:2009; for E, M82 and M83 the G-code references of Marlin, Klipper and RepRapFirmware, 2024: G90 and G91 set the mode of E
+/// in the first alone.
 ///
 /// ```
 /// let path = amcheck::io::gcode::read(b"G1 X0 Y0 F1800\nG1 X10 E1 ; a bead\nG0 Y5\nG1 X0 E2\n")?;
@@ -47,8 +52,12 @@ enum Mode {
 pub fn read(bytes: &[u8]) -> Result<Toolpath> {
     let mut machine = Machine::new();
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
-        machine.line(number as u64 + 1, line)?;
+    // Lines end in a line feed, after a carriage return or not; or, throughout the file, in a carriage return alone.
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    for (number, line) in bytes.split(|&b| b == end).enumerate() {
+        for part in line.split(|&b| b == b'\r') {
+            machine.line(number as u64 + 1, part)?;
+        }
     }
     machine.finish()
 }
@@ -62,7 +71,14 @@ struct Machine {
     filament: f64,
     unit: f64,
     moves: Mode,
-    extrusion: Mode,
+    /// The last of M82 and M83, if there was one.
+    extrusion: Option<Mode>,
+    /// Whether Marlin takes E to be relative.
+    marlin: Mode,
+    /// The first line whose deposit depends on the firmware.
+    disputed: Option<u64>,
+    /// G commands that were passed over, each with its first line.
+    passed_over: Vec<(f64, u64)>,
     /// The last of G0 to G3, which stays in force on lines that name only coordinates.
     motion: Option<u32>,
     deposits: Strokes,
@@ -101,7 +117,10 @@ impl Machine {
             filament: 0.0,
             unit: 1.0,
             moves: Mode::Absolute,
-            extrusion: Mode::Absolute,
+            extrusion: None,
+            marlin: Mode::Absolute,
+            disputed: None,
+            passed_over: Vec::new(),
             motion: None,
             deposits: Strokes::default(),
             feeds: Strokes::default(),
@@ -110,6 +129,9 @@ impl Machine {
 
     fn line(&mut self, number: u64, line: &[u8]) -> Result<()> {
         let words = words(number, line)?;
+        if calls(line) {
+            return Err(unsupported(number, "a subprogram, branch or loop (O)"));
+        }
         let mut motion = words.position().iter().any(Option::is_some).then_some(self.motion).flatten();
         for &(letter, code) in &words.commands {
             match (letter, code) {
@@ -120,8 +142,9 @@ impl Machine {
                         return Ok(());
                     }
                 }
-                (b'M', 82.0) => self.extrusion = Mode::Absolute,
-                (b'M', 83.0) => self.extrusion = Mode::Relative,
+                (b'M', 82.0) => self.extrude(Mode::Absolute),
+                (b'M', 83.0) => self.extrude(Mode::Relative),
+                (b'M', 97.0 | 98.0) => return Err(unsupported(number, &format!("a subprogram (M{code})"))),
                 _ => {}
             }
         }
@@ -141,21 +164,45 @@ impl Machine {
             18.0 | 19.0 => return Err(unsupported(line, "a plane of arcs other than xy")),
             90.1 => return Err(unsupported(line, "centres of arcs in absolute coordinates (G90.1)")),
             41.0..43.0 => return Err(unsupported(line, "a path beside the tool's (G41, G42)")),
+            7.0 => return Err(unsupported(line, "diameters for radii (G7)")),
+            16.0 => return Err(unsupported(line, "polar coordinates (G16)")),
+            43.0..45.0 => return Err(unsupported(line, "an offset by the tool's length (G43, G44)")),
+            52.0..54.0 | 55.0..60.0 => return Err(unsupported(line, "another origin (G52, G53, G55 to G59)")),
+            70.0 | 71.0 => return Err(unsupported(line, "G70 or G71, a unit on some machines and a cycle on others,")),
             51.0 | 68.0..69.0 => return Err(unsupported(line, "turned or scaled coordinates (G51, G68)")),
             10.0 if words.get(b'L').is_some() => return Err(unsupported(line, "coordinates set by a table (G10 L)")),
             20.0 => self.unit = 25.4,
             21.0 => self.unit = 1.0,
             28.0 => self.home(words),
-            90.0 => (self.moves, self.extrusion) = (Mode::Absolute, Mode::Absolute),
-            91.0 => (self.moves, self.extrusion) = (Mode::Relative, Mode::Relative),
+            90.0 => (self.moves, self.marlin) = (Mode::Absolute, Mode::Absolute),
+            91.0 => (self.moves, self.marlin) = (Mode::Relative, Mode::Relative),
             92.0 => self.set_origin(words),
             _ if NO_PLACE.contains(&code) || MODES.contains(&code) => {}
             _ if words.position().iter().any(Option::is_some) => {
                 return Err(unsupported(line, &format!("a move by G{code}")));
             }
-            _ => {}
+            _ if self.passed_over.iter().any(|&(passed, _)| passed == code) => {}
+            _ => self.passed_over.push((code, line)),
         }
         Ok(())
+    }
+
+    fn extrude(&mut self, mode: Mode) {
+        (self.extrusion, self.marlin) = (Some(mode), mode);
+    }
+
+    /// What a move pushes out of the nozzle, mm of filament.
+    fn pushed(&mut self, line: u64, words: &Words) -> f64 {
+        let Some(e) = words.get(b'E').map(|e| e * self.unit) else { return 0.0 };
+        // Without M82 or M83 Marlin's E follows G91, others' stays absolute; with them, G90 and G91 reset Marlin's.
+        let others = self.extrusion.unwrap_or(Mode::Absolute);
+        if others != self.marlin {
+            self.disputed.get_or_insert(line);
+        }
+        match self.extrusion.unwrap_or(self.moves) {
+            Mode::Absolute => e - self.filament,
+            Mode::Relative => e,
+        }
     }
 
     /// Homing: the axes named, or all, are at zero; the stroke ends.
@@ -187,6 +234,9 @@ impl Machine {
         if let Some(axis) = [b'A', b'B', b'C'].into_iter().find(|&axis| words.get(axis).is_some()) {
             return Err(unsupported(line, &format!("the axis {}", char::from(axis))));
         }
+        if let Some(letter) = words.twice {
+            return Err(damaged(line, format!("a move with two numbers for {}", char::from(letter))));
+        }
         let from = self.at;
         let mut to = from;
         for ((to, origin), value) in to.iter_mut().zip(self.origin).zip(words.position()) {
@@ -197,10 +247,7 @@ impl Machine {
         if let Some(problem) = accept::point_problem(to) {
             return Err(damaged(line, problem));
         }
-        let pushed = words.get(b'E').map_or(0.0, |e| match self.extrusion {
-            Mode::Absolute => e * self.unit - self.filament,
-            Mode::Relative => e * self.unit,
-        });
+        let pushed = self.pushed(line, words);
         self.filament += pushed;
         self.at = to;
         let chords = if motion < 2 {
@@ -223,6 +270,21 @@ impl Machine {
 
     fn finish(self) -> Result<Toolpath> {
         let mut notices = Vec::new();
+        if let Some(line) = self.disputed {
+            let text = match self.extrusion {
+                Some(_) => {
+                    "M82 or M83 before a G90 or G91 was taken to stand, as in Klipper and RepRapFirmware; Marlin resets it"
+                }
+                None => "E was taken to follow G91, as in Marlin; in Klipper and RepRapFirmware it needs M83",
+            };
+            notices.push(Notice::new("extrusion-mode", format!("line {line}: {text}")));
+        }
+        if let Some(&(_, first)) = self.passed_over.first() {
+            let codes: Vec<String> = self.passed_over.iter().map(|(code, _)| format!("G{code}")).collect();
+            let text =
+                format!("passed over, as no motion that is known here: {} (first in line {first})", codes.join(", "));
+            notices.push(Notice::new("passed-over", text));
+        }
         let strokes = if self.deposits.done.is_empty() {
             if !self.feeds.done.is_empty() {
                 notices.push(Notice::new("no-extrusion", "the G-code deposits nothing: all feed moves were read"));
@@ -233,6 +295,16 @@ impl Machine {
         };
         Toolpath { strokes, notices }.with_strokes("the G-code")
     }
+}
+
+/// Whether a line begins with an O that is more than the number of a program.
+fn calls(line: &[u8]) -> bool {
+    let line = line.trim_ascii_start();
+    let Some((b'O' | b'o', rest)) = line.split_first() else { return false };
+    let rest = rest.trim_ascii_start();
+    let digits = rest.iter().position(|b| !b.is_ascii_digit()).unwrap_or(rest.len());
+    let after = rest.get(digits..).unwrap_or_default().trim_ascii();
+    !(digits > 0 && (after.is_empty() || after.starts_with(b"(") || after.starts_with(b";")))
 }
 
 #[cfg(test)]
@@ -279,6 +351,39 @@ mod tests {
     }
 
     #[test]
+    fn lines_end_as_they_do_on_any_system_and_machine_words_may_stand_before_a_move() {
+        let lines = ["M83", "G1 X1 E1", "M8 G1 X2 E1", "M117 G1 X9 E1", "G1 Y1 E1"];
+        let expected = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
+        for end in ["\n", "\r\n", "\r"] {
+            assert_eq!(path(&lines.join(end)).strokes, std::slice::from_ref(&expected), "{end:?}");
+        }
+        assert_eq!(read(b"G1 X1 E1\rG1 X1,5\r").unwrap_err().place(), Some("line 2".into()));
+        assert_eq!(path("G1 X1 E1\nG1 X2 E2\rG1 X3 E3\n").length_mm(), 3.0);
+    }
+
+    #[test]
+    fn where_firmwares_differ_on_e_the_reading_is_said() {
+        let codes = |text: &str| path(text).notices.into_iter().map(|n| n.code).collect::<Vec<_>>();
+        // M83 stands: the second move deposits too.
+        let kept = path("M83\nG91\nG1 X1 E1\nG90\nG1 X5 E1\n");
+        assert_eq!((kept.length_mm(), kept.notices.len()), (5.0, 1));
+        assert!(kept.notices[0].message.starts_with("line 5: M82 or M83"), "{:?}", kept.notices);
+        assert_eq!(codes("G91\nG1 X1 E1\nG1 X1 E1\n"), ["extrusion-mode"]);
+        for agreed in
+            ["G90\nM83\nG1 X1 E1\n", "M82\nG90\nG1 X1 E1\n", "G91\nG1 Z1\nG90\nG1 X1 E1\n", "G91\nM83\nG1 X1 E1\n"]
+        {
+            assert!(codes(agreed).is_empty(), "{agreed}");
+        }
+    }
+
+    #[test]
+    fn what_is_passed_over_is_said_once_with_its_place() {
+        let p = path("O1234 (a program)\nG1 X1 E1\nG12\nG12\nG1 X2 E2\nG27\n");
+        assert_eq!((p.length_mm(), p.notices.len()), (2.0, 1));
+        assert!(p.notices[0].message.contains("G12, G27 (first in line 3)"), "{:?}", p.notices);
+    }
+
+    #[test]
     fn arcs_become_chords_of_the_right_length() {
         let half = std::f64::consts::PI * 10.0;
         for (text, length) in [
@@ -318,6 +423,15 @@ mod tests {
             ("G41\n", 1),
             ("G68 X0 Y0 R30\n", 1),
             ("G1 X1 A30\n", 1),
+            ("G1 X1 E1\nG16\n", 2),
+            ("G43 H1\n", 1),
+            ("G55\n", 1),
+            ("G59.3\n", 1),
+            ("G70\n", 1),
+            ("M98 P100\n", 1),
+            ("G1 X1\no<loop> while [#1 LT 5]\n", 2),
+            ("O100 call\n", 1),
+            ("G1 X1 X2 E1\n", 1),
         ] {
             let e = read(text.as_bytes()).unwrap_err();
             assert_eq!(e.place(), Some(format!("line {line}")), "{text}: {e}");

@@ -9,7 +9,12 @@ use crate::io::words::Word;
 pub(super) struct Words {
     pub(super) commands: Vec<(u8, f64)>,
     values: [Option<f64>; 11],
+    /// A letter that stands on the line with two numbers.
+    pub(super) twice: Option<u8>,
 }
+
+/// M commands of machine tools that a motion may follow on its line; behind the others come messages and names of files.
+const BEFORE_MOTION: &[f64] = &[3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 82.0, 83.0];
 
 /// Letters whose numbers count.
 const LETTERS: &[u8; 11] = b"XYZEIJRLABC";
@@ -52,11 +57,17 @@ pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
         let homes = words.commands.contains(&(b'G', 28.0));
         let slot = LETTERS.iter().position(|&l| l == letter);
         match (value, slot.and_then(|i| words.values.get_mut(i))) {
-            (Some(value), Some(to)) => *to = Some(value),
+            (Some(value), Some(to)) => {
+                if to.replace(value).is_some() {
+                    words.twice = Some(letter);
+                }
+            }
             (Some(value), None) if letter == b'G' => words.commands.push((letter, value)),
             (Some(value), None) if letter == b'M' => {
                 words.commands.push((letter, value));
-                break;
+                if !BEFORE_MOTION.contains(&value) {
+                    break;
+                }
             }
             (Some(_), None) if letter.is_ascii_alphabetic() => {}
             (None, Some(to)) if homes => *to = Some(0.0),
