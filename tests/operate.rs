@@ -96,6 +96,9 @@ fn every_operation_encloses_the_true_volume_and_writes_a_closed_mesh() {
         ("offset part.stl --by 0.1cm --out grown.ply", grown(1.0), "grown.ply"),
         ("open part.stl --radius 1mm", rounded, "part_open.stl"),
         ("close part.stl --radius 1mm --out deep/er/closed.obj", 192.0, "deep/er/closed.obj"),
+        ("open part.stl box:2x1x1mm", 192.0, "part_open.stl"),
+        ("open part.stl cylinder:r1h1mm --out turned.stl", (8.0 * 6.0 - (4.0 - PI)) * 4.0, "turned.stl"),
+        ("close part.stl pin.stl --out shut.stl", 192.0, "shut.stl"),
         ("minkowski part.stl ball:1mm", grown(1.0), "part_minkowski.stl"),
         ("minkowski part.stl pin.stl --out sum.3mf", 10.0 * 7.0 * 5.0, "sum.3mf"),
         ("minkowski box:8x6x4mm box:2x1x1mm", 10.0 * 7.0 * 5.0, "box_minkowski.stl"),
@@ -212,7 +215,7 @@ fn fields_and_a_picture_are_written_on_demand() {
         assert!((inside / volume - 1.0).abs() < 0.2, "{words}: {inside} {volume}");
         assert!(String::from_utf8_lossy(&vti[..400]).contains("signed_distance_mm"));
         // A panel for the part, the element where there is one, and the result.
-        let panels = if words.starts_with("minkowski") { 3 } else { 2 };
+        let panels = if words.starts_with("offset") { 2 } else { 3 };
         assert_eq!(image::open(bench.0.join("a.png")).unwrap().width(), panels * 560, "{words}");
     }
 }
@@ -254,6 +257,7 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
     open.triangles.pop();
     bench.put("open.stl", &open);
     std::fs::create_dir(bench.0.join("folder.stl")).unwrap();
+    std::fs::write(bench.0.join("waiting.csv"), "1 0 0 1 0 0 0\n1 0 0 1 0 0 0\n").unwrap();
     let before = bench.names();
     for (words, code, says) in [
         ("offset empty.stl --by 1mm", 4, &["E013", "empty", "--> empty.stl"][..]),
@@ -265,6 +269,11 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("open part.stl --radius 50mm", 2, &["E041", "fits nowhere"]),
         ("minkowski part.stl ball:9000mm", 5, &["E020", "--voxel", "--memory"]),
         ("minkowski part.stl box:9000x9000x9000mm", 5, &["E020"]),
+        ("open part.stl box:9x1x1mm", 2, &["E041", "9.000 mm long in x", "fits nowhere"]),
+        ("open part.stl", 2, &["E001", "--radius"]),
+        ("close part.stl ball:1mm --radius 1mm", 2, &["E001", "--radius"]),
+        ("open - -", 2, &["E001", "standard input"]),
+        ("sweep part.stl --along waiting.csv", 2, &["E041"]),
         ("offset part.stl --by -2.5mm", 4, &["E013", "nothing remains"]),
         ("offset part.stl --by 1mm --voxel 0.0001mm", 5, &["E020", "--voxel", "fits"]),
         // Whatever is read keeps to the memory that is allowed, a third of it at most.

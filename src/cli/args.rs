@@ -269,23 +269,17 @@ pub enum Operation {
         #[command(flatten)]
         how: How,
     },
-    /// What copies of a ball that fit inside a part cover
+    /// What copies of a ball, or of another element, that fit inside a part cover
     Open {
-        /// The part: a mesh, or a built-in element
-        part: PathBuf,
-        /// Radius of the ball
-        #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
-        radius: String,
+        #[command(flatten)]
+        by: Moved,
         #[command(flatten)]
         how: How,
     },
-    /// What a ball that moves about outside a part cannot reach, the part included
+    /// What a ball, or another element, that moves about outside a part cannot reach, the part included
     Close {
-        /// The part: a mesh, or a built-in element
-        part: PathBuf,
-        /// Radius of the ball
-        #[arg(long, allow_hyphen_values = true, value_name = "LENGTH")]
-        radius: String,
+        #[command(flatten)]
+        by: Moved,
         #[command(flatten)]
         how: How,
     },
@@ -342,6 +336,20 @@ pub struct Pair {
     /// The element: a mesh about its own origin, or ball:2mm, box:2x1x1mm, cylinder:r1h3mm, cone:r2r0.5h3mm
     #[arg(value_name = "B")]
     pub element: PathBuf,
+}
+
+/// A part and what is moved about in it or around it.
+#[derive(Debug, Args)]
+pub struct Moved {
+    /// The part: a mesh, or a built-in element
+    #[arg(value_name = "A")]
+    pub part: PathBuf,
+    /// The element, as for minkowski; its place does not matter
+    #[arg(value_name = "B")]
+    pub element: Option<PathBuf>,
+    /// Radius of a ball as the element
+    #[arg(long, allow_hyphen_values = true, value_name = "LENGTH", conflicts_with = "element")]
+    pub radius: Option<String>,
 }
 
 /// How finely a shape is made, and where it goes.

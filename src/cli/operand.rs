@@ -41,6 +41,16 @@ impl Operand {
         Ok(Operand { element: Element::Mesh(mesh), stem, notices })
     }
 
+    /// A ball as an operand.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] for a radius that is not positive.
+    pub fn ball(radius: Length) -> Result<Self> {
+        let shape = Primitive::Ball { radius };
+        shape.validate()?;
+        Ok(Operand { element: Element::BuiltIn(shape), stem: "ball".into(), notices: Vec::new() })
+    }
+
     /// Side lengths of its box, millimetres.
     pub fn extent(&self) -> [f64; 3] {
         match &self.element {

@@ -1,6 +1,6 @@
 //! `amcheck offset|open|close|minkowski|difference|obstacle|sweep`: from words to a written shape.
 
-use super::args::{How, Operation, Pair};
+use super::args::{How, Moved, Operation, Pair};
 use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::operand::{Operand, one_from_stdin};
@@ -45,16 +45,17 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             Job::new("offset", part, how)?
                 .run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
         }
-        Operation::Open { part, radius, how } => {
-            let (ball, _) = ball(radius)?;
-            Job::new("open", part, how)?
-                .run([0.0; 3], BYTES_BY_ROLLING, None, |part, h| operate::open(&part.mesh(h), &ball, h))
+        Operation::Open { by, how } => {
+            let (job, element) = moved("open", by, how)?;
+            job.run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
+                operate::open(&part.mesh(h), &element.element, h)
+            })
         }
-        Operation::Close { part, radius, how } => {
-            let (ball, radius) = ball(radius)?;
-            let room = [2.0 * radius.as_mm(); 3];
-            Job::new("close", part, how)?
-                .run(room, BYTES_BY_ROLLING, None, |part, h| operate::close(&part.mesh(h), &ball, h))
+        Operation::Close { by, how } => {
+            let (job, element) = moved("close", by, how)?;
+            job.run(element.extent(), bytes_about(&element), Some(&element), |part, h| {
+                operate::close(&part.mesh(h), &element.element, h)
+            })
         }
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;
@@ -160,9 +161,29 @@ impl Job {
 
 /// A job on a part, and its element.
 fn two(operation: &str, pair: &Pair, how: &How) -> Answer<(Job, Operand)> {
-    one_from_stdin(&[&pair.part, &pair.element])?;
-    let mut job = Job::new(operation, &pair.part, how)?.sparing(&[&pair.element])?;
-    let element = Operand::read(&pair.element, job.unit_mm, &job.memory)?;
+    pair_of(operation, &pair.part, &pair.element, how)
+}
+
+/// A job on a part, and the element or ball that is moved about.
+fn moved(operation: &str, by: &Moved, how: &How) -> Answer<(Job, Operand)> {
+    match (&by.element, &by.radius) {
+        (Some(element), _) => pair_of(operation, &by.part, element, how),
+        (None, Some(radius)) => {
+            let ball = Operand::ball(Length::parse(radius)?)?;
+            Ok((Job::new(operation, &by.part, how)?, ball))
+        }
+        (None, None) => Err(Error::Usage {
+            problem: format!("`{operation}` needs a ball or another element beside the part"),
+            remedy: format!("write `amcheck {operation} PART --radius 1mm` or `amcheck {operation} PART box:2x1x1mm`"),
+        }
+        .into()),
+    }
+}
+
+fn pair_of(operation: &str, part: &Path, element: &Path, how: &How) -> Answer<(Job, Operand)> {
+    one_from_stdin(&[part, element])?;
+    let mut job = Job::new(operation, part, how)?.sparing(&[element])?;
+    let element = Operand::read(element, job.unit_mm, &job.memory)?;
     job.part.notices.extend(element.notices.iter().cloned());
     Ok((job, element))
 }
@@ -174,12 +195,11 @@ fn bytes_with(element: &Operand) -> u128 {
     }
 }
 
-/// A ball of a positive radius.
-fn ball(radius: &str) -> Result<(Element, Length)> {
-    let radius = Length::parse(radius)?;
-    let shape = Primitive::Ball { radius };
-    shape.validate()?;
-    Ok((Element::BuiltIn(shape), radius))
+fn bytes_about(element: &Operand) -> u128 {
+    match element.element {
+        Element::BuiltIn(Primitive::Ball { .. }) => BYTES_BY_ROLLING,
+        _ => BYTES_BY_SETS,
+    }
 }
 
 /// How much larger than a part its sweep may be: a part that turns stays in a ball about its origin.

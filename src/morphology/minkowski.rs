@@ -98,7 +98,7 @@ pub fn erode(a: &Indicator, b: &StructuringElement) -> Result<Morphed> {
     eroded(a, b, dilate)
 }
 
-/// As [`dilate`], along a given path.
+/// As [`dilate`], along a given path; of transforms, in the arithmetic that its bound asks for, which the result names.
 ///
 /// # Errors
 /// As there, and [`Error::Operand`] for running maxima with an element that is not a box.

@@ -25,6 +25,7 @@ mod rolling;
 mod sandwich;
 mod sweep;
 mod traced;
+mod unsweep;
 mod walls;
 mod within;
 
@@ -40,4 +41,5 @@ pub use offset::{Shaped, offset};
 pub use opening::{closing, opening, regularize};
 pub use rolling::{close_by_ball, open_by_ball};
 pub use sandwich::Sandwich;
-pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, sweep_surface, unsweep, unsweep_set};
+pub use sweep::{Placement, path_cells, sweep, sweep_poses, sweep_set, sweep_surface};
+pub use unsweep::{unsweep, unsweep_poses, unsweep_set};

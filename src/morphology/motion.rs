@@ -15,8 +15,8 @@ const MOST_POSES: f64 = 262_144.0;
 /// A vertex at distance ρ from the mesh's origin goes at most |Δt| + ρ·θ while the origin goes Δt and the mesh turns by θ.
 ///
 /// # Errors
-/// [`Error::Operand`] for fewer than two waypoints, turns that are not of unit length, and a motion of more than a quarter of a
-/// million placements.
+/// [`Error::Operand`] for fewer than two waypoints or none that differs, turns that are not of unit length, and a motion of more than a
+/// quarter of a million placements.
 ///
 /// # Cost
 /// O(vertices + placements).
@@ -33,13 +33,15 @@ pub fn placements_along(mesh: &TriangleMesh, waypoints: &[Waypoint], spacing: Le
         return Err(refused(format!("a motion of {} pose(s)", waypoints.len()), "give at least two poses"));
     };
     let reach = mesh.vertices.iter().map(|&p| norm(p)).fold(0.0, f64::max);
-    let steps = |pair: &[Waypoint]| match pair {
-        [from, to] => {
-            let way = distance(from.at_mm, to.at_mm) + reach * from.angle_to(to);
-            (way * (1.0 + 1e-9) / (0.5 * spacing.as_mm())).ceil().max(1.0)
-        }
+    let way = |pair: &[Waypoint]| match pair {
+        [from, to] => distance(from.at_mm, to.at_mm) + reach * from.angle_to(to),
         _ => 0.0,
     };
+    if waypoints.iter().all(|other| *other == first) {
+        let problem = format!("{} poses that are all the same", waypoints.len());
+        return Err(refused(problem, "give at least two different poses"));
+    }
+    let steps = |pair: &[Waypoint]| (way(pair) * (1.0 + 1e-9) / (0.5 * spacing.as_mm())).ceil().max(1.0);
     let count: f64 = waypoints.windows(2).map(steps).sum();
     if count.is_nan() || count > MOST_POSES {
         let problem = format!("at {spacing} the motion has {count} placements, half a spacing apart");
@@ -85,7 +87,7 @@ mod tests {
         let (bar, still) = (cuboid([0.0; 3], [1.0; 3]), Waypoint { at_mm: [0.0; 3], turn: [1.0, 0.0, 0.0, 0.0] });
         let far = Waypoint { at_mm: [1e9, 0.0, 0.0], ..still };
         let skew = Waypoint { turn: [1.0, 1.0, 0.0, 0.0], ..still };
-        for way in [vec![], vec![still], vec![still, far], vec![still, skew]] {
+        for way in [vec![], vec![still], vec![still; 3], vec![still, far], vec![still, skew]] {
             assert!(matches!(placements_along(&bar, &way, Length::mm(0.1)), Err(Error::Operand { .. })), "{way:?}");
         }
     }

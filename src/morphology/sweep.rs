@@ -1,13 +1,13 @@
-//! What a shape covers along a motion, and what stays inside an envelope under it.
+//! What a shape covers along a motion.
 
 use super::element::{Sides, StructuringElement, lattice_box};
-use super::minkowski::{Morphed, dilate, erode};
+use super::minkowski::{Morphed, dilate};
 use super::offset::{Shaped, united};
 use super::sandwich::Sandwich;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, bounds, distance, dot, norm, sub};
-use crate::geometry::{InsideRule, TriangleMesh, cuboid, enclose, swept};
+use crate::geometry::{InsideRule, TriangleMesh, enclose, swept};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
@@ -71,33 +71,6 @@ pub fn sweep_surface(mesh: &TriangleMesh, path: &[Vec3], spacing: Length) -> Res
     united(&solids, spacing).map(Some)
 }
 
-/// The unsweep of a closed mesh along a polyline, from three sides: the largest set that stays inside the envelope E
-/// wherever the path takes it, `∩ { E − p : p on the path }`.
-///
-/// What leaves the envelope is the sweep of its complement along the reflected path, so that samples and cubes are as
-/// exact as those of [`sweep`].
-///
-/// # Limits
-/// Bodies of the envelope that overlap have to be united first: the complement's winding number is negative where they do.
-///
-/// # Errors
-/// As [`sweep`].
-///
-/// # Cost
-/// As [`sweep`].
-pub fn unsweep(envelope: &TriangleMesh, path: &[Vec3], spacing: Length, phase: [f64; 3]) -> Result<Sides> {
-    check_path(path)?;
-    let back: Vec<Vec3> = path.iter().map(|p| p.map(|x| -x)).collect();
-    let (lo, hi) = envelope.bounds().ok_or_else(no_facets)?;
-    let grid = lattice_box(add(lo, back[0]), add(hi, back[0]), spacing, phase)?;
-    // The complement within a box that no way of the grid's cubes leaves.
-    let room = 2.0 * spacing.as_mm() + path.iter().map(|&p| distance(p, path[0])).fold(0.0, f64::max);
-    let outside = cuboid(lo.map(|x| x - 2.0 * room), hi.map(|x| x + 2.0 * room)).joined(&envelope.flipped());
-    let left = union(&pieces(&back), &grid, |&[p, v]| swept(&outside, p, v))?;
-    let [full, points, touched] = [&left.touched, &left.points, &left.full].map(Indicator::complement);
-    Ok(Sides { full, points, touched })
-}
-
 /// The sweep of a closed mesh through poses of a rotating motion: `∪ { m·B }`, on a given grid.
 ///
 /// Below stand the samples of the copies themselves; above, the cubes they touch and all their neighbours, which covers
@@ -125,15 +98,6 @@ pub fn sweep_poses(mesh: &TriangleMesh, poses: &[Placement], grid: &Grid) -> Res
 /// As [`dilate`].
 pub fn sweep_set(set: &Indicator, path: &StructuringElement) -> Result<Morphed> {
     dilate(set, path)
-}
-
-/// The unsweep: the largest set that stays inside an envelope while it moves along a path of samples,
-/// `∩ { E − p : p on the path } = E ⊖ path`.
-///
-/// # Errors
-/// As [`erode`].
-pub fn unsweep_set(envelope: &Indicator, path: &StructuringElement) -> Result<Morphed> {
-    erode(envelope, path)
 }
 
 /// The samples of the lattice `h·(Z³ + phase)` whose closed cube a polyline touches.
@@ -187,13 +151,13 @@ fn segment_meets_cube(a: Vec3, b: Vec3, centre: Vec3) -> bool {
 }
 
 /// The pieces of a polyline that have a length: where each starts, and its way.
-fn pieces(path: &[Vec3]) -> Vec<[Vec3; 2]> {
+pub(super) fn pieces(path: &[Vec3]) -> Vec<[Vec3; 2]> {
     let moving = path.windows(2).filter(|pair| pair[0] != pair[1]);
     moving.map(|pair| [pair[0], sub(pair[1], pair[0])]).collect()
 }
 
 /// The three sides of the union of meshes, those of each in a window of its own.
-fn union<T: Sync>(copies: &[T], grid: &Grid, mesh_of: impl Fn(&T) -> TriangleMesh + Sync) -> Result<Sides> {
+pub(super) fn union<T: Sync>(copies: &[T], grid: &Grid, mesh_of: impl Fn(&T) -> TriangleMesh + Sync) -> Result<Sides> {
     let nothing = || [0; 3].map(|_| Indicator::empty(*grid));
     let unite = |mut all: [Indicator; 3], sides: &[Indicator; 3], first| {
         all.iter_mut().zip(sides).for_each(|(all, side)| all.unite_window(first, side));
@@ -219,7 +183,7 @@ fn swept_box(mesh: &TriangleMesh, path: &[Vec3]) -> Result<(Vec3, Vec3)> {
 }
 
 /// The samples of a grid that a mesh can reach, as first index and grid; `None` where there are none.
-fn window_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Option<([usize; 3], Grid)>> {
+pub(super) fn window_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Option<([usize; 3], Grid)>> {
     let Some((lo, hi)) = mesh.bounds() else { return Ok(None) };
     let (lo, hi) = (grid.continuous_index(lo), grid.continuous_index(hi));
     let first = lo.map(|x| (x - 1.0).floor().max(0.0) as usize);
@@ -231,7 +195,7 @@ fn window_of(mesh: &TriangleMesh, grid: &Grid) -> Result<Option<([usize; 3], Gri
     Ok(Some((first, Grid::new(grid.position(first), grid.spacing(), counts)?)))
 }
 
-fn check_path(path: &[Vec3]) -> Result<()> {
+pub(super) fn check_path(path: &[Vec3]) -> Result<()> {
     if path.iter().flatten().any(|x| !x.is_finite()) {
         return Err(Error::Operand {
             operation: "sweep",
@@ -243,7 +207,7 @@ fn check_path(path: &[Vec3]) -> Result<()> {
     if path.len() < 2 || length == 0.0 { Err(too_short(path.len())) } else { Ok(()) }
 }
 
-fn check_poses(mesh: &TriangleMesh, poses: &[Placement], h: f64) -> Result<()> {
+pub(super) fn check_poses(mesh: &TriangleMesh, poses: &[Placement], h: f64) -> Result<()> {
     if poses.len() < 2 {
         return Err(too_short(poses.len()));
     }
@@ -266,7 +230,7 @@ fn check_poses(mesh: &TriangleMesh, poses: &[Placement], h: f64) -> Result<()> {
     Ok(())
 }
 
-fn no_facets() -> Error {
+pub(super) fn no_facets() -> Error {
     Error::NoGeometry { problem: "the mesh has no facets".into(), remedy: "give a closed mesh".into() }
 }
 
@@ -311,19 +275,6 @@ mod tests {
         assert!(0.0 < low && low <= 12.0 && 12.0 <= high, "{low} … {high}");
         let surface = sweep_surface(&mesh("box:1x2x1mm"), &path, h).unwrap().expect("few facets");
         assert!((surface.mesh.signed_volume() - 12.0).abs() < 1e-3, "{}", surface.mesh.signed_volume());
-    }
-
-    #[test]
-    fn a_box_unswept_along_a_line_is_a_shorter_box() {
-        let h = Length::mm(0.25);
-        let path = [[-2.0, 0.5, 0.0], [0.0, 0.0, 0.5], [1.0, 0.5, 0.0]];
-        let found = unsweep(&mesh("box:6x3x2mm"), &path, h, [0.25, 0.75, 0.5]).unwrap();
-        // −3 ≤ x + p ≤ 3 for p from −2 to 1, and so for the others.
-        encloses(&found, &Primitive::parse("box:3x2.5x1.5mm").unwrap(), [0.5, -0.25, -0.25], h);
-        assert!(found.full.count() > 0);
-        // Along a way longer than itself nothing stays inside.
-        let none = unsweep(&mesh("box:6x3x2mm"), &[[0.0; 3], [9.0, 0.0, 0.0]], h, [0.0; 3]).unwrap();
-        assert!(none.full.is_empty() && none.points.is_empty());
     }
 
     #[test]
@@ -430,19 +381,6 @@ mod tests {
         }
         let volume = std::f64::consts::PI * radius * radius;
         assert!(found.volume[0].as_mm3() < volume && volume < found.volume[1].as_mm3());
-    }
-
-    #[test]
-    fn unsweep_is_the_largest_set_that_stays_inside() {
-        let h = Length::mm(1.0);
-        let grid = Grid::new([0.0; 3], h, [9, 4, 3]).unwrap();
-        let envelope = Indicator::from_predicate(grid, |at| at % 11 != 0);
-        let path = StructuringElement::new(path_cells(&[[0.0; 3], [2.0, 1.0, 0.0]], h, [0.0; 3]).unwrap()).unwrap();
-        let most = unsweep_set(&envelope, &path).unwrap().set;
-        let swept = sweep_set(&most, &path).unwrap().set;
-        let first = [0, 1, 2].map(|a| (-swept.grid().origin()[a]).round() as isize);
-        assert!(swept.placed(first, grid).unwrap().is_subset(&envelope).unwrap());
-        assert_eq!(swept.placed(first, grid).unwrap().count(), swept.count());
     }
 
     #[test]
