@@ -254,6 +254,13 @@ pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told
     let _ = writeln!(text, "path       {} at {spacing}", made.path);
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
     text += told;
+    if let Some(at) = made.crossing.at_mm {
+        let (pairs, place) = (made.crossing.count, point(at));
+        let _ = writeln!(
+            text,
+            "note       {pairs} pairs of facets cross where it is thinner than the spacing, one near ({place}) mm; choose a smaller --voxel"
+        );
+    }
     if made.bracket[0].as_mm3() <= 0.0 {
         let _ = writeln!(text, "note       nothing of it is certain at this spacing; a smaller --voxel says more");
     }

@@ -1,5 +1,6 @@
 //! Finer facets where a surface is curved.
 
+use super::contour::Crowd;
 use super::mesh::TriangleMesh;
 use super::vector::{Vec3, add, angle, cross, distance, dot, norm2, scale};
 use rayon::prelude::*;
@@ -22,12 +23,15 @@ const CREASED: f64 = 0.125;
 /// A crease has no one normal, so that the flat edges that end there are tried, too, and left as they are.
 ///
 /// Facets are split by their halved edges into two, three or four; a closed manifold mesh stays one, in formats of f32
-/// coordinates, too: vertices that would coincide stay at their midpoints.
+/// coordinates, too: vertices that would coincide stay at their midpoints. So do those without which facets of the crowd, where there
+/// is one, would not cross.
 ///
 /// # Cost
-/// O(facets), a hash look-up for each tried edge of each facet, one projection for each tried edge.
+/// O(facets), a hash look-up for each tried edge of each facet, one projection for each tried edge; a tree over the facets of the
+/// crowd.
 pub fn split_curved_edges(
     mesh: &TriangleMesh,
+    crowd: Option<&Crowd>,
     sagitta: f64,
     halvings: Halvings,
     project: impl Fn(Vec3) -> Vec3 + Sync,
@@ -46,15 +50,51 @@ pub fn split_curved_edges(
     };
     let marked = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[s, e]| curved([s.min(e), s.max(e)]));
     let marked: Vec<[bool; 3]> = mesh.triangles.par_iter().map(marked).collect();
+    let known = mesh.vertices.len();
     let halved = Halved::of(mesh, &marked, sagitta, &project);
-    let (once, along) = halved.split(mesh);
+    let (mut once, along) = halved.split(mesh);
     if halvings == Halvings::One {
+        uncross(&mut once, crowd, known, &halved.ends);
         return once;
     }
-    let deep = halved.deep(sagitta);
+    let deep = halved.deep(mesh, sagitta);
     let still = |along: &[u32; 3]| along.map(|edge| deep.get(edge as usize) == Some(&true));
     let marked: Vec<[bool; 3]> = along.par_iter().map(still).collect();
-    Halved::of(&once, &marked, sagitta, &project).split(&once).0
+    let again = Halved::of(&once, &marked, sagitta, &project);
+    let mut twice = again.split(&once).0;
+    uncross(&mut twice, crowd, known, &[halved.ends, again.ends].concat());
+    twice
+}
+
+/// How often a vertex goes half the way back to the middle of its edge before it goes there.
+const STEPS: u8 = 3;
+
+/// Draws vertices back to the middles of their edges until no two facets of the crowd cross, if none does where all are; of the vertices
+/// of a pair that crosses the one that was drawn least, and of those the farthest from there. `ends` are the edges of those from `known` on.
+fn uncross(mesh: &mut TriangleMesh, crowd: Option<&Crowd>, known: usize, ends: &[[u32; 2]]) {
+    let Some(crowd) = crowd else { return };
+    let edge_of = |v: u32| (v as usize).checked_sub(known).and_then(|at| ends.get(at).copied());
+    let mut drawn: FxHashMap<u32, u8> = FxHashMap::default();
+    crowd.mend_crossings(mesh, |mesh, pair, moved| {
+        let first = |candidates: &[u32]| {
+            let rise = |&v: &u32| {
+                let at = middle(edge_of(v)?.map(|end| mesh.vertices[end as usize]));
+                let steps = drawn.get(&v).copied().unwrap_or_default();
+                Some((steps, -distance(mesh.vertices[v as usize], at), v, at)).filter(|rise| rise.1 < 0.0)
+            };
+            let all = candidates.iter().filter_map(rise);
+            all.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)))
+        };
+        let corners = pair.map(|facet| mesh.triangles[facet as usize]).concat();
+        // A half of a half is in the middle of an edge whose ends may be new ones.
+        let beyond: Vec<u32> = corners.iter().filter_map(|&v| edge_of(v)).flatten().collect();
+        if let Some((steps, _, v, at)) = first(&corners).or_else(|| first(&beyond)) {
+            let p = &mut mesh.vertices[v as usize];
+            *p = if steps < STEPS { middle([*p, at]) } else { at };
+            drawn.insert(v, steps.saturating_add(1));
+            moved.push(v);
+        }
+    });
 }
 
 /// No edge that is halved.
@@ -65,7 +105,7 @@ struct Halved {
     /// For each edge of each facet, its number among them: [`NONE`] if it is not.
     edges: Vec<[u32; 3]>,
     /// The ends of each.
-    ends: Vec<[Vec3; 2]>,
+    ends: Vec<[u32; 2]>,
     /// The new vertex of each.
     vertices: Vec<Vec3>,
 }
@@ -90,24 +130,23 @@ impl Halved {
             edges.map(|(s, e, mark)| if mark { number([s.min(e), s.max(e)]) } else { NONE })
         };
         let mut edges: Vec<[u32; 3]> = mesh.triangles.iter().zip(marked).map(numbered).collect();
-        let placed = |edge: &[u32; 2]| {
-            let ends = edge.map(|v| mesh.vertices[v as usize]);
-            (ends, project(middle(ends)))
-        };
-        let tried: Vec<([Vec3; 2], Vec3)> = tried.par_iter().map(placed).collect();
-        let rises = |&(ends, p): &([Vec3; 2], Vec3)| distance(middle(ends), p) > sagitta;
+        let places = |ends: [u32; 2]| ends.map(|v| mesh.vertices[v as usize]);
+        let placed = |&ends: &[u32; 2]| (ends, project(middle(places(ends))));
+        let tried: Vec<([u32; 2], Vec3)> = tried.par_iter().map(placed).collect();
+        let rises = |&(ends, p): &([u32; 2], Vec3)| distance(middle(places(ends)), p) > sagitta;
         let mut count = 0..;
         let kept: Vec<u32> =
             tried.iter().map(|edge| if rises(edge) { count.next().unwrap_or(NONE) } else { NONE }).collect();
         edges.par_iter_mut().flatten().for_each(|edge| *edge = kept.get(*edge as usize).copied().unwrap_or(NONE));
-        let (ends, mut vertices): (Vec<[Vec3; 2]>, Vec<Vec3>) = tried.into_iter().filter(rises).unzip();
+        let (ends, mut vertices): (Vec<[u32; 2]>, Vec<Vec3>) = tried.into_iter().filter(rises).unzip();
         keep_apart(&mesh.vertices, &mut vertices, &ends);
         Halved { edges, ends, vertices }
     }
 
     /// Which of them rise so far that their halves still do, by a quarter of it, but do not cross a crease.
-    fn deep(&self, sagitta: f64) -> Vec<bool> {
-        let deep = |(&[a, b], &p): (&[Vec3; 2], &Vec3)| {
+    fn deep(&self, mesh: &TriangleMesh, sagitta: f64) -> Vec<bool> {
+        let deep = |(&ends, &p): (&[u32; 2], &Vec3)| {
+            let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
             let rise = distance(p, middle([a, b]));
             0.25 * rise > sagitta && rise < CREASED * distance(a, b)
         };
@@ -136,7 +175,7 @@ impl Halved {
 ///
 /// Sheets that meet in a ridge are projected onto the same points there. Formats without indices join vertices that are
 /// equal in f32, and edges of four facets would come of it.
-fn keep_apart(vertices: &[Vec3], projected: &mut [Vec3], edges: &[[Vec3; 2]]) {
+fn keep_apart(vertices: &[Vec3], projected: &mut [Vec3], edges: &[[u32; 2]]) {
     let place = |p: &Vec3| p.map(|x| (x as f32 + 0.0).to_bits());
     let mut new_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     for p in projected.iter() {
@@ -147,7 +186,7 @@ fn keep_apart(vertices: &[Vec3], projected: &mut [Vec3], edges: &[[Vec3; 2]]) {
     let apart = |p: &Vec3| new_at.get(&place(p)) == Some(&1) && !met.contains(&place(p));
     for (p, &ends) in projected.iter_mut().zip(edges) {
         if !apart(p) {
-            *p = middle(ends);
+            *p = middle(ends.map(|v| vertices[v as usize]));
         }
     }
 }
@@ -198,15 +237,48 @@ fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Primitive;
+    use crate::field::Indicator;
+    use crate::geometry::health::meetings;
+    use crate::geometry::{MeshDistance, Primitive};
+    use crate::grid::Grid;
+    use crate::random::Lcg;
     use crate::units::Length;
     use std::collections::HashSet;
+
+    /// A lattice of 0.25 mm about the origin, crowded everywhere.
+    fn everywhere() -> Crowd {
+        let grid = Grid::new([-3.0; 3], Length::mm(0.25), [25; 3]).unwrap();
+        Crowd::about(&Indicator::empty(grid), (0..grid.samples()).map(|at| grid.index(at)))
+    }
+
+    #[test]
+    fn halves_that_would_cross_are_flat() {
+        // Two balls, one a little inside the other; halves of the edges are put somewhere near the surface, as is a new crease's.
+        let ball = |r: f64, d: f64| Primitive::Ball { radius: Length::mm(r) }.mesh(Length::mm(d));
+        let sheets = ball(2.0, 0.05).joined(&ball(1.9, 0.03).flipped());
+        let noise =
+            |p: Vec3| scale(p, 1.0 + 0.08 * (Lcg(p[0].to_bits() ^ p[1].to_bits() ^ p[2].to_bits()).unit() - 0.5));
+        let crossings =
+            |mesh: &TriangleMesh| meetings(&MeshDistance::new(mesh), |_, _| true, 1e-5 * 0.25).crossing.count;
+        assert_eq!(crossings(&sheets), 0);
+        for halvings in [Halvings::One, Halvings::Two] {
+            let made = |crowd: Option<&Crowd>| split_curved_edges(&sheets, crowd, 0.003, halvings, noise);
+            let (free, tamed) = (made(None), made(Some(&everywhere())));
+            assert!(crossings(&free) > 20, "{}", crossings(&free));
+            assert_eq!(crossings(&tamed), 0);
+            // The same facets; and not all of them are flat.
+            assert_eq!(free.triangles, tamed.triangles);
+            let moved = free.vertices.iter().zip(&tamed.vertices).filter(|(a, b)| a != b).count();
+            assert!(moved > 0 && 10 * moved < 9 * (free.vertices.len() - sheets.vertices.len()), "{moved}");
+        }
+    }
 
     #[test]
     fn a_refined_ball_is_closed_and_its_edges_are_split_twice() {
         let ball = Primitive::parse("ball:2mm").unwrap();
         let coarse = ball.mesh(Length::mm(0.02));
-        let fine = split_curved_edges(&coarse, 0.001, Halvings::Two, |p| scale(p, 2.0 / super::super::vector::norm(p)));
+        let fine =
+            split_curved_edges(&coarse, None, 0.001, Halvings::Two, |p| scale(p, 2.0 / super::super::vector::norm(p)));
         let edges: HashSet<(u32, u32)> =
             fine.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]).collect();
         assert_eq!(edges.len(), 3 * fine.triangles.len());
@@ -225,6 +297,6 @@ mod tests {
     fn flat_faces_are_left_alone() {
         // A box has curved edges only along its rims, as far as vertex normals tell; a coarse bound marks none.
         let cube = Primitive::parse("box:2x2x2mm").unwrap().mesh(Length::mm(1.0));
-        assert_eq!(split_curved_edges(&cube, 10.0, Halvings::Two, |p| p), cube);
+        assert_eq!(split_curved_edges(&cube, None, 10.0, Halvings::Two, |p| p), cube);
     }
 }

@@ -4,21 +4,27 @@ use super::bodies::{Bodies, Facets};
 use super::level::Level;
 use super::near::Near;
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
-use super::traced::{BETWEEN, FINE, Traced};
+use super::traced::Traced;
 use super::walls::{Distances, Walls};
 use super::within::{Side, drawn_back};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
+use crate::geometry::health::{Fault, crossing_pairs};
+use crate::geometry::vector::{add, scale};
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
+
+/// Facets that cross by less than this, in spacings, meet but for rounding.
+const MEETING: f64 = 1e-5;
 
 /// The opening of a solid by a ball: everything that a ball of the radius, moved about inside, covers.
 ///
 /// Where the ball touches the part the surface is the part's own, exactly, however thin the part is there; elsewhere it is at
 /// the radius from the surface of what the ball's centre reaches, or from its nearest place among the facets that stop it. A
-/// wall as thick as the ball is wide stays, by 0.01 spacings.
+/// wall as thick as the ball is wide stays, by 0.01 spacings. Where walls are thinner than the spacing, facets of both their sides
+/// may cross; they are counted.
 ///
 /// # Errors
 /// As [`super::offset()`]; a radius must not be negative.
@@ -56,18 +62,27 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
     let traced = back(&between, distances, walls, there)?;
-    let mut surface = traced.surface(FINE)?;
+    let mut surface = traced.surface()?;
     if let Some(walls) = &traced.walls {
         let side = if there.as_mm() < 0.0 { Side::Within } else { Side::Outside };
         drawn_back(&mut surface, mesh, walls.level().near.mesh(), spacing.as_mm(), side);
     }
-    Ok(Shaped { mesh: surface, volume, field: traced.values })
+    let crossing = crossings(&surface, spacing);
+    Ok(Shaped { mesh: surface, volume, crossing, field: traced.values })
+}
+
+/// The pairs of facets of a surface that cross, and the place of one.
+fn crossings(surface: &TriangleMesh, spacing: Length) -> Fault {
+    let facets: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    let pairs = crossing_pairs(surface, &facets, MEETING * spacing.as_mm());
+    let middle = |[f, _]: &[u32; 2]| scale(surface.corners(*f as usize).into_iter().fold([0.0; 3], add), 1.0 / 3.0);
+    Fault { count: pairs.len() as u64, at_mm: pairs.first().map(middle) }
 }
 
 /// The surface of what the ball's centre reaches, from the offset field there; and the distances to the part.
 fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMesh, Facets)> {
     let traced = Traced { values, level: Some(Level { near, r: there.as_mm() }), walls: None };
-    let surface = traced.surface(BETWEEN)?;
+    let surface = traced.between()?;
     let level = traced.level.ok_or_else(|| Error::Internal { problem: "an offset without its level".into() })?;
     Ok((surface, level.near.into_facets()))
 }

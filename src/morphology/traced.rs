@@ -5,7 +5,7 @@ use super::walls::Walls;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
-use crate::geometry::contour::{Edge, Sheets, linear_crossing, sharp_surface};
+use crate::geometry::contour::{Edge, Sheets, creased_surface, linear_crossing, sharp_surface};
 use crate::geometry::refine::{Halvings, split_curved_edges};
 use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
 
@@ -20,10 +20,10 @@ const MOST_STEPS: usize = 8;
 const NEAR_CROSSING: f64 = 0.1;
 
 /// Edges of a result that are inscribed deeper than this, in spacings, are split.
-pub(super) const FINE: f64 = 0.003;
+const FINE: f64 = 0.003;
 
 /// Those of what another surface is measured to.
-pub(super) const BETWEEN: f64 = 0.01;
+const BETWEEN: f64 = 0.01;
 
 /// A field that is exact within a spacing of zero, of the right sign elsewhere, and what it was measured to.
 pub(super) struct Traced {
@@ -37,15 +37,32 @@ pub(super) struct Traced {
 
 impl Traced {
     /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept, its edges split where they are
-    /// inscribed by more than `sagitta` spacings.
-    pub(super) fn surface(&self, sagitta: f64) -> Result<TriangleMesh> {
-        let grid = *self.values.grid();
-        let inside = Indicator::from_predicate(grid, |at| self.values.values()[at] <= 0.0);
-        // Outwards the surface is round along all convex edges; elsewhere it is as flat as the part, and finer facets would cross
-        // where creases lie close.
+    /// inscribed by more than [`FINE`], and no facets that cross, as far as the samples tell where sheets come near each other.
+    pub(super) fn surface(&self) -> Result<TriangleMesh> {
+        let (mesh, crowd) = sharp_surface(&self.inside(), self)?;
+        Ok(split_curved_edges(&mesh, Some(&crowd), self.deepest(FINE), self.halvings(), |p| self.onto(p)))
+    }
+
+    /// The surface that another one is measured to: its edges are split where they are inscribed by more than [`BETWEEN`], and facets
+    /// may cross where creases lie close.
+    pub(super) fn between(&self) -> Result<TriangleMesh> {
+        let mesh = creased_surface(&self.inside(), self)?;
+        Ok(split_curved_edges(&mesh, None, self.deepest(BETWEEN), self.halvings(), |p| self.onto(p)))
+    }
+
+    /// Outwards the surface is round along all convex edges; elsewhere it is as flat as the part.
+    fn halvings(&self) -> Halvings {
         let outwards = self.walls.is_none() && self.level.as_ref().is_some_and(|level| level.r > 0.0);
-        let halvings = if outwards { Halvings::Two } else { Halvings::One };
-        Ok(split_curved_edges(&sharp_surface(&inside, self)?, sagitta * grid.h(), halvings, |p| self.onto(p)))
+        if outwards { Halvings::Two } else { Halvings::One }
+    }
+
+    fn inside(&self) -> Indicator {
+        Indicator::from_predicate(*self.values.grid(), |at| self.values.values()[at] <= 0.0)
+    }
+
+    /// So many spacings in millimetres.
+    fn deepest(&self, spacings: f64) -> f64 {
+        spacings * self.values.grid().h()
     }
 
     /// The level that a sample was measured to, if it was to one.

@@ -108,7 +108,7 @@ impl Touch {
             Free::Inside => free,
         };
         let faces = Faces { met, inside: &inside, free: self.free, crossings: 0.into(), touching: 0.into() };
-        let mesh = sharp_surface(&inside, &faces)?;
+        let (mesh, _) = sharp_surface(&inside, &faces)?;
         let [crossings, touching] = [faces.crossings, faces.touching].map(AtomicUsize::into_inner);
         Ok(Some(Settled { mesh, inside, touching, crossings }))
     }

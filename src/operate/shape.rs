@@ -4,6 +4,7 @@ use super::midway::{field_between, surface_between};
 use super::settled::{Settled, Touch, field_to};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
+use crate::geometry::health::Fault;
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
@@ -45,6 +46,9 @@ pub struct Operated {
     pub bracket: [Volume; 2],
     /// How it was done, in words.
     pub path: String,
+    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one: none but in openings and closings
+    /// by a ball, where walls or gaps are thinner than the spacing.
+    pub crossing: Fault,
     /// Distances near the surface, where it was made of them.
     pub(super) distances: Option<Field<f32>>,
     /// The samples inside, where the surface is that of the exact result.
@@ -239,6 +243,7 @@ fn from_distances(shape: Shaped) -> Operated {
         volume,
         bracket: shape.volume,
         path,
+        crossing: shape.crossing,
         distances: Some(shape.field),
         inside: None,
         sides: None,
@@ -255,7 +260,8 @@ fn touching(found: Sandwich, touch: Option<Touch>) -> Result<Operated> {
     let volume = Volume::mm3(mesh.signed_volume());
     let path = format!("{}, {touching} of {crossings} crossings where the operands touch", paths_of(&found));
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides })
+    let crossing = Fault::default();
+    Ok(Operated { mesh, volume, bracket: found.volume, path, crossing, distances: None, inside: Some(inside), sides })
 }
 
 fn paths_of(found: &Sandwich) -> String {
@@ -268,7 +274,8 @@ pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides })
+    let crossing = Fault::default();
+    Ok(Operated { mesh, volume, bracket: found.volume, path, crossing, distances: None, inside: None, sides })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.

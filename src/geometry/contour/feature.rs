@@ -129,11 +129,18 @@ fn eigen(mut m: [[f64; 3]; 3]) -> ([f64; 3], [Vec3; 3]) {
     ([m[0][0], m[1][1], m[2][2]], v)
 }
 
+/// Two facets whose common edge was turned, and what they were before.
+pub(super) struct Turned {
+    pub(super) facets: [usize; 2],
+    pub(super) before: [[u32; 3]; 2],
+}
+
 /// Turns every edge between two fans about features so that it joins the features, unless that folds the surface or the
 /// features are joined already.
 ///
-/// A fan's triangles name its feature first, as [`super::surface`] leaves them.
-pub(super) fn creases_joined(mesh: &mut TriangleMesh, on_feature: &[bool]) {
+/// A fan's triangles name its feature first, as [`super::surface`] leaves them. Returns the pairs of facets whose edge was turned.
+pub(super) fn creases_joined(mesh: &mut TriangleMesh, on_feature: &[bool]) -> Vec<Turned> {
+    let mut all_turned = Vec::new();
     let mut waiting: FxHashMap<(u32, u32), usize> = FxHashMap::default();
     let mut joined: FxHashSet<(u32, u32)> = FxHashSet::default();
     for second in 0..mesh.triangles.len() {
@@ -157,8 +164,11 @@ pub(super) fn creases_joined(mesh: &mut TriangleMesh, on_feature: &[bool]) {
             continue;
         }
         joined.insert(pair);
+        let facets = [first, second];
+        all_turned.push(Turned { facets, before: facets.map(|facet| mesh.triangles[facet]) });
         (mesh.triangles[first], mesh.triangles[second]) = (turned[0], turned[1]);
     }
+    all_turned
 }
 
 #[cfg(test)]

@@ -3,12 +3,17 @@
 //! Each cell of eight samples is cut by polygons whose corners lie on its edges; the polygons follow from one rule on
 //! the faces (inside corners are separated), so neighbours agree, every polygon edge has exactly two polygons and every
 //! vertex one ring of them. Polygons are cut into triangles only by diagonals that no other cell can have. Where normals
-//! are known, a polygon that a crease or a corner passes gets a vertex on it, and the crease becomes an edge.
+//! are known, a polygon that a crease or a corner passes gets a vertex on it, and the crease becomes an edge, unless facets would cross.
 
+mod crowd;
 mod feature;
 mod polygon;
 mod sheets;
 mod surface;
+mod uncross;
 
+pub use crowd::Crowd;
 pub use sheets::Sheets;
-pub use surface::{Edge, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface};
+pub use surface::{
+    Edge, creased_surface, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface,
+};

@@ -52,7 +52,8 @@ impl<C: Fn(Edge) -> f64 + Sync> Sheets for Crossings<C> {
     }
 }
 
-/// The vertex of a polygon on a crease or in a corner, if there is one: where the sheets at its corners meet.
+/// The vertex of a polygon on a crease or in a corner, where the sheets at its corners meet, if there is one in its cell; nothing for a
+/// smooth polygon.
 ///
 /// Drawn a little to the middle of the polygon, so that no two polygons have one point.
 pub(super) fn vertex_on_feature<S: Sheets>(
@@ -61,15 +62,15 @@ pub(super) fn vertex_on_feature<S: Sheets>(
     cell: [isize; 3],
     corners: &[Vec3],
     notes: &[S::Note],
-) -> Option<Vec3> {
+) -> Option<Option<Vec3>> {
     let normals = sheets.normals(cell, corners, notes)?;
     let planes: Vec<Plane> = corners.iter().copied().zip(normals).collect();
     let cell = Cell { first: [0, 1, 2].map(|a| grid.origin()[a] + grid.h() * cell[a] as f64), h: grid.h() };
-    let mut x = feature_point(cell, &planes)?;
+    let Some(mut x) = feature_point(cell, &planes) else { return Some(None) };
     for _ in 0..STEPS {
         let nearer: Vec<Plane> = planes.iter().map(|&plane| sheets.beside(x, plane)).collect();
         let Some(found) = nearer_feature_point(cell, x, &nearer) else { break };
         x = found;
     }
-    Some(add(scale(sheets.onto(x), 1.0 - NEAREST), scale(middle(&planes), NEAREST)))
+    Some(Some(add(scale(sheets.onto(x), 1.0 - NEAREST), scale(middle(&planes), NEAREST))))
 }

@@ -2,9 +2,11 @@
 
 use super::measure::Fault;
 use super::overlap::{Overlap, overlap_of};
-use super::pairs::{leaves, near_pairs};
+use super::pairs::{Gather, near_pairs};
+use crate::geometry::bvh::Bvh;
 use crate::geometry::distance::MeshDistance;
-use crate::geometry::vector::{Vec3, along, cross, distance, dot, sub, unit};
+use crate::geometry::mesh::TriangleMesh;
+use crate::geometry::vector::{Vec3, along, bounds, cross, distance, dot, sub, unit};
 use rayon::prelude::*;
 
 /// Two facets that cross, and the segment they have in common.
@@ -59,6 +61,43 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
     }
 }
 
+/// Tallies the pairs that are compared.
+struct Met<'a, C> {
+    tree: &'a MeshDistance,
+    compared: C,
+    tolerance: f64,
+}
+
+impl<C: Fn(u32, u32) -> bool + Sync> Gather for Met<'_, C> {
+    type Found = Tally;
+
+    fn begin(&self) -> Tally {
+        Tally::default()
+    }
+
+    fn pair(&self, found: &mut Tally, f: u32, g: u32) {
+        if !(self.compared)(f, g) {
+            return;
+        }
+        let planes = [f, g].map(|f| (self.tree.corners(f), self.tree.normal(f)));
+        let longest = cross_of(planes, self.tolerance).map(|ends| Crossing::between([f, g], ends));
+        let largest = overlap_of(self.tree, f, g, self.tolerance);
+        if longest.is_some() || largest.is_some() {
+            *found = found.and(Tally {
+                crossings: u64::from(longest.is_some()),
+                overlaps: u64::from(largest.is_some()),
+                squares: largest.map_or(0, |o| (o.area / (self.tolerance * self.tolerance)) as u128),
+                longest,
+                largest,
+            });
+        }
+    }
+
+    fn join(&self, found: Tally, later: Tally) -> Tally {
+        found.and(later)
+    }
+}
+
 /// Where facets of the tree cross each other or lie on each other by more than `tolerance` (millimetres), as far as `compared`
 /// names the pair.
 ///
@@ -73,52 +112,82 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
-    let square = tolerance * tolerance;
     // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
-    let tally = leaves(tree)
-        .map_init(Vec::new, |stack, run| {
-            let mut found = Tally::default();
-            let Some(run) = run else { return found };
-            near_pairs(tree, run, tolerance, stack, |f, g| {
-                if compared(f, g) {
-                    let (longest, largest) = (cross_of(tree, f, g, tolerance), overlap_of(tree, f, g, tolerance));
-                    found = found.and(Tally {
-                        crossings: u64::from(longest.is_some()),
-                        overlaps: u64::from(largest.is_some()),
-                        squares: largest.map_or(0, |o| (o.area / square) as u128),
-                        longest,
-                        largest,
-                    });
-                }
-            });
-            found
-        })
-        .reduce(Tally::default, Tally::and);
+    let tally = near_pairs(tree.tree(), |f| tree.corners(f), tolerance, &Met { tree, compared, tolerance });
     Meetings {
         crossing: Fault { count: tally.crossings, at_mm: tally.longest.map(|c| c.middle) },
         overlapping: Fault { count: tally.overlaps, at_mm: tally.largest.map(|o| o.middle) },
-        overlap_mm2: tally.squares as f64 * square,
+        overlap_mm2: tally.squares as f64 * tolerance * tolerance,
     }
 }
 
-/// The segment in which two facets cross.
-fn cross_of(tree: &MeshDistance, f: u32, g: u32, tolerance: f64) -> Option<Crossing> {
-    let (s, t) = (tree.corners(f), tree.corners(g));
+/// The pairs, of some facets of a manifold mesh, that cross each other by more than `tolerance` millimetres, as [`meetings`] has it.
+///
+/// # Cost
+/// As [`meetings`] of a mesh of those facets alone.
+pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Vec<[u32; 2]> {
+    let planes: Vec<([Vec3; 3], Vec3)> =
+        facets.par_iter().map(|&f| (mesh.corners(f as usize), mesh.normal(f as usize))).collect();
+    let boxes: Vec<(Vec3, Vec3)> = planes.par_iter().map(|(corners, _)| bounds(*corners).unwrap_or_default()).collect();
+    let tree = Bvh::new(&boxes);
+    let plane = |n: u32| planes.get(n as usize).copied().unwrap_or_default();
+    near_pairs(&tree, |n| plane(n).0, tolerance, &Crossed { mesh, facets, plane, tolerance })
+}
+
+/// Collects the pairs that cross.
+struct Crossed<'a, P> {
+    mesh: &'a TriangleMesh,
+    facets: &'a [u32],
+    plane: P,
+    tolerance: f64,
+}
+
+impl<P: Fn(u32) -> ([Vec3; 3], Vec3) + Sync> Gather for Crossed<'_, P> {
+    type Found = Vec<[u32; 2]>;
+
+    fn begin(&self) -> Self::Found {
+        Vec::new()
+    }
+
+    fn pair(&self, found: &mut Self::Found, f: u32, g: u32) {
+        let pair = [f, g].map(|n| self.facets.get(n as usize).copied().unwrap_or_default());
+        let [a, b] = pair.map(|facet| self.mesh.triangles.get(facet as usize).copied().unwrap_or_default());
+        // Neighbours, which most pairs are, are known by their numbers.
+        let shared = a.iter().filter(|v| b.contains(v)).count();
+        if shared < 2 && cross_of([f, g].map(&self.plane), self.tolerance).is_some() {
+            found.push(pair);
+        }
+    }
+
+    fn join(&self, mut found: Self::Found, later: Self::Found) -> Self::Found {
+        found.extend(later);
+        found
+    }
+}
+
+impl Crossing {
+    fn between(facets: [u32; 2], [p, q]: [Vec3; 2]) -> Self {
+        Crossing { facets, middle: along(p, sub(q, p), 0.5), length: distance(p, q) }
+    }
+}
+
+/// The ends of the segment in which two triangles cross, given with their unit normals.
+fn cross_of([(s, m), (t, n)]: [([Vec3; 3], Vec3); 2], tolerance: f64) -> Option<[Vec3; 2]> {
+    // Most triangles that are near do not reach through each other's plane.
+    if one_sided(s, t[0], n, tolerance) {
+        return None;
+    }
     // Neighbours share corners; what meets at a corner is within the tolerance of both facets' planes there.
     if s.iter().filter(|p| t.contains(p)).count() >= 2 {
         return None;
     }
-    let (m, n) = (tree.normal(f), tree.normal(g));
     let mut points = pierced(s, t, n, tolerance);
-    if points.is_empty() && one_sided(s, t[0], n, tolerance) {
-        return None;
-    }
     points.extend(pierced(t, s, m, tolerance));
-    let (&p, &q) = (points.first()?, points.last()?);
-    Some(Crossing { facets: [f, g], middle: along(p, sub(q, p), 0.5), length: distance(p, q) })
+    Some([*points.first()?, *points.last()?])
 }
 
 /// Whether a triangle has no corners on both sides of a plane.
+#[inline]
 fn one_sided(s: [Vec3; 3], on_plane: Vec3, normal: Vec3, tolerance: f64) -> bool {
     let heights = s.map(|p| dot(normal, sub(p, on_plane)));
     heights.iter().all(|&d| d >= -tolerance) || heights.iter().all(|&d| d <= tolerance)
@@ -144,7 +213,7 @@ fn pierced(s: [Vec3; 3], t: [Vec3; 3], normal: Vec3, tolerance: f64) -> Vec<Vec3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Primitive, TriangleMesh};
+    use crate::geometry::Primitive;
     use crate::units::Length;
 
     fn all(mesh: &TriangleMesh, tolerance: f64) -> Fault {
@@ -156,7 +225,8 @@ mod tests {
         let tree = MeshDistance::new(mesh);
         let n = mesh.triangles.len() as u32;
         let pairs = (0..n).flat_map(|f| (f + 1..n).map(move |g| (f, g)));
-        pairs.filter(|&(f, g)| cross_of(&tree, f, g, tolerance).is_some()).count() as u64
+        pairs.filter(|&(f, g)| cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance).is_some()).count()
+            as u64
     }
 
     fn ball(at: Vec3) -> TriangleMesh {
