@@ -11,9 +11,9 @@ mod render;
 
 use amcheck::access::{Inflation, Trio};
 use amcheck::field::Indicator;
-use amcheck::geometry::health::meetings;
+use amcheck::geometry::health::{Role, meetings};
 use amcheck::geometry::vector::{Vec3, norm};
-use amcheck::geometry::{MeshDistance, TriangleMesh, occupancy};
+use amcheck::geometry::{Health, MeshDistance, TriangleMesh, occupancy};
 use amcheck::grid::Grid;
 use amcheck::morphology::{Sandwich, Sides, StructuringElement, dilate, sweep};
 use amcheck::operate::{Element, minkowski};
@@ -251,6 +251,11 @@ fn written_surfaces_have_the_topology_of_openscad() {
             let made = case.made(h).unwrap_or_else(|e| panic!("{}: {e}", case.entry.name)).mesh;
             let found = Measured::of(&made);
             assert_eq!((found.euler, open_edges(&made)), (r.euler, 0), "{} at {h} mm", case.entry.name);
+            let parts = |mesh: &TriangleMesh| {
+                let health = Health::of(mesh);
+                [Role::Body, Role::Cavity].map(|role| health.count_of(role))
+            };
+            assert_eq!(parts(&made), parts(mesh), "{} at {h} mm: bodies and cavities", case.entry.name);
             let crossing = meetings(&MeshDistance::new(&made), |_, _| true, 1e-5 * h).crossing;
             assert_eq!((crossing.count, crossing.at_mm), (0, None), "{} at {h} mm", case.entry.name);
             let away = |&p: &Vec3| exact.nearest(p, f64::INFINITY).map_or(f64::INFINITY, |n| n.distance) / h;
