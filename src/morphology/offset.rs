@@ -30,7 +30,8 @@ pub struct Shaped {
     pub mesh: TriangleMesh,
     /// Certified bounds on the volume of the exact result.
     pub volume: [Volume; 2],
-    /// The pairs of its facets that cross by more than 1e-5 spacings, and the place of one.
+    /// The pairs of its facets that cross by more than 1e-5 spacings, and the place of one: counted in openings and closings; offsets
+    /// are made so that none cross where samples tell of sheets near each other.
     pub crossing: Fault,
     /// The function whose zero set the surface is: millimetres, negative inside, exact near the surface.
     pub field: Field<f32>,
@@ -39,8 +40,8 @@ pub struct Shaped {
 /// The offset of a solid by a signed length: `{ x : d(x) ≤ by }` with d the signed distance, negative inside.
 ///
 /// Outwards it is the sum with a ball, inwards the difference. Distances are exact, to the facets; the surface's
-/// vertices lie on the level, and no two of its facets cross; those on creases lie where the sheets beside them meet, as two steps of Newton's find it; curved
-/// facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice. Bodies that overlap
+/// vertices lie on the level, those on creases where the sheets beside them meet, as two steps of Newton's find it, but that they are drawn
+/// back where facets would cross; curved facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice. Bodies that overlap
 /// or touch are one solid: outwards, and at 0, the facets of each that lie inside another do not count.
 ///
 /// # Limits

@@ -46,8 +46,9 @@ pub struct Operated {
     pub bracket: [Volume; 2],
     /// How it was done, in words.
     pub path: String,
-    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one: none but in openings and closings
-    /// by a ball, where walls or gaps are thinner than the spacing.
+    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one. They are counted in openings and
+    /// closings by a ball, where walls or gaps thinner than the spacing leave some; other surfaces are made so that none
+    /// cross where samples tell of sheets near each other.
     pub crossing: Fault,
     /// Distances near the surface, where it was made of them.
     pub(super) distances: Option<Field<f32>>,
