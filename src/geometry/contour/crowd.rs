@@ -12,7 +12,7 @@ pub(super) const MEETING: f64 = 1e-5;
 
 /// The cells of a lattice in or beside which a surface is creased, passes twice, or leaves a layer of samples alone on its side.
 ///
-/// Elsewhere a surface runs through the cells as one smooth sheet, farther than a cell from any other.
+/// Elsewhere, as far as samples tell, a surface runs through the cells as one smooth sheet, away from any other.
 #[derive(Debug, Clone)]
 pub struct Crowd {
     /// Cells by their first sample, on a grid with a sample more on every side than the set has.
