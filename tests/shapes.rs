@@ -39,7 +39,7 @@ fn report(name: &str, what: &str, h: Length, run: impl FnOnce() -> amcheck::Resu
     assert_eq!(health.non_manifold_edges.count, 0, "{name} {what}: not manifold");
     // All pairs of facets. Offsets promise that none cross; openings and closings count those at walls thinner than the spacing.
     let crossing = meetings(&MeshDistance::new(&made.mesh), |_, _| true, 1e-5 * h.as_mm()).crossing;
-    assert_eq!(crossing.count, made.crossing.count, "{name} {what}: {crossing:?}");
+    assert_eq!(crossing.count, made.crossings().count, "{name} {what}: {crossing:?}");
     assert!(crossing.count == 0 || what.ends_with("1 mm"), "{name} {what}: {crossing:?}");
     println!("{name} {what}: {} pairs cross", crossing.count);
     volume

@@ -47,13 +47,13 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
-            job.run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
+            job.telling(crossings).run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
                 operate::open(&part.mesh(h), &element.element, h)
             })
         }
         Operation::Close { by, how } => {
             let (job, element) = moved("close", by, how)?;
-            job.run(element.extent(), bytes_about(&element), Some(&element), |part, h| {
+            job.telling(crossings).run(element.extent(), bytes_about(&element), Some(&element), |part, h| {
                 operate::close(&part.mesh(h), &element.element, h)
             })
         }
@@ -105,6 +105,8 @@ struct Job {
     memory: Allowance,
     unit_mm: Option<f64>,
     to: Outputs,
+    /// What is told of the result beside the rest.
+    tell: fn(&Operated) -> String,
 }
 
 impl Job {
@@ -116,7 +118,12 @@ impl Job {
         let to = Outputs::open(how)?;
         let part = Operand::read(name, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
-        Ok(Job { part, spacing, memory, unit_mm, to })
+        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new() })
+    }
+
+    /// The same job, with more to tell of its result.
+    fn telling(self, tell: fn(&Operated) -> String) -> Self {
+        Job { tell, ..self }
     }
 
     /// The same job, if none of its results takes the place of an input.
@@ -140,7 +147,7 @@ impl Job {
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
         let written = self.to.write(&made, &before)?;
-        Ok(summary(&made, spacing, &self.part.notices, "", &written))
+        Ok(summary(&made, spacing, &self.part.notices, &(self.tell)(&made), &written))
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.
@@ -186,6 +193,19 @@ fn pair_of(operation: &str, part: &Path, element: &Path, how: &How) -> Answer<(J
     let element = Operand::read(element, job.unit_mm, &job.memory)?;
     job.part.notices.extend(element.notices.iter().cloned());
     Ok((job, element))
+}
+
+/// How many facets of a result cross, if any do.
+fn crossings(made: &Operated) -> String {
+    let found = made.crossings();
+    found.at_mm.map_or_else(String::new, |at| {
+        let place = at.map(short).join(", ");
+        let why = "where it is thinner than the spacing";
+        format!(
+            "note       {} pairs of facets cross {why}, one near ({place}) mm; choose a smaller --voxel\n",
+            found.count
+        )
+    })
 }
 
 fn bytes_with(element: &Operand) -> u128 {
@@ -254,13 +274,6 @@ pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told
     let _ = writeln!(text, "path       {} at {spacing}", made.path);
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
     text += told;
-    if let Some(at) = made.crossing.at_mm {
-        let (pairs, place) = (made.crossing.count, point(at));
-        let _ = writeln!(
-            text,
-            "note       {pairs} pairs of facets cross where it is thinner than the spacing, one near ({place}) mm; choose a smaller --voxel"
-        );
-    }
     if made.bracket[0].as_mm3() <= 0.0 {
         let _ = writeln!(text, "note       nothing of it is certain at this spacing; a smaller --voxel says more");
     }

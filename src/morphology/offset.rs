@@ -7,7 +7,6 @@ use super::near::{Near, squared_distance_to_shell};
 use super::traced::Traced;
 use crate::error::{Error, Result};
 use crate::field::Field;
-use crate::geometry::health::Fault;
 use crate::geometry::{Enclosure, InsideRule, MeshDistance, TriangleMesh, enclose};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
@@ -30,9 +29,6 @@ pub struct Shaped {
     pub mesh: TriangleMesh,
     /// Certified bounds on the volume of the exact result.
     pub volume: [Volume; 2],
-    /// The pairs of its facets that cross by more than 1e-5 spacings, and the place of one: counted in openings and closings; offsets
-    /// are made so that none cross where samples tell of sheets near each other.
-    pub crossing: Fault,
     /// The function whose zero set the surface is: millimetres, negative inside, exact near the surface.
     pub field: Field<f32>,
 }
@@ -119,7 +115,7 @@ impl Measured {
         let (values, near) = Near::of(self.of, &self.sides.centres, &self.shell2, by.as_mm(), None)?;
         let traced = Traced { values, level: Some(Level { near, r: by.as_mm() }), walls: None };
         let (mesh, volume) = (traced.surface()?, bracket(&traced.values));
-        Ok(Shaped { mesh, volume, crossing: Fault::default(), field: traced.values })
+        Ok(Shaped { mesh, volume, field: traced.values })
     }
 
     /// Refuses a mesh whose nearest facet may not be its boundary.

@@ -11,20 +11,15 @@ use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
-use crate::geometry::health::{Fault, crossing_pairs};
-use crate::geometry::vector::{add, scale};
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
-
-/// Facets that cross by less than this, in spacings, meet but for rounding.
-const MEETING: f64 = 1e-5;
 
 /// The opening of a solid by a ball: everything that a ball of the radius, moved about inside, covers.
 ///
 /// Where the ball touches the part the surface is the part's own, exactly, however thin the part is there; elsewhere it is at
 /// the radius from the surface of what the ball's centre reaches, or from its nearest place among the facets that stop it. A
 /// wall as thick as the ball is wide stays, by 0.01 spacings. Where walls are thinner than the spacing, facets of both their sides
-/// may cross; they are counted.
+/// may cross.
 ///
 /// # Errors
 /// As [`super::offset()`]; a radius must not be negative.
@@ -67,16 +62,7 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
         let side = if there.as_mm() < 0.0 { Side::Within } else { Side::Outside };
         drawn_back(&mut surface, mesh, walls.level().near.mesh(), spacing.as_mm(), side);
     }
-    let crossing = crossings(&surface, spacing);
-    Ok(Shaped { mesh: surface, volume, crossing, field: traced.values })
-}
-
-/// The pairs of facets of a surface that cross, and the place of one.
-fn crossings(surface: &TriangleMesh, spacing: Length) -> Fault {
-    let facets: Vec<u32> = (0..surface.triangles.len() as u32).collect();
-    let pairs = crossing_pairs(surface, &facets, MEETING * spacing.as_mm());
-    let middle = |[f, _]: &[u32; 2]| scale(surface.corners(*f as usize).into_iter().fold([0.0; 3], add), 1.0 / 3.0);
-    Fault { count: pairs.len() as u64, at_mm: pairs.first().map(middle) }
+    Ok(Shaped { mesh: surface, volume, field: traced.values })
 }
 
 /// The surface of what the ball's centre reaches, from the offset field there; and the distances to the part.

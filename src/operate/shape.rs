@@ -4,7 +4,8 @@ use super::midway::{field_between, surface_between};
 use super::settled::{Settled, Touch, field_to};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::health::Fault;
+use crate::geometry::health::{Fault, crossing_pairs};
+use crate::geometry::vector::{add, scale};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
@@ -12,6 +13,9 @@ use crate::morphology::{
 };
 use crate::units::{Length, Volume};
 use std::borrow::Cow;
+
+/// Facets that cross by less than this, in spacings, meet but for rounding.
+const MEETING: f64 = 1e-5;
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,10 +50,6 @@ pub struct Operated {
     pub bracket: [Volume; 2],
     /// How it was done, in words.
     pub path: String,
-    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one. They are counted in openings and
-    /// closings by a ball, where walls or gaps thinner than the spacing leave some; other surfaces are made so that none
-    /// cross where samples tell of sheets near each other.
-    pub crossing: Fault,
     /// Distances near the surface, where it was made of them.
     pub(super) distances: Option<Field<f32>>,
     /// The samples inside, where the surface is that of the exact result.
@@ -75,6 +75,22 @@ impl Operated {
             (None, None, Some([lower, upper])) => Ok(Cow::Owned(field_between(lower, upper)?)),
             (None, None, None) => Err(Error::Internal { problem: "a shape without distances and sides".into() }),
         }
+    }
+
+    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one. Surfaces are made so that none
+    /// cross where samples tell of sheets near each other; openings and closings by a ball have some where walls or gaps are
+    /// thinner than the spacing.
+    ///
+    /// # Cost
+    /// A tree over the facets, and a look at all pairs whose boxes meet.
+    pub fn crossings(&self) -> Fault {
+        let of_sides = || self.sides.as_ref().map(|[lower, _]| lower.grid().h());
+        let spacing = self.distances.as_ref().map(|field| field.grid().h()).or_else(of_sides).unwrap_or_default();
+        let facets: Vec<u32> = (0..self.mesh.triangles.len() as u32).collect();
+        let pairs = crossing_pairs(&self.mesh, &facets, MEETING * spacing);
+        let middle =
+            |[f, _]: &[u32; 2]| scale(self.mesh.corners(*f as usize).into_iter().fold([0.0; 3], add), 1.0 / 3.0);
+        Fault { count: pairs.len() as u64, at_mm: pairs.first().map(middle) }
     }
 }
 
@@ -244,7 +260,6 @@ fn from_distances(shape: Shaped) -> Operated {
         volume,
         bracket: shape.volume,
         path,
-        crossing: shape.crossing,
         distances: Some(shape.field),
         inside: None,
         sides: None,
@@ -261,8 +276,7 @@ fn touching(found: Sandwich, touch: Option<Touch>) -> Result<Operated> {
     let volume = Volume::mm3(mesh.signed_volume());
     let path = format!("{}, {touching} of {crossings} crossings where the operands touch", paths_of(&found));
     let sides = Some([found.lower, found.upper]);
-    let crossing = Fault::default();
-    Ok(Operated { mesh, volume, bracket: found.volume, path, crossing, distances: None, inside: Some(inside), sides })
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides })
 }
 
 fn paths_of(found: &Sandwich) -> String {
@@ -275,8 +289,7 @@ pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    let crossing = Fault::default();
-    Ok(Operated { mesh, volume, bracket: found.volume, path, crossing, distances: None, inside: None, sides })
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.
