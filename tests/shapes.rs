@@ -1,4 +1,5 @@
-//! Offsets, openings and closings of real parts: closed meshes whose facets cross as often as is said, volumes in their brackets, in the expected order.
+//! Offsets, openings and closings of real parts: closed meshes whose facets cross as often as is said, volumes in their
+//! brackets, in the expected order.
 //!
 //! The parts come from the folder in `AMCHECK_MODELS`, else from `../shared/models`; without them the test says so.
 

@@ -23,8 +23,8 @@ const CREASED: f64 = 0.125;
 /// A crease has no one normal, so that the flat edges that end there are tried, too, and left as they are.
 ///
 /// Facets are split by their halved edges into two, three or four; a closed manifold mesh stays one, in formats of f32
-/// coordinates, too: vertices that would coincide stay at their midpoints. So do those without which facets of the crowd, where there
-/// is one, would not cross.
+/// coordinates, too: vertices that would coincide stay at their midpoints. Those at which facets of a crowd cross are drawn back towards
+/// theirs until none do.
 ///
 /// # Cost
 /// O(facets), a hash look-up for each tried edge of each facet, one projection for each tried edge; a tree over the facets of the
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn halves_that_would_cross_are_flat() {
-        // Two balls, one a little inside the other; halves of the edges are put somewhere near the surface, as is a new crease's.
+        // Two balls, one a little inside the other; halves of the edges are put somewhere near the surface.
         let ball = |r: f64, d: f64| Primitive::Ball { radius: Length::mm(r) }.mesh(Length::mm(d));
         let sheets = ball(2.0, 0.05).joined(&ball(1.9, 0.03).flipped());
         let noise =

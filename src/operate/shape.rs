@@ -4,6 +4,7 @@ use super::midway::{field_between, surface_between};
 use super::settled::{Settled, Touch, field_to};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
+use crate::geometry::contour::MEETING;
 use crate::geometry::health::{Fault, crossing_pairs};
 use crate::geometry::vector::{add, scale};
 use crate::geometry::{Primitive, TriangleMesh};
@@ -13,9 +14,6 @@ use crate::morphology::{
 };
 use crate::units::{Length, Volume};
 use std::borrow::Cow;
-
-/// Facets that cross by less than this, in spacings, meet but for rounding.
-const MEETING: f64 = 1e-5;
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
 /// Facets that cross by less than this, in spacings, meet but for rounding.
-pub(super) const MEETING: f64 = 1e-5;
+pub const MEETING: f64 = 1e-5;
 
 /// The cells of a lattice in or beside which a surface is creased, passes twice, or leaves a layer of samples alone on its side.
 ///

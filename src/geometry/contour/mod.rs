@@ -12,7 +12,7 @@ mod sheets;
 mod surface;
 mod uncross;
 
-pub use crowd::Crowd;
+pub use crowd::{Crowd, MEETING};
 pub use sheets::Sheets;
 pub use surface::{
     Edge, creased_surface, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface,

@@ -2,7 +2,7 @@
 
 use super::measure::Fault;
 use super::overlap::{Overlap, overlap_of};
-use super::pairs::{Gather, near_pairs};
+use super::pairs::{leaves, near_pairs};
 use crate::geometry::bvh::Bvh;
 use crate::geometry::distance::MeshDistance;
 use crate::geometry::mesh::TriangleMesh;
@@ -61,43 +61,6 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
     }
 }
 
-/// Tallies the pairs that are compared.
-struct Met<'a, C> {
-    tree: &'a MeshDistance,
-    compared: C,
-    tolerance: f64,
-}
-
-impl<C: Fn(u32, u32) -> bool + Sync> Gather for Met<'_, C> {
-    type Found = Tally;
-
-    fn begin(&self) -> Tally {
-        Tally::default()
-    }
-
-    fn pair(&self, found: &mut Tally, f: u32, g: u32) {
-        if !(self.compared)(f, g) {
-            return;
-        }
-        let planes = [f, g].map(|f| (self.tree.corners(f), self.tree.normal(f)));
-        let longest = cross_of(planes, self.tolerance).map(|ends| Crossing::between([f, g], ends));
-        let largest = overlap_of(self.tree, f, g, self.tolerance);
-        if longest.is_some() || largest.is_some() {
-            *found = found.and(Tally {
-                crossings: u64::from(longest.is_some()),
-                overlaps: u64::from(largest.is_some()),
-                squares: largest.map_or(0, |o| (o.area / (self.tolerance * self.tolerance)) as u128),
-                longest,
-                largest,
-            });
-        }
-    }
-
-    fn join(&self, found: Tally, later: Tally) -> Tally {
-        found.and(later)
-    }
-}
-
 /// Where facets of the tree cross each other or lie on each other by more than `tolerance` (millimetres), as far as `compared`
 /// names the pair.
 ///
@@ -112,12 +75,33 @@ impl<C: Fn(u32, u32) -> bool + Sync> Gather for Met<'_, C> {
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
+    let square = tolerance * tolerance;
     // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
-    let tally = near_pairs(tree.tree(), |f| tree.corners(f), tolerance, &Met { tree, compared, tolerance });
+    let tally = leaves(tree.tree())
+        .map_init(Vec::new, |stack, run| {
+            let mut found = Tally::default();
+            let Some(run) = run else { return found };
+            near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, stack, |f, g| {
+                if compared(f, g) {
+                    let longest = cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance);
+                    let longest = longest.map(|ends| Crossing::between([f, g], ends));
+                    let largest = overlap_of(tree, f, g, tolerance);
+                    found = found.and(Tally {
+                        crossings: u64::from(longest.is_some()),
+                        overlaps: u64::from(largest.is_some()),
+                        squares: largest.map_or(0, |o| (o.area / square) as u128),
+                        longest,
+                        largest,
+                    });
+                }
+            });
+            found
+        })
+        .reduce(Tally::default, Tally::and);
     Meetings {
         crossing: Fault { count: tally.crossings, at_mm: tally.longest.map(|c| c.middle) },
         overlapping: Fault { count: tally.overlaps, at_mm: tally.largest.map(|o| o.middle) },
-        overlap_mm2: tally.squares as f64 * tolerance * tolerance,
+        overlap_mm2: tally.squares as f64 * square,
     }
 }
 
@@ -131,38 +115,20 @@ pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Ve
     let boxes: Vec<(Vec3, Vec3)> = planes.par_iter().map(|(corners, _)| bounds(*corners).unwrap_or_default()).collect();
     let tree = Bvh::new(&boxes);
     let plane = |n: u32| planes.get(n as usize).copied().unwrap_or_default();
-    near_pairs(&tree, |n| plane(n).0, tolerance, &Crossed { mesh, facets, plane, tolerance })
-}
-
-/// Collects the pairs that cross.
-struct Crossed<'a, P> {
-    mesh: &'a TriangleMesh,
-    facets: &'a [u32],
-    plane: P,
-    tolerance: f64,
-}
-
-impl<P: Fn(u32) -> ([Vec3; 3], Vec3) + Sync> Gather for Crossed<'_, P> {
-    type Found = Vec<[u32; 2]>;
-
-    fn begin(&self) -> Self::Found {
-        Vec::new()
-    }
-
-    fn pair(&self, found: &mut Self::Found, f: u32, g: u32) {
-        let pair = [f, g].map(|n| self.facets.get(n as usize).copied().unwrap_or_default());
-        let [a, b] = pair.map(|facet| self.mesh.triangles.get(facet as usize).copied().unwrap_or_default());
-        // Neighbours, which most pairs are, are known by their numbers.
-        let shared = a.iter().filter(|v| b.contains(v)).count();
-        if shared < 2 && cross_of([f, g].map(&self.plane), self.tolerance).is_some() {
-            found.push(pair);
-        }
-    }
-
-    fn join(&self, mut found: Self::Found, later: Self::Found) -> Self::Found {
-        found.extend(later);
+    let pairs = leaves(&tree).map_init(Vec::new, |stack, run| {
+        let mut found = Vec::new();
+        near_pairs(&tree, &|n| plane(n).0, run.unwrap_or_default(), tolerance, stack, |f, g| {
+            let pair = [f, g].map(|n| facets.get(n as usize).copied().unwrap_or_default());
+            let [a, b] = pair.map(|facet| mesh.triangles.get(facet as usize).copied().unwrap_or_default());
+            // Neighbours, which most pairs are, are known by their numbers.
+            let shared = a.iter().filter(|v| b.contains(v)).count();
+            if shared < 2 && cross_of([plane(f), plane(g)], tolerance).is_some() {
+                found.push(pair);
+            }
+        });
         found
-    }
+    });
+    pairs.flatten_iter().collect()
 }
 
 impl Crossing {

@@ -1,6 +1,6 @@
 //! The winding number on both sides of each facet of a surface.
 
-use super::pairs::{Gather, near_pairs};
+use super::pairs::{leaves, near_pairs};
 use crate::geometry::edges::EdgeTable;
 use crate::geometry::triangle::{closest_pair_within, closest_point};
 use crate::geometry::vector::{Vec3, add, along, distance, dot, sub, unit};
@@ -14,30 +14,6 @@ pub struct Sides<'a> {
     pub winding: &'a Winding,
     /// How far beside a facet, millimetres.
     pub off: f64,
-}
-
-/// Marks the facets of pairs that are not apart.
-struct Marks<'a> {
-    sides: &'a Sides<'a>,
-    near: &'a [AtomicBool],
-    tolerance: f64,
-}
-
-impl Gather for Marks<'_> {
-    type Found = ();
-
-    fn begin(&self) {}
-
-    fn pair(&self, (): &mut (), f: u32, g: u32) {
-        if !self.sides.apart(f as usize, g as usize, self.tolerance) {
-            [f, g]
-                .iter()
-                .filter_map(|&n| self.near.get(n as usize))
-                .for_each(|near| near.store(true, Ordering::Relaxed));
-        }
-    }
-
-    fn join(&self, (): (), (): ()) {}
 }
 
 /// The winding numbers on both sides of each facet, and the facet that spoke for each.
@@ -92,8 +68,15 @@ impl Sides<'_> {
     fn clear(&self, tree: &MeshDistance, tolerance: f64) -> Vec<bool> {
         let has_area = |f| self.mesh.facet_area(f) > 0.0;
         let near: Vec<AtomicBool> = (0..self.mesh.triangles.len()).map(|f| AtomicBool::new(!has_area(f))).collect();
-        // A mark is only ever set, so that no order matters.
-        near_pairs(tree.tree(), |f| tree.corners(f), tolerance, &Marks { sides: self, near: &near, tolerance });
+        // Each pair is looked at once; a mark is only ever set, so that no order matters.
+        leaves(tree.tree()).for_each_init(Vec::new, |stack, run| {
+            let Some(run) = run else { return };
+            near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, stack, |f, g| {
+                if !self.apart(f as usize, g as usize, tolerance) {
+                    [f, g].iter().for_each(|&n| near[n as usize].store(true, Ordering::Relaxed));
+                }
+            });
+        });
         near.into_iter().map(|n| !n.into_inner()).collect()
     }
 
