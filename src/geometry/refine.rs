@@ -2,9 +2,10 @@
 
 use super::contour::Crowd;
 use super::mesh::TriangleMesh;
-use super::vector::{Vec3, add, angle, cross, distance, dot, norm2, scale};
+use super::vector::{Vec3, add, angle, cross, distance, dot, norm2, scale, sub};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 
 /// How often an edge is halved at most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +24,8 @@ const CREASED: f64 = 0.125;
 /// A crease has no one normal, so that the flat edges that end there are tried, too, and left as they are.
 ///
 /// Facets are split by their halved edges into two, three or four; a closed manifold mesh stays one, in formats of f32
-/// coordinates, too: vertices that would coincide stay at their midpoints. Those at which facets of a crowd cross are drawn back towards
-/// theirs until none do.
+/// coordinates, too: vertices that would coincide stay at their midpoints. Those at which facets of a crowd cross, or of facets that
+/// fold, are drawn back towards theirs until none do, no farther than that takes.
 ///
 /// # Cost
 /// O(facets), a hash look-up for each tried edge of each facet, one projection for each tried edge; a tree over the facets of the
@@ -53,8 +54,9 @@ pub fn split_curved_edges(
     let known = mesh.vertices.len();
     let halved = Halved::of(mesh, &marked, sagitta, &project);
     let (mut once, along) = halved.split(mesh);
+    let crowd = crowd.map(|crowd| crowd.and_at(&halved.folds(mesh)));
     if halvings == Halvings::One {
-        uncross(&mut once, crowd, known, &halved.ends);
+        uncross(&mut once, crowd.as_ref(), known, &halved.ends, &project);
         return once;
     }
     let deep = halved.deep(mesh, sagitta);
@@ -62,7 +64,8 @@ pub fn split_curved_edges(
     let marked: Vec<[bool; 3]> = along.par_iter().map(still).collect();
     let again = Halved::of(&once, &marked, sagitta, &project);
     let mut twice = again.split(&once).0;
-    uncross(&mut twice, crowd, known, &[halved.ends, again.ends].concat());
+    let crowd = crowd.map(|crowd| crowd.and_at(&again.folds(&once)));
+    uncross(&mut twice, crowd.as_ref(), known, &[halved.ends, again.ends].concat(), &project);
     twice
 }
 
@@ -70,16 +73,22 @@ pub fn split_curved_edges(
 const STEPS: u8 = 3;
 
 /// Draws vertices back to the middles of their edges until no two facets of the crowd cross, if none does where all are; of the vertices
-/// of a pair that crosses the one that was drawn least, and of those the farthest from there. `ends` are the edges of those from `known` on.
-fn uncross(mesh: &mut TriangleMesh, crowd: Option<&Crowd>, known: usize, ends: &[[u32; 2]]) {
+/// of a pair that crosses the one that was drawn least, and of those the farthest from there; then as far towards the surface as none do. `ends` are the edges of those from `known` on.
+fn uncross(
+    mesh: &mut TriangleMesh,
+    crowd: Option<&Crowd>,
+    known: usize,
+    ends: &[[u32; 2]],
+    project: impl Fn(Vec3) -> Vec3,
+) {
     let Some(crowd) = crowd else { return };
     let edge_of = |v: u32| (v as usize).checked_sub(known).and_then(|at| ends.get(at).copied());
-    let mut drawn: FxHashMap<u32, u8> = FxHashMap::default();
+    let mut drawn: BTreeMap<u32, (u8, Vec3)> = BTreeMap::new();
     crowd.mend_crossings(mesh, |mesh, pair, moved| {
         let first = |candidates: &[u32]| {
             let rise = |&v: &u32| {
                 let at = middle(edge_of(v)?.map(|end| mesh.vertices[end as usize]));
-                let steps = drawn.get(&v).copied().unwrap_or_default();
+                let steps = drawn.get(&v).map(|drawn| drawn.0).unwrap_or_default();
                 Some((steps, -distance(mesh.vertices[v as usize], at), v, at)).filter(|rise| rise.1 < 0.0)
             };
             let all = candidates.iter().filter_map(rise);
@@ -90,11 +99,14 @@ fn uncross(mesh: &mut TriangleMesh, crowd: Option<&Crowd>, known: usize, ends: &
         let beyond: Vec<u32> = corners.iter().filter_map(|&v| edge_of(v)).flatten().collect();
         if let Some((steps, _, v, at)) = first(&corners).or_else(|| first(&beyond)) {
             let p = &mut mesh.vertices[v as usize];
+            let of = drawn.entry(v).or_insert((0, *p));
+            of.0 = of.0.saturating_add(1);
             *p = if steps < STEPS { middle([*p, at]) } else { at };
-            drawn.insert(v, steps.saturating_add(1));
             moved.push(v);
         }
     });
+    let places: Vec<(u32, Vec3)> = drawn.into_iter().map(|(v, (_, place))| (v, place)).collect();
+    crowd.put_back(mesh, &places, project);
 }
 
 /// No edge that is halved.
@@ -151,6 +163,22 @@ impl Halved {
             0.25 * rise > sagitta && rise < CREASED * distance(a, b)
         };
         self.ends.iter().zip(&self.vertices).map(deep).collect()
+    }
+
+    /// A place on each facet that they fold: a part of it lies the other way round.
+    fn folds(&self, mesh: &TriangleMesh) -> Vec<Vec3> {
+        let known = mesh.vertices.len();
+        let place =
+            |v: u32| mesh.vertices.get(v as usize).copied().unwrap_or_else(|| self.vertices[v as usize - known]);
+        let area = |[a, b, c]: [Vec3; 3]| cross(sub(b, a), sub(c, a));
+        let fold = |(&facet, edges): (&[u32; 3], &[u32; 3])| {
+            let middles = edges.map(|edge| (edge != NONE).then(|| known as u32 + edge));
+            let whole = area(facet.map(place));
+            let folded = |(part, _): ([u32; 3], _)| dot(area(part.map(place)), whole) < 0.0;
+            let cut = middles.iter().any(Option::is_some);
+            (cut && split(facet, middles).any(folded)).then(|| place(facet[0]))
+        };
+        mesh.triangles.par_iter().zip(&self.edges).filter_map(fold).collect()
     }
 
     /// The mesh of their halves; and for each edge of each of its facets, which of them it is half of, or runs beside and

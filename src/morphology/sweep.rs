@@ -346,14 +346,13 @@ mod tests {
         let solids: Vec<Winding> = pieces(&path).iter().map(|&[p, v]| Winding::new(&swept(&fork, p, v))).collect();
         let covered = |p: Vec3| solids.iter().any(|solid| solid.at(p) > 0.5);
         let made = sweep_surface(&fork, &path, Length::mm(h)).unwrap().expect("few facets").mesh;
-        // A crease that is blunted so that no facets cross may lie a tenth of a spacing inside.
-        let inside = |p: Vec3| {
-            (0..27)
-                .all(|at| covered([0, 1, 2].map(|a| p[a] + 0.1 * h * (f64::from(at / 3i32.pow(a as u32) % 3) - 1.0))))
+        let inside = |p: Vec3, by: f64| {
+            (0..27).all(|at| covered([0, 1, 2].map(|a| p[a] + by * (f64::from(at / 3i32.pow(a as u32) % 3) - 1.0))))
         };
-        let deep = made.vertices.iter().filter(|&&p| inside(p)).count();
-        println!("a fork along a path: {deep} of {} vertices inside", made.vertices.len());
-        assert_eq!(deep, 0);
+        let deeper = |by: f64| made.vertices.iter().filter(|&&p| inside(p, by * h)).count();
+        println!("a fork along a path: {} of {} vertices inside", deeper(0.05), made.vertices.len());
+        // An edge's half stays on its chord where a corner of three sheets stands in its way: once here.
+        assert!(deeper(0.05) <= 1 && deeper(0.1) == 0, "{} {}", deeper(0.05), deeper(0.1));
     }
 
     #[test]

@@ -34,12 +34,44 @@ impl Crowd {
         Crowd { cells: crowd }
     }
 
+    /// The same and the cells at these places and around them.
+    pub(in crate::geometry) fn and_at(&self, places: &[Vec3]) -> Crowd {
+        let mut crowd = self.clone();
+        crowd.mark_at(places.iter().copied());
+        crowd
+    }
+
+    /// The cells at these places alone and around them.
+    pub(super) fn at(&self, places: impl IntoIterator<Item = Vec3>) -> Crowd {
+        let mut crowd = Crowd { cells: Indicator::empty(*self.cells.grid()) };
+        crowd.mark_at(places);
+        crowd
+    }
+
+    fn mark_at(&mut self, places: impl IntoIterator<Item = Vec3>) {
+        for place in places {
+            if let Some(cell) = self.cell(place) {
+                mark(&mut self.cells, cell);
+            }
+        }
+    }
+
+    /// The spacing of the lattice, mm.
+    pub(super) fn h(&self) -> f64 {
+        self.cells.grid().h()
+    }
+
     /// Whether a place lies in such a cell; none lies there beyond the grid.
     fn holds(&self, place: Vec3) -> bool {
+        self.cell(place).is_some_and(|cell| self.cells.contains(cell))
+    }
+
+    /// The cell of a place, if it is one of the grid.
+    fn cell(&self, place: Vec3) -> Option<[usize; 3]> {
         // What lies on a face belongs to the cell behind it, whatever rounding says.
         let index = self.cells.grid().continuous_index(place).map(|x| (x + 1e-6).floor());
         let dims = self.cells.grid().dims();
-        (0..3).all(|a| index[a] >= 0.0 && index[a] < dims[a] as f64) && self.cells.contains(index.map(|x| x as usize))
+        (0..3).all(|a| index[a] >= 0.0 && index[a] < dims[a] as f64).then(|| index.map(|x| x as usize))
     }
 
     /// Calls `mend(mesh, pair, moved)` for the pairs of facets of the crowd that cross by more than 1e-5 spacings, and again for those that
@@ -72,7 +104,7 @@ impl Crowd {
     }
 
     /// The facets of a mesh with a corner in such a cell.
-    fn facets(&self, mesh: &TriangleMesh) -> Vec<u32> {
+    pub(super) fn facets(&self, mesh: &TriangleMesh) -> Vec<u32> {
         let held: Vec<bool> = mesh.vertices.par_iter().map(|&p| self.holds(p)).collect();
         let near = |t: &[u32; 3]| t.iter().any(|&v| held.get(v as usize) == Some(&true));
         mesh.triangles.par_iter().enumerate().filter(|(_, t)| near(t)).map(|(f, _)| f as u32).collect()

@@ -8,6 +8,7 @@
 mod crowd;
 mod feature;
 mod polygon;
+mod restore;
 mod sheets;
 mod surface;
 mod uncross;

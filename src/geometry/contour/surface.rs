@@ -55,7 +55,7 @@ pub fn surface(inside: &Indicator, crossing: impl Fn(Edge) -> f64 + Sync) -> Res
 pub fn sharp_surface(inside: &Indicator, sheets: &impl Sheets) -> Result<(TriangleMesh, Crowd)> {
     let Contour { mut mesh, on_feature, fans, crowd } = cut_all(inside, sheets)?;
     let turned = creases_joined(&mut mesh, &on_feature);
-    uncrossed(&mut mesh, &crowd, &fans, &turned);
+    uncrossed(&mut mesh, &crowd, &fans, &turned, |p| sheets.onto(p));
     Ok((mesh, crowd))
 }
 

@@ -120,15 +120,24 @@ pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Ve
         near_pairs(&tree, &|n| plane(n).0, run.unwrap_or_default(), tolerance, stack, |f, g| {
             let pair = [f, g].map(|n| facets.get(n as usize).copied().unwrap_or_default());
             let [a, b] = pair.map(|facet| mesh.triangles.get(facet as usize).copied().unwrap_or_default());
-            // Neighbours, which most pairs are, are known by their numbers.
-            let shared = a.iter().filter(|v| b.contains(v)).count();
-            if shared < 2 && cross_of([plane(f), plane(g)], tolerance).is_some() {
+            if !neighbours(a, b) && cross_of([plane(f), plane(g)], tolerance).is_some() {
                 found.push(pair);
             }
         });
         found
     });
     pairs.flatten_iter().collect()
+}
+
+/// Whether two triangles, given with their unit normals, cross each other by more than `tolerance` millimetres, as [`meetings`] has it.
+pub fn triangles_cross(a: ([Vec3; 3], Vec3), b: ([Vec3; 3], Vec3), tolerance: f64) -> bool {
+    // The plane of one may tell what the plane of the other does not.
+    cross_of([a, b], tolerance).is_some() || cross_of([b, a], tolerance).is_some()
+}
+
+/// Whether facets have an edge in common, as most pairs that are near each other do: known by the numbers of their corners.
+pub fn neighbours(a: [u32; 3], b: [u32; 3]) -> bool {
+    a.iter().filter(|v| b.contains(v)).count() >= 2
 }
 
 impl Crossing {

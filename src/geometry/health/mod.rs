@@ -19,7 +19,7 @@ mod sides;
 mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
-pub use crossing::{Meetings, crossing_pairs, meetings};
+pub use crossing::{Meetings, crossing_pairs, meetings, neighbours, triangles_cross};
 pub use measure::{Fault, Health, Hole};
 pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired};
 pub use shells::Shell;
