@@ -66,6 +66,20 @@ impl Sandwich {
         Ok(Sandwich { lower, upper, volume, paths })
     }
 
+    /// The samples next to which B may be placed so that all of it lies in A, tA ⊖ cB on the grid of the [difference](Self::difference): no
+    /// such place is nearer to another one.
+    ///
+    /// # Errors
+    /// As [`Sandwich::difference`].
+    pub fn places(a: &Sides, b: &Sides) -> Result<Indicator> {
+        minus(&a.touched, &b.points, &mut Vec::new())
+    }
+
+    /// Both sets, the lower first.
+    pub fn sides(&self) -> [&Indicator; 2] {
+        [&self.lower, &self.upper]
+    }
+
     /// The opening A ∘ B on A's grid, from (fA ⊖ tB) ⊕ cB and (tA ⊖ cB) ⊕ tB.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ mod midway;
 mod motion;
 mod settled;
 mod shape;
+mod twice;
 
 pub use deposit::{Departure, Deposit, deposit};
 pub use motion::sweep_motion;

@@ -5,12 +5,11 @@ use super::midway::widened;
 use crate::distance::signed_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
-use crate::geometry::contour::{Edge, Sheets, sharp_surface};
+use crate::geometry::contour::{Edge, SMOOTH_COSINE, Sheets, sharp_surface};
 use crate::geometry::gauss_image::GaussImage;
 use crate::geometry::health::{Health, Role, meetings};
 use crate::geometry::vector::{Vec3, dot, scale, sub};
 use crate::geometry::{MeshDistance, TriangleMesh, body_pairs};
-use crate::morphology::Sandwich;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -69,7 +68,19 @@ impl Touch {
         Some(Touch { operands: [part.flipped(), mirrored(element)], free: Free::Inside })
     }
 
-    /// The surface of the true result within a sandwich, its vertices where the operands touch, its creases as edges.
+    /// For the way back from a surface of this one: the difference of a sum's, or the sum of a difference's, by the same element. Such a
+    /// surface bounds a solid, wound outwards, and does not cross itself.
+    pub(super) fn back(&self, surface: &TriangleMesh) -> Self {
+        let [_, element] = &self.operands;
+        let (made, free) = match self.free {
+            Free::Outside => (surface.flipped(), Free::Inside),
+            Free::Inside => (surface.clone(), Free::Outside),
+        };
+        Touch { operands: [made, mirrored(element)], free }
+    }
+
+    /// The surface of the true result between a set within it and one that holds it, its vertices where the operands touch, its creases
+    /// as edges.
     ///
     /// A sample is free if edges of the lattice join it to one that is certainly free without meeting the sum; the surface crosses an
     /// edge where it first meets the sum from its free end, exactly but for rounding and for [`sharp_surface`]'s thousandth of an edge
@@ -86,11 +97,11 @@ impl Touch {
     /// # Cost
     /// That of the [reduced convolution](crate::geometry::reduced_convolution::reduced_convolution()), whose patches are drawn into the
     /// lattice: 24 bytes for each crossing between the two sets, and three bits a sample.
-    pub(super) fn surface(&self, found: &Sandwich) -> Result<Option<Settled>> {
-        if found.lower.is_empty() {
+    pub(super) fn surface(&self, [lower, upper]: [&Indicator; 2]) -> Result<Option<Settled>> {
+        if lower.is_empty() {
             return Ok(None);
         }
-        let sides = [widened(&found.lower)?, widened(&found.upper)?];
+        let sides = [widened(lower)?, widened(upper)?];
         let [a, b] = &self.operands;
         let Some(met) = Met::by([&GaussImage::of(a), &GaussImage::of_turned(b)], &sides) else { return Ok(None) };
         let [lower, upper] = sides;
@@ -172,7 +183,9 @@ impl Sheets for Faces<'_> {
     }
 
     fn normals(&self, _: [isize; 3], _: &[Vec3], notes: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
-        notes.iter().copied().collect()
+        let normals: Vec<Vec3> = notes.iter().copied().collect::<Option<_>>()?;
+        let creased = |(at, &m): (usize, &Vec3)| normals.iter().take(at).any(|&n| dot(m, n) <= SMOOTH_COSINE);
+        normals.iter().enumerate().any(creased).then_some(normals)
     }
 
     fn bend(&self, [p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
@@ -188,7 +201,7 @@ mod tests {
     use super::*;
     use crate::geometry::vector::{add, along, unit};
     use crate::geometry::{Primitive, cuboid, extruded};
-    use crate::morphology::Sides;
+    use crate::morphology::{Sandwich, Sides};
     use crate::random::Lcg;
     use crate::units::Length;
 
@@ -222,7 +235,8 @@ mod tests {
             let (part, element) = (turned(&l, &fan, 3.0, &mut random), turned(&u, &caps, 1.0, &mut random).scaled(0.8));
             let [a, b] = [sides(&part), sides(&element)];
             let found = Sandwich::obstacle(&a, &b).unwrap();
-            let settled = Touch::of_obstacle(&part, &element).unwrap().surface(&found).unwrap().unwrap();
+            let settled =
+                Touch::of_obstacle(&part, &element).unwrap().surface([&found.lower, &found.upper]).unwrap().unwrap();
             assert_eq!(settled.touching, settled.crossings);
             // By the definition of the obstacle, with no convolution: outside of it the element is free of the part, inside it is not.
             let part = MeshDistance::new(&part);
@@ -252,7 +266,8 @@ mod tests {
     fn a_difference_is_that_of_boxes_and_none_of_a_part_whose_bodies_meet() {
         let (part, element) = (cuboid([0.0; 3], [6.0, 5.0, 4.0]), cuboid([-0.5, -0.25, 0.0], [0.5, 0.75, 1.0]));
         let found = Sandwich::difference(&sides(&part), &sides(&element)).unwrap();
-        let settled = Touch::of_difference(&part, &element).unwrap().surface(&found).unwrap().unwrap();
+        let settled =
+            Touch::of_difference(&part, &element).unwrap().surface([&found.lower, &found.upper]).unwrap().unwrap();
         let volume = settled.mesh.signed_volume();
         assert!((volume - 5.0 * 4.0 * 3.0).abs() < 94.0 * 1e-3 * H, "{volume}");
         let both = part.clone().joined(&cuboid([5.0, 1.0, 1.0], [9.0, 2.0, 2.0]));

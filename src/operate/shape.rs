@@ -2,6 +2,7 @@
 
 use super::midway::{field_between, surface_between};
 use super::settled::{Settled, Touch, field_to};
+use super::twice::{closed, opened};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::MEETING;
@@ -103,6 +104,9 @@ pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operat
 
 /// The opening of a part: what copies of the element that fit inside cover.
 ///
+/// By a ball the surface is exact; by another element it is where the operands touch, as that of [`minkowski`] once more, or midway in the
+/// bracket where a wall is about as thick as the element, and the path says so.
+///
 /// # Errors
 /// As [`offset`]; [`Error::Operand`] for an element larger than the part.
 pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
@@ -113,12 +117,15 @@ pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<O
         }
         _ => {
             let [a, b] = both_sides(part, element, spacing)?;
-            checked("opening", from_sandwich(Sandwich::opening(&a, &b)?)?)
+            let found = Sandwich::opening(&a, &b)?;
+            let settled = opened(part, &element.faceted(spacing)?, [&a, &b], &found)?;
+            checked("opening", touching(found, settled)?)
         }
     }
 }
 
-/// The closing of a part: what the element, moved about outside, cannot reach.
+/// The closing of a part: what the element, moved about outside, cannot reach. Its surface is as exact as that of [`open`], whatever its
+/// walls.
 ///
 /// # Errors
 /// As [`offset`].
@@ -129,7 +136,9 @@ pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<
         }
         _ => {
             let [a, b] = both_sides(part, element, spacing)?;
-            checked("closing", from_sandwich(Sandwich::closing(&a, &b)?)?)
+            let found = Sandwich::closing(&a, &b)?;
+            let settled = closed(part, &element.faceted(spacing)?, [&a, &b], &found)?;
+            checked("closing", touching(found, settled)?)
         }
     }
 }
@@ -148,8 +157,9 @@ pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Res
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::sum(&a, &b)?;
-    let touch = Touch::of_sum(part, &element.faceted(spacing)?);
-    checked("Minkowski sum", touching(found, touch)?)
+    let settled =
+        Touch::of_sum(part, &element.faceted(spacing)?).map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    checked("Minkowski sum", touching(found, settled)?)
 }
 
 /// The Minkowski difference (erosion) of a part by an element: where the element's origin may stand so that all of it
@@ -164,8 +174,9 @@ pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Re
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::difference(&a, &b)?;
-    let touch = Touch::of_difference(part, &element.faceted(spacing)?);
-    checked("Minkowski difference", touching(found, touch)?)
+    let settled = Touch::of_difference(part, &element.faceted(spacing)?)
+        .map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    checked("Minkowski difference", touching(found, settled)?)
 }
 
 /// The obstacle of a part for a moving element: the translations at which the two overlap. Its surface is as exact as that of
@@ -179,8 +190,9 @@ pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Resu
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::obstacle(&a, &b)?;
-    let touch = Touch::of_obstacle(part, &element.faceted(spacing)?);
-    checked("obstacle", touching(found, touch)?)
+    let settled =
+        Touch::of_obstacle(part, &element.faceted(spacing)?).map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    checked("obstacle", touching(found, settled)?)
 }
 
 /// What an element covers along a polyline of translations: by exact distances, or where the path has too many pieces for
@@ -265,8 +277,7 @@ fn from_distances(shape: Shaped) -> Operated {
 }
 
 /// With the surface where the operands touch, or midway between the two sets if there is none.
-fn touching(found: Sandwich, touch: Option<Touch>) -> Result<Operated> {
-    let settled = touch.map_or(Ok(None), |touch| touch.surface(&found))?;
+fn touching(found: Sandwich, settled: Option<Settled>) -> Result<Operated> {
     let Some(Settled { mesh, inside, touching, crossings }) = settled else {
         let made = from_sandwich(found)?;
         return Ok(Operated { path: format!("{}, surface midway in the bracket", made.path), ..made });
@@ -312,6 +323,14 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
     // Chords are inscribed: the surface may be smaller than the body by what the spacing cannot show.
     let volume = result.volume.as_mm3();
     let slack = 1e-3 * high.max(1e-9);
+    if low == 0.0 && volume > high + slack {
+        return Err(Error::NoGeometry {
+            problem: format!(
+                "nothing of the {operation} is certain at this spacing; at most {high:.3} mm³ could remain"
+            ),
+            remedy: "choose a smaller spacing".into(),
+        });
+    }
     if !(volume.is_finite() && low - slack <= volume && volume <= high + slack) {
         return Err(Error::Internal {
             problem: format!("{operation}: the surface holds {volume} mm³, certified are {low} … {high} mm³"),

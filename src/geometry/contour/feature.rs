@@ -5,7 +5,7 @@ use crate::geometry::vector::{Vec3, add, cross, distance, dot, scale, sub};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Normals of a polygon that differ by more than 30° tell of a feature.
-const SMOOTH_COSINE: f64 = 0.866;
+pub const SMOOTH_COSINE: f64 = 0.866;
 
 /// Directions in which the tangent planes say less than this share of what they say in the clearest one are left alone.
 const UNCLEAR: f64 = 0.03;

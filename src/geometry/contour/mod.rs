@@ -14,6 +14,7 @@ mod surface;
 mod uncross;
 
 pub use crowd::{Crowd, MEETING};
+pub use feature::SMOOTH_COSINE;
 pub use sheets::Sheets;
 pub use surface::{
     Edge, creased_surface, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface,
