@@ -66,8 +66,8 @@ impl Sandwich {
         Ok(Sandwich { lower, upper, volume, paths })
     }
 
-    /// The samples next to which B may be placed so that all of it lies in A, tA ⊖ cB on the grid of the [difference](Self::difference): no
-    /// such place is nearer to another one.
+    /// The samples next to which B may be placed so that all of it lies in A, tA ⊖ cB on the grid of the [difference](Self::difference):
+    /// every such place has one of them as its nearest sample.
     ///
     /// # Errors
     /// As [`Sandwich::difference`].

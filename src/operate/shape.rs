@@ -157,8 +157,8 @@ pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Res
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::sum(&a, &b)?;
-    let settled =
-        Touch::of_sum(part, &element.faceted(spacing)?).map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    let touch = Touch::of_sum(part, &element.faceted(spacing)?);
+    let settled = between(touch, &found)?;
     checked("Minkowski sum", touching(found, settled)?)
 }
 
@@ -174,8 +174,8 @@ pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Re
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::difference(&a, &b)?;
-    let settled = Touch::of_difference(part, &element.faceted(spacing)?)
-        .map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    let touch = Touch::of_difference(part, &element.faceted(spacing)?);
+    let settled = between(touch, &found)?;
     checked("Minkowski difference", touching(found, settled)?)
 }
 
@@ -190,8 +190,8 @@ pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Resu
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::obstacle(&a, &b)?;
-    let settled =
-        Touch::of_obstacle(part, &element.faceted(spacing)?).map_or(Ok(None), |touch| touch.surface(found.sides()))?;
+    let touch = Touch::of_obstacle(part, &element.faceted(spacing)?);
+    let settled = between(touch, &found)?;
     checked("obstacle", touching(found, settled)?)
 }
 
@@ -276,6 +276,11 @@ fn from_distances(shape: Shaped) -> Operated {
     }
 }
 
+/// The surface between the sides of a sandwich, if the operands have a touch.
+fn between(touch: Option<Touch>, found: &Sandwich) -> Result<Option<Settled>> {
+    touch.map_or(Ok(None), |touch| touch.surface(found.sides()))
+}
+
 /// With the surface where the operands touch, or midway between the two sets if there is none.
 fn touching(found: Sandwich, settled: Option<Settled>) -> Result<Operated> {
     let Some(Settled { mesh, inside, touching, crossings }) = settled else {
@@ -342,6 +347,7 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::cuboid;
 
     fn mesh(text: &str) -> TriangleMesh {
         Primitive::parse(text).unwrap().mesh(Length::mm(0.01))
@@ -402,5 +408,10 @@ mod tests {
         assert!(matches!(offset(&part, Length::mm(f64::NAN), H), Err(Error::Operand { .. })));
         assert!(matches!(sweep(&built_in("ball:1mm"), &[[0.0; 3]], H), Err(Error::Operand { .. })));
         assert!(matches!(offset(&empty, Length::mm(1.0), H), Err(Error::NoGeometry { .. })));
+        // Of slats as thick as a sample nothing is certain.
+        let slats = [0.0, 1.1, 2.2, 3.3].map(|z| cuboid([0.0, 0.0, z], [9.0, 8.0, z + 0.6]));
+        let slats = slats.into_iter().reduce(|all, slat| all.joined(&slat)).unwrap();
+        let found = open(&slats, &built_in("box:1.5x1x0.5mm"), Length::mm(0.6));
+        assert!(matches!(found, Err(Error::NoGeometry { problem, .. }) if problem.contains("is certain")));
     }
 }

@@ -28,7 +28,7 @@ impl Crowd {
     /// that find no room all the way, onto the surface beside theirs, if there is. `onto(p)` is the point of it nearest to one near it.
     ///
     /// # Cost
-    /// A tree over the facets of the crowd, if there is anything to put back; for each vertex the facets around it against those near
+    /// A tree over the facets near what is put back, if anything is; for each vertex the facets around it against those near
     /// it, once for most and up to eighty times for some.
     pub(in crate::geometry) fn put_back(
         &self,
