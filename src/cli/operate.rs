@@ -142,7 +142,8 @@ impl Job {
         make: impl Fn(&Operand, Length) -> Result<Operated>,
     ) -> Answer<String> {
         let extent = self.part.extent();
-        let spacing = self.spacing.unwrap_or_else(|| default_spacing(extent));
+        let longer = [0, 1, 2].map(|a| extent[a].max(room[a]));
+        let spacing = self.spacing.unwrap_or_else(|| default_spacing(longer));
         Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
@@ -275,7 +276,7 @@ pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
     text += told;
     if made.bracket[0].as_mm3() <= 0.0 {
-        let _ = writeln!(text, "note       nothing of it is certain at this spacing; a smaller --voxel says more");
+        let _ = writeln!(text, "note       no volume of it is certain at this spacing; a smaller --voxel says more");
     }
     for notice in notices {
         let _ = writeln!(text, "note       {}", printable(&notice.message));

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::Indicator;
-use crate::geometry::{InsideRule, Primitive, TriangleMesh, enclose};
+use crate::geometry::{InsideRule, Primitive, TriangleMesh, enclose, interior_point};
 use crate::grid::Grid;
 use crate::units::Length;
 
@@ -148,6 +148,24 @@ impl Sides {
         Ok(Sides { full: cast.inner, points: cast.centres, touched: cast.outer })
     }
 
+    /// As [`Sides::of_mesh`], with a sample in the shape however thin it is: where the lattice at `phase` has none, on one through a
+    /// point of it.
+    ///
+    /// # Errors
+    /// As [`Sides::of_mesh`].
+    ///
+    /// # Cost
+    /// As [`Sides::of_mesh`], twice at most.
+    pub fn with_sample(mesh: &TriangleMesh, spacing: Length, phase: [f64; 3]) -> Result<Self> {
+        let sides = Self::of_mesh(mesh, spacing, phase)?;
+        if !sides.points.is_empty() {
+            return Ok(sides);
+        }
+        let Some(p) = interior_point(mesh) else { return Ok(sides) };
+        let through = Self::of_mesh(mesh, spacing, p.map(|x| (x / spacing.as_mm()).rem_euclid(1.0)))?;
+        Ok(if through.points.is_empty() { sides } else { through })
+    }
+
     /// The three sides of a built-in shape, from its exact distance: a cube touches it, or lies in it, as far as the
     /// ball around the cube cannot tell otherwise.
     ///
@@ -220,6 +238,21 @@ mod tests {
         for radius in [-1.0, f64::NAN, f64::INFINITY, 1e9] {
             assert!(StructuringElement::ball(Length::mm(radius), h).is_err());
         }
+    }
+
+    #[test]
+    fn a_lattice_passes_through_what_is_thinner_than_its_spacing() {
+        let (h, phase) = (Length::mm(0.3), [0.25; 3]);
+        let plate = Primitive::parse("box:3x2x0.01mm").unwrap().mesh(h);
+        let turned = plate.transformed([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]], [7.0, 8.0, 9.0]);
+        for mesh in [&plate, &turned] {
+            assert!(Sides::of_mesh(mesh, h, phase).unwrap().points.is_empty());
+            let found = Sides::with_sample(mesh, h, phase).unwrap();
+            assert!(!found.points.is_empty() && found.full.is_empty());
+            assert!(found.points.is_subset(&found.touched).unwrap());
+        }
+        let block = Primitive::parse("box:3x2x1mm").unwrap().mesh(h);
+        assert_eq!(Sides::with_sample(&block, h, phase).unwrap(), Sides::of_mesh(&block, h, phase).unwrap());
     }
 
     #[test]

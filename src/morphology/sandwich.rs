@@ -82,6 +82,8 @@ impl Sandwich {
 
     /// The opening A ∘ B on A's grid, from (fA ⊖ tB) ⊕ cB and (tA ⊖ cB) ⊕ tB.
     ///
+    /// Volume: (fA ⊖ tB) ⊕ fB are cubes inside, and so are those that points of B make of cubes of places, (fA ⊖ (tB ⊕ 3³)) ⊕ cB.
+    ///
     /// # Errors
     /// As [`Sandwich::difference`].
     pub fn opening(a: &Sides, b: &Sides) -> Result<Self> {
@@ -93,7 +95,7 @@ impl Sandwich {
         let lower = on_a(&plus(&allowed, &b.points, &mut paths)?)?;
         let covered = plus(&possible, &b.touched, &mut paths)?;
         let upper = on_a(&covered)?;
-        let inside = on_a(&plus(&allowed, &b.full, &mut paths)?)?;
+        let inside = on_a(&plus(&allowed, &b.full, &mut paths)?)?.union(&carried(a, b, &mut paths)?)?;
         let high = covering_volume(&covered, 2)?.min(a.touched.volume());
         Ok(Sandwich { volume: [inside.volume(), high], lower, upper, paths })
     }
@@ -179,6 +181,12 @@ fn inside_sum(a: &Sides, b: &Sides, paths: &mut Vec<Path>) -> Result<Indicator> 
     plus(&a.full, &b.points, paths)?.union(&plus(&a.points, &b.full, paths)?)
 }
 
+/// Cubes that certainly lie in A ∘ B: cubes of places for B moved by its points, however thin it is.
+fn carried(a: &Sides, b: &Sides, paths: &mut Vec<Path>) -> Result<Indicator> {
+    let places = minus(&a.full, &thickened(&b.touched)?, paths)?;
+    plus(&places, &b.points, paths)?.placed(b.touched.grid().dims().map(|n| n as isize), *a.points.grid())
+}
+
 /// The volume of the union of cubes of `side` spacings about a set's samples.
 pub(super) fn covering_volume(set: &Indicator, side: usize) -> Result<Volume> {
     let cube = StructuringElement::cuboid([side; 3], Length::mm(set.grid().h()))?;
@@ -262,6 +270,20 @@ mod tests {
                 encloses(&Sandwich::opening(&a, &b).unwrap(), ball(4.0), volume(4.0));
                 encloses(&Sandwich::closing(&a, &b).unwrap(), ball(4.0), volume(4.0));
             }
+        }
+    }
+
+    #[test]
+    fn openings_by_a_plate_without_cubes_have_certain_volume() {
+        for phase in PHASES {
+            let plate = sides("box:2x1x0.1mm", [0.0; 3]);
+            assert!(plate.full.is_empty() && !plate.points.is_empty());
+            let bar = Primitive::parse("box:8x6x4mm").unwrap();
+            encloses(
+                &Sandwich::opening(&sides("box:8x6x4mm", phase), &plate).unwrap(),
+                |p| bar.signed_distance(p),
+                192.0,
+            );
         }
     }
 

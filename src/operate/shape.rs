@@ -166,7 +166,7 @@ pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Res
 /// lies in the part. Its surface is as exact as that of [`minkowski`]; a part whose bodies meet gets one midway in the bracket.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open`]; [`Error::NoGeometry`], too, where no sample is certainly in it: it may have no volume.
 pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     element_fits("Minkowski difference", part, element)?;
     if let Element::BuiltIn(Primitive::Ball { radius }) = element {
@@ -226,15 +226,20 @@ pub fn reachable(part: &Sides, tool: &Sides, window: &Grid) -> Result<Operated> 
     checked("reach", from_sandwich(Sandwich::reachable(part, tool, window)?)?)
 }
 
+/// Where samples lie beside the world's origin, in spacings, so that faces on round coordinates are not on samples.
+const PHASE: [f64; 3] = [0.25; 3];
+
 fn both_sides(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<[Sides; 2]> {
-    // Between samples, so that faces on round coordinates are not on samples.
-    let a = Sides::of_mesh(part, spacing, [0.25; 3])?;
-    let b = match element {
-        Element::Mesh(mesh) => Sides::of_mesh(mesh, spacing, [0.25; 3])?,
-        Element::BuiltIn(shape @ Primitive::Box { .. }) => Sides::of_mesh(&shape.mesh(spacing), spacing, [0.25; 3])?,
-        Element::BuiltIn(shape) => Sides::of_primitive(shape, spacing, [0.25; 3])?,
+    let of_element = match element {
+        Element::Mesh(mesh) => Sides::with_sample(mesh, spacing, PHASE)?,
+        Element::BuiltIn(shape @ Primitive::Box { .. }) => Sides::with_sample(&shape.mesh(spacing), spacing, PHASE)?,
+        Element::BuiltIn(shape) => {
+            let sides = Sides::of_primitive(shape, spacing, PHASE)?;
+            // The origin is the middle of every built-in shape.
+            if sides.points.is_empty() { Sides::of_primitive(shape, spacing, [0.0; 3])? } else { sides }
+        }
     };
-    Ok([a, b])
+    Ok([Sides::with_sample(part, spacing, PHASE)?, of_element])
 }
 
 fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element) -> Result<()> {
@@ -312,13 +317,13 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
     if low.is_nan() || high.is_nan() || low > high {
         return Err(Error::Internal { problem: format!("{operation}: the bracket {low} … {high} mm³ is empty") });
     }
+    let most = result.bracket[1];
     if result.mesh.triangles.is_empty() {
         if low > 0.0 {
             return Err(Error::Internal { problem: format!("{operation}: a surface of at least {low} mm³ was lost") });
         }
         let (problem, remedy) = if high > 0.0 {
-            let problem =
-                format!("nothing of the {operation} shows at this spacing; at most {high:.3} mm³ could remain");
+            let problem = format!("nothing of the {operation} shows at this spacing; at most {most} could remain");
             (problem, "choose a smaller spacing or a smaller element")
         } else {
             (format!("nothing remains after the {operation}"), "choose a smaller element")
@@ -328,12 +333,12 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
     // Chords are inscribed: the surface may be smaller than the body by what the spacing cannot show.
     let volume = result.volume.as_mm3();
     let slack = 1e-3 * high.max(1e-9);
-    if low == 0.0 && volume > high + slack {
+    let midway = result.distances.is_none() && result.inside.is_none();
+    let nothing_certain = result.sides.as_ref().is_some_and(|[lower, _]| lower.is_empty());
+    if low == 0.0 && (volume > high + slack || midway && nothing_certain) {
         return Err(Error::NoGeometry {
-            problem: format!(
-                "nothing of the {operation} is certain at this spacing; at most {high:.3} mm³ could remain"
-            ),
-            remedy: "choose a smaller spacing".into(),
+            problem: format!("nothing of the {operation} is certain at this spacing; at most {most} could remain"),
+            remedy: "choose a smaller spacing or a smaller element".into(),
         });
     }
     if !(volume.is_finite() && low - slack <= volume && volume <= high + slack) {
@@ -386,6 +391,43 @@ mod tests {
         assert!(difference(&part, &element, H).unwrap().path.ends_with(" crossings where the operands touch"));
         let both = part.clone().joined(&mesh("box:8x2x2mm"));
         assert!(difference(&both, &element, H).unwrap().path.ends_with(", surface midway in the bracket"));
+    }
+
+    #[test]
+    fn an_element_may_be_thinner_than_any_spacing() {
+        let part = mesh("box:6x5x4mm");
+        let plate = |x: f64, y: f64, z: f64| Element::Mesh(cuboid([0.0; 3], [x, y, z]));
+        // Faces along the lattice are exact to a thousandth of a spacing, edges to a third of it.
+        let close = |found: Result<Operated>, volume: f64| {
+            let found = found.unwrap();
+            let [low, high] = found.bracket.map(|v| v.as_mm3());
+            assert!(0.0 < low && low <= volume && volume <= high, "{volume} not in {low} … {high}");
+            let off = found.volume.as_mm3() - volume;
+            assert!(off.abs() < 190.0 * 1e-3 * 0.25 + 68.0 * (0.3f64 * 0.25).powi(2), "{off} off {volume}");
+        };
+        close(minkowski(&part, &plate(1.0, 1.0, 1e-3), H), 7.0 * 6.0 * 4.001);
+        close(minkowski(&part, &plate(1e-3, 1e-3, 2.0), H), 6.001 * 5.001 * 6.0);
+        close(minkowski(&cuboid([0.0; 3], [1.0, 1.0, 1e-3]), &plate(6.0, 5.0, 4.0), H), 7.0 * 6.0 * 4.001);
+        close(difference(&part, &plate(1.0, 1.0, 1e-3), H), 5.0 * 4.0 * 3.999);
+        close(open(&part, &plate(1.0, 1.0, 1e-3), H), 120.0);
+        close(super::close(&part, &plate(1.0, 1.0, 1e-3), H), 120.0);
+        let disc = minkowski(&part, &built_in("cylinder:r1h0.001mm"), H);
+        close(disc, 4.001 * (30.0 + 22.0 + std::f64::consts::PI));
+    }
+
+    #[test]
+    fn a_difference_without_volume_is_no_shape() {
+        let part = mesh("box:6x5x4mm");
+        for element in ["box:6x5x4mm", "box:6x1x1mm", "box:5.97x1x1mm"] {
+            let found = difference(&part, &built_in(element), H);
+            assert!(
+                matches!(found, Err(Error::NoGeometry { problem, .. }) if problem.contains("is certain")),
+                "{element}"
+            );
+        }
+        // At a spacing that shows 0.03 mm there is one.
+        let found = difference(&mesh("box:1x0.5x0.5mm"), &built_in("box:0.97x0.1x0.1mm"), Length::mm(0.005)).unwrap();
+        assert!((found.volume.as_mm3() - 0.03 * 0.4 * 0.4).abs() < 1e-5, "{}", found.volume);
     }
 
     #[test]
