@@ -12,6 +12,10 @@ const LINES: usize = 30;
 /// Columns that a line may take.
 const WIDTH: usize = 120;
 
+/// Lines that the summary's sentence may take, and each list of checks: the names of all of them, with what most measure.
+const OF_SUMMARY: usize = 3;
+const OF_CHECKS: usize = 4;
+
 /// Whether the text carries colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Palette {
@@ -63,7 +67,7 @@ pub fn summary(report: &Report, outputs: &Outputs, palette: Palette) -> String {
     let findings = phrase::numbered(report);
     let mut lines = header(report, palette);
     lines.extend([String::new(), verdict(report, outputs, palette)]);
-    lines.extend(wrapped(&printable_sentence(&report.summary)));
+    lines.extend(wrapped(&printable_sentence(&report.summary), OF_SUMMARY));
     lines.push(String::new());
     let rest = rest(report, outputs, &findings, palette);
     // Two lines each, and one that counts those left out.
@@ -269,7 +273,7 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
             return Vec::new();
         }
         let line = format!("{} {} {words}: {}", state.glyph(), items.len(), items.join(", "));
-        wrapped(&line).iter().map(|l| palette.state(state, l)).collect()
+        wrapped(&line, OF_CHECKS).iter().map(|l| palette.state(state, l)).collect()
     };
     let passes = named(State::Pass).map(|c| printable(&c.name) + &phrase::beside_name(c));
     // Reasons fit for one or two; the page has all.
@@ -331,17 +335,23 @@ fn printable_sentence(text: &str) -> String {
     text.chars().map(escaped).collect()
 }
 
-/// A line cut to the width of the summary.
+/// A line cut to the width of the summary: between words, unless one of them is longer than that.
 fn clipped(line: &str) -> String {
-    if line.chars().count() <= WIDTH { line.into() } else { line.chars().take(WIDTH - 1).chain(['…']).collect() }
+    if line.chars().count() <= WIDTH {
+        return line.into();
+    }
+    let most: String = line.chars().take(WIDTH - 1).collect();
+    // What a line of findings is indented by is no word.
+    let words = most.rfind(' ').map(|end| most[..end].trim_end()).filter(|kept| 2 * kept.len() > WIDTH);
+    words.map_or_else(|| format!("{most}…"), |kept| format!("{kept} …"))
 }
 
-/// A sentence in at most two lines, broken between words; what does not fit is cut.
-fn wrapped(text: &str) -> Vec<String> {
+/// A sentence in at most so many lines, broken between words; what does not fit is cut.
+fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
         let last = lines.last().map_or(0, |l| l.chars().count());
-        if last > 0 && last + 1 + word.chars().count() > WIDTH && lines.len() < 2 {
+        if last > 0 && last + 1 + word.chars().count() > WIDTH && lines.len() < most {
             lines.push(String::new());
         }
         if let Some(line) = lines.last_mut() {
@@ -352,4 +362,21 @@ fn wrapped(text: &str) -> Vec<String> {
         }
     }
     lines.iter().map(|l| clipped(l)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_cut_between_words() {
+        let words = vec!["ninechars"; 40].join(" ");
+        let lines = wrapped(&words, 2);
+        assert_eq!(lines[0], vec!["ninechars"; 12].join(" "));
+        assert_eq!(lines[1], vec!["ninechars"; 11].join(" ") + " …");
+        assert_eq!(wrapped(&words, 4).join(" "), words);
+        // One word that is longer than a line is cut where the line ends.
+        let long = clipped(&format!("name {}", "x".repeat(200)));
+        assert_eq!((long.chars().count(), long.ends_with("x…")), (WIDTH, true));
+    }
 }
