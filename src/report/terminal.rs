@@ -372,8 +372,8 @@ mod tests {
     fn lines_are_cut_between_words() {
         let words = vec!["ninechars"; 40].join(" ");
         let lines = wrapped(&words, 2);
-        assert_eq!(lines[0], vec!["ninechars"; 12].join(" "));
-        assert_eq!(lines[1], vec!["ninechars"; 11].join(" ") + " …");
+        assert_eq!(lines[0], ["ninechars"; 12].join(" "));
+        assert_eq!(lines[1], ["ninechars"; 11].join(" ") + " …");
         assert_eq!(wrapped(&words, 4).join(" "), words);
         // One word that is longer than a line is cut where the line ends.
         let long = clipped(&format!("name {}", "x".repeat(200)));
