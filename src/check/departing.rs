@@ -260,16 +260,13 @@ impl<'a> Seeker<'a> {
     }
 
     fn bracket(&self, place: &Candidate, known: Option<(Volumes, Length)>) -> (Bracket, Basis) {
-        let Some(([value, low, high], cell)) = known else {
+        let Some(([value, low, high], _)) = known else {
             let most = self.most_in(place.extent);
             return (Bracket::new(place.about.min(most), 0.0, most), Basis::Estimated);
         };
-        // Between the sides of a sheet or a slot lies what it holds; the samples of a lattice say that less well.
-        let flat = place.flat && (low..=high).contains(&place.about);
-        // What hangs together at a place of material that was never counted as a whole may reach beyond its box.
-        let counted = self.side == Side::Void || cell.as_mm() < self.bead.width.as_mm();
-        let basis = if counted { Basis::Certified } else { Basis::Estimated };
-        (Bracket::new(if flat { place.about } else { value.clamp(low, high) }, low, high), basis)
+        // Cells that are too coarse for a sheet or a slot tell less of it than what lies between its sides.
+        let value = if place.flat { place.about } else { value };
+        (Bracket::new(value.clamp(low, high), low, high), Basis::Certified)
     }
 
     /// By how much a place is narrower than what would be printed as drawn.

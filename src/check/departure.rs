@@ -14,7 +14,7 @@ use crate::units::Length;
 
 /// Cells along the width and the height of the element, level by level.
 const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16, 10), (24, 16), (32, 21), (48, 32)];
-/// Cells of a finer look at a whole place at most: four bytes each while its pieces are told apart.
+/// Cells of a finer look at a whole place at most: eight bytes each, for what is material of them and while its pieces are told apart.
 const MOST_CELLS: u64 = 1 << 25;
 /// Side of the parts that a place with patches is counted in, in widths of the element.
 const PART: f64 = 10.0;

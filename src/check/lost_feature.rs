@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
-use super::departure::{Departure, Place, Volumes};
+use super::departure::{Departure, Place};
 use super::detail::{Between, Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
@@ -34,12 +34,13 @@ static META: Meta = Meta {
            narrower than the process shows it, is named apart.",
     why: "A slicer drops such material without a word, or prints it wider than drawn.",
     how: "Every pair of opposing features is searched as for thin-wall. A sheet with normal n is lost if it is thinner than the \
-          element along n, and so is a body that lies between two planes nearer to each other than that. Its volume is counted on a lattice that divides the element, once with cells wholly inside and once with \
-          all cells touched; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
+          element along n, and so is a body that lies between two planes nearer to each other than that. Its volume is measured on a lattice that divides the element: the material in cells in which nothing can be printed, and in \
+          those in which perhaps not all is; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
     limits: "Detail is a sheet of at most 2 mm height; relief lower than half its width, and pins, are not looked at here. \
-             Volume is bracketed for what is lost and hangs together at the place, rounding of edges that touch it included. \
+             Volume is bracketed for what is lost and hangs together within the place and half an element around it, rounding of edges \
+             that touch it there included. \
              The element is made of whole cells, and another division makes another one: the bracket holds for the element of the \
              division that gave it.",
     source: "Opening: G. Matheron, Random Sets and Integral Geometry, 1975. Limits: see the profile.",
@@ -143,14 +144,9 @@ impl Lost<'_> {
         }
         let counted = trial.as_ref().map(|t| Ok((t.cell(), t.volumes()?))).transpose()?;
         let about = detail.volume;
-        // Between the sides of a sheet lies what it holds; the sides of a rod or a speck have no such volume.
-        let flat = detail.noun() == "sheet";
         let (bracket, basis) = match counted {
             _ if detail.whole.is_some() => (Bracket::exact(about), Basis::Exact),
             Some((cell, counted)) => {
-                let likely = |[cells, low, high]: Volumes| {
-                    if flat && (low..=high).contains(&about) { about } else { cells.clamp(low, high) }
-                };
                 let place = Place {
                     part: self.part,
                     bead: self.bead,
@@ -160,13 +156,13 @@ impl Lost<'_> {
                     narrowest: detail.thinnest.centre,
                     across: normal,
                     missing: needed - detail.thinnest.diameter,
-                    likely: None,
+                    // Between the sides of a sheet lies what it holds; the sides of a rod or a speck have no such volume.
+                    likely: (detail.noun() == "sheet").then_some(about),
                     patches: &[],
                 };
-                let about = likely(counted);
-                let known = ([about, counted[1], counted[2]], cell);
-                let ([_, low, high], _) = place.told(known, budget.left, budget)?;
-                (Bracket::new(about.max(low).min(high.max(low)), low, high), Basis::Certified)
+                let ([value, low, high], _) = place.told((counted, cell), budget.left, budget)?;
+                // Cells that are too coarse for a sheet tell less of it than what lies between its sides.
+                (Bracket::new(place.likely.unwrap_or(value).clamp(low, high), low, high), Basis::Certified)
             }
             None => (Bracket::new(about, 0.0, about.max(detail.area * needed)), Basis::Estimated),
         };

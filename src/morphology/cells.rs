@@ -5,7 +5,7 @@ use super::overlap::Prism;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::Vec3;
+use crate::geometry::vector::{Vec3, add, sub};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
 
@@ -121,6 +121,18 @@ impl Cells {
         [x, y, z / self.stretch]
     }
 
+    /// The box of the centres of all cells that lie in a box.
+    pub fn held(&self, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
+        let half = self.cell_mm().map(|side| 0.5 * side);
+        (add(lo, half), sub(hi, half))
+    }
+
+    /// The box of the centres of all cells that meet a box.
+    pub fn touched(&self, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
+        let half = self.cell_mm().map(|side| 0.5 * side);
+        (sub(lo, half), add(hi, half))
+    }
+
     /// The cells whose centres lie in a box of the part's frame.
     pub fn indices_in(&self, window: (Vec3, Vec3)) -> impl Iterator<Item = [usize; 3]> {
         let [x, y, z] = self.ranges_in(window);
@@ -138,6 +150,13 @@ impl Cells {
         [0, 1, 2].map(|a| (index(lo, a).ceil().max(0.0) as usize)..((index(hi, a).floor() + 1.0) as usize).min(dims[a]))
     }
 
+    /// The cells of a set whose centres lie in a box of the part's frame.
+    pub fn within(&self, set: &Indicator, window: (Vec3, Vec3)) -> Indicator {
+        let mut inside = Indicator::empty(self.grid);
+        self.indices_in(window).filter(|&index| set.contains(index)).for_each(|index| inside.set(index, true));
+        inside
+    }
+
     /// Volume of the cells of one set that are not in another, centres within a box of the part's frame.
     pub fn volume_in(&self, from: &Indicator, without: &Indicator, window: (Vec3, Vec3)) -> Volume {
         let [x, y, z] = self.ranges_in(window);
@@ -147,6 +166,13 @@ impl Cells {
             count += x.clone().filter(|i| (a[i / 64] & !b[i / 64]) >> (i % 64) & 1 == 1).count() as u64;
         }
         self.cell_volume() * count as f64
+    }
+
+    /// A mesh in the frame of the part, in the stretched frame.
+    pub fn stretched(&self, mesh: &TriangleMesh) -> TriangleMesh {
+        let mut stretched = mesh.clone();
+        stretched.vertices.iter_mut().for_each(|p| p[2] *= self.stretch);
+        stretched
     }
 
     /// A mesh in the stretched frame, in the frame of the part.

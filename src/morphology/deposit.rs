@@ -11,9 +11,9 @@ use super::cells::Cells;
 use super::least_element::Bead;
 use super::overlap::Prism;
 use crate::error::{Error, Result};
-use crate::field::{Field, Indicator};
+use crate::field::{Density, Field, Indicator};
 use crate::geometry::contour::superlevel_surface;
-use crate::geometry::{Enclosure, InsideRule, TriangleMesh, enclose};
+use crate::geometry::{Enclosure, InsideRule, Solid, TriangleMesh, enclose, voxelize};
 use crate::grid::Grid;
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
@@ -51,10 +51,22 @@ impl Designed {
     /// # Errors
     /// As [`enclose`].
     pub fn cast(mesh: &TriangleMesh, rule: InsideRule, bead: Bead, cells: Cells) -> Result<Self> {
-        let mut stretched = mesh.clone();
-        stretched.vertices.iter_mut().for_each(|p| p[2] *= cells.stretch);
-        let shape = enclose(&stretched, &cells.grid, rule)?;
+        let shape = enclose(&cells.stretched(mesh), &cells.grid, rule)?;
         Ok(Designed { element: cells.element(bead.footprint)?, cells, bead, shape })
+    }
+
+    /// As [`Designed::cast`] by crossings, with the share of each cell that the part fills.
+    ///
+    /// # Errors
+    /// As [`voxelize`].
+    ///
+    /// # Cost
+    /// That of [`Designed::cast`] and four bytes a cell.
+    pub fn cast_with_density(mesh: &TriangleMesh, bead: Bead, cells: Cells) -> Result<(Self, Density)> {
+        let Solid { inner, centres, outer, density, .. } =
+            voxelize(&cells.stretched(mesh), &cells.grid, InsideRule::Crossings)?;
+        let shape = Enclosure { inner, centres, outer };
+        Ok((Designed { element: cells.element(bead.footprint)?, cells, bead, shape }, density))
     }
 
     /// The shape grown by whole cells along every axis.
@@ -172,18 +184,45 @@ impl AsPrinted {
         Ok([inner.difference(&self.upper)?, centres.difference(&self.centres)?, outer.difference(&self.lower)?])
     }
 
+    /// Cells in which nothing is printed: for certain, by the samples, and perhaps, at least in part. The material in the first is lost,
+    /// and what is lost lies in the last; each holds the one before.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    pub fn lost_within(&self) -> Result<[Indicator; 3]> {
+        let outer = &self.designed.shape.outer;
+        Ok([outer.difference(&self.upper)?, outer.difference(&self.centres)?, outer.difference(&self.lower)?])
+    }
+
     /// Void that is printed and from which no cell that stays open is as near as half the element: slots and holes that close. The coat
     /// on a face that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
     ///
     /// # Errors
     /// None for shapes that exist.
     pub fn filled(&self) -> Result<[Indicator; 3]> {
-        let reach = self.designed.cells.wide.max(self.designed.cells.high).div_ceil(2);
         let Enclosure { inner, centres, outer } = &self.designed.shape;
-        let closed = |printed: &Indicator, drawn: &Indicator| {
-            printed.difference(drawn)?.difference(&grown(&printed.complement(), reach))
-        };
-        Ok([closed(&self.lower, outer)?, closed(&self.centres, centres)?, closed(&self.upper, inner)?])
+        Ok([
+            self.closed(&self.lower)?.difference(outer)?,
+            self.closed(&self.centres)?.difference(centres)?,
+            self.closed(&self.upper)?.difference(inner)?,
+        ])
+    }
+
+    /// Cells whose void is filled: for certain, by the samples, and perhaps, at least in part. What is filled lies in the last; each holds
+    /// the one before.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    pub fn filled_within(&self) -> Result<[Indicator; 3]> {
+        let inner = &self.designed.shape.inner;
+        let [lower, centres, upper] = [&self.lower, &self.centres, &self.upper].map(|printed| self.closed(printed));
+        Ok([lower?.difference(inner)?, centres?.difference(inner)?, upper?.difference(inner)?])
+    }
+
+    /// Of what is printed, what is farther than half the element from all that is not.
+    fn closed(&self, printed: &Indicator) -> Result<Indicator> {
+        let reach = self.designed.cells.wide.max(self.designed.cells.high).div_ceil(2);
+        printed.difference(&grown(&printed.complement(), reach))
     }
 
     /// Volume as printed: the estimate.

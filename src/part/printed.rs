@@ -1,7 +1,9 @@
 //! A part as a process prints it.
 
 use super::Part;
+use super::health::Role;
 use crate::error::{Error, Result};
+use crate::field::Density;
 use crate::geometry::InsideRule;
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::process::Process;
@@ -44,6 +46,26 @@ impl Part {
             Some(Err(Error::Operand { .. })) | None => Designed::cast(&self.mesh, InsideRule::Winding, bead, cells),
             Some(cast) => cast,
         }
+    }
+}
+
+impl Part {
+    /// As [`Part::deposited`], with the share of each cell that the part fills, where the mesh tells it.
+    ///
+    /// Shares add up what every facet bounds: of bodies that overlap they would count the overlap twice, and an open surface has none.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn deposited_with_density(&self, bead: Bead, cells: Cells) -> Result<(Designed, Option<Density>)> {
+        let swallowed = self.health.shells.iter().any(|shell| shell.role == Role::Swallowed);
+        if !swallowed && self.is_plain() {
+            match Designed::cast_with_density(&self.mesh, bead, cells) {
+                Ok((designed, density)) => return Ok((designed, Some(density))),
+                Err(Error::Operand { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok((self.deposited(bead, cells)?, None))
     }
 }
 
