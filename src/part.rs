@@ -8,7 +8,7 @@ pub use printed::{bead_of, spread_of};
 
 use crate::access::{Setup, Turns, axis_directions, lattice_directions};
 use crate::error::{Error, Result};
-use crate::geometry::health::{self, Meetings};
+use crate::geometry::health::{self, Meetings, Role};
 use crate::geometry::vector::{Vec3, add, dot, sub};
 use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
@@ -170,6 +170,12 @@ impl Part {
     /// Whether a facet bounds the solid; ghosts and facets inside the union do not.
     pub fn bounds_solid(&self, facet: usize) -> bool {
         self.bounding.get(facet).copied().unwrap_or(false)
+    }
+
+    /// Whether a facet bounds a void that is closed all round: what is put into it stays there. Nothing is said of shells that cross.
+    pub fn bounds_sealed_void(&self, facet: usize) -> bool {
+        let shell = self.health.facet_shell.get(facet).and_then(|&s| self.health.shells.get(s as usize));
+        self.meetings.crossing.count == 0 && shell.is_some_and(|shell| shell.role == Role::Cavity)
     }
 
     /// Side lengths of the box in the frame of the build, millimetres.

@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::chamfer::Chamfer;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
-use super::hanging::{BRIDGE, CROWN, LEDGE, ceilings_of, looked_at_again};
+use super::hanging::{BRIDGE, CROWN, LEDGE, Supports, ceilings_of, looked_at_again};
 use super::place::{group_equal, locate, reported};
 use super::rib::Ribbing;
 use super::roof::Roof;
@@ -90,9 +90,10 @@ impl Check for Bridge {
         measured.budget = (budget.looks > 0).then_some(budget);
         found.sort_by(|a, b| Finding::worst_first(&a.0, &b.0));
         let remedies: Vec<Tried> = found.par_iter().take(TRIED).map(|(f, c)| Tried::of(part, process, f, c)).collect();
+        let below: Vec<_> = found.iter().map(|(f, c)| (f.at_mm, Supports::below(part, process, &c.facets))).collect();
         measured.findings = group_equal(found.into_iter().map(|(f, _)| f).collect(), 0.05);
         for f in &mut measured.findings {
-            f.fix = advised(part, process, f, &remedies);
+            f.fix = advised(part, f, &remedies, &below);
             if f.count > 1 {
                 f.message = format!("{} places: {}", f.count, f.message);
             }
@@ -218,8 +219,8 @@ fn limit_of(f: &Finding) -> f64 {
     f.warn.or(f.fail).unwrap_or(0.0)
 }
 
-/// The hint of a finding, from what was tried at its places.
-fn advised(part: &Part, process: &Process, f: &Finding, remedies: &[Tried]) -> String {
+/// The hint of a finding, from what was tried at its places and what supports can do below them.
+fn advised(part: &Part, f: &Finding, remedies: &[Tried], below: &[([f64; 3], Supports)]) -> String {
     let own = |t: &&Tried| t.kind == f.kind && f.places.iter().any(|p| p.at_mm == t.at_mm);
     let tries: Vec<&Tried> = remedies.iter().filter(own).collect();
     let (limit, length) = (limit_of(f), short(limit_of(f)));
@@ -237,10 +238,12 @@ fn advised(part: &Part, process: &Process, f: &Finding, remedies: &[Tried]) -> S
         }
     };
     let without = matches!(tries.first().map(|t| &t.remedy), Some(Remedy::Ribs(ribs)) if !ribs.holds());
-    let support = match (process.prints_supports, without) {
-        (false, _) => "; this process prints no supports",
-        (true, true) => "; let it be supported",
-        (true, false) => "; or let it be supported",
+    let here = below.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at)).map(|(_, supports)| *supports);
+    let support = match (here.max(), without) {
+        (None | Some(Supports::None), _) => "; this process prints no supports",
+        (Some(Supports::Stay), _) => "; a support would stay in there: the void is sealed",
+        (Some(Supports::Hold), true) => "; let it be supported",
+        (Some(Supports::Hold), false) => "; or let it be supported",
     };
     format!("{first}{others}{support}")
 }

@@ -27,6 +27,28 @@ pub fn support_angle(process: &Process) -> Option<f64> {
     Some(limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0)))
 }
 
+/// What supports can do for surface that hangs over, least first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Supports {
+    /// The process prints none.
+    None,
+    /// They hold it and stay in the void that it bounds, which is sealed.
+    Stay,
+    /// They hold it, and nothing says that they cannot be taken out.
+    Hold,
+}
+
+impl Supports {
+    /// Below facets that hang over.
+    pub fn below(part: &Part, process: &Process, facets: &[u32]) -> Self {
+        match process.prints_supports {
+            false => Supports::None,
+            true if facets.iter().all(|&f| part.bounds_sealed_void(f as usize)) => Supports::Stay,
+            true => Supports::Hold,
+        }
+    }
+}
+
 /// The facets of the solid that look down at less than the process' angle, off the plate, with no body right below them.
 fn hanging(part: &Part, process: &Process) -> Vec<u32> {
     let Some(angle) = support_angle(process) else { return Vec::new() };

@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::hanging::{needing_support, plate_z, support_angle};
+use super::hanging::{Supports, needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
 use super::tooling::direction_in_file;
 use crate::access::{Question, least_hanging};
@@ -86,21 +86,24 @@ impl Check for Overhang {
         let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
         let dot = process.element.width_mm * process.element.width_mm;
         let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
-        let judged = |list: &[(&DownwardRegion, Option<f64>)], kind: &str, limits: Limits| -> Vec<Finding> {
+        let supports = |r: &DownwardRegion| Supports::below(part, process, &r.facets);
+        let (sealed, regions): (Vec<_>, Vec<_>) = regions.into_iter().partition(|(r, _)| supports(r) == Supports::Stay);
+        let turn = if wanted.is_empty() { None } else { better_turn(part, process, &wanted) };
+        for (list, kind, limits, equal) in
+            [(regions, "slope", limits, 0.5), (sealed, "slope", limits, 0.5), (specks, "specks", of_specks, 90.0)]
+        {
+            let supports = list.first().map_or(Supports::None, |(r, _)| supports(r));
             let one = |(r, volume_mm3): &(&DownwardRegion, Option<f64>)| Finding {
                 volume_mm3: *volume_mm3,
                 ..finding(part, process, context, r, limits, kind)
             };
             let mut all: Vec<Finding> = list.iter().map(one).collect();
             all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
-            all
-        };
-        measured.findings = group_equal(judged(&regions, "slope", limits), 0.5);
-        measured.findings.extend(group_equal(judged(&specks, "specks", of_specks), 90.0));
-        let turn = if measured.findings.is_empty() { None } else { better_turn(part, process, &wanted) };
-        for f in &mut measured.findings {
-            f.message = message(f);
-            f.fix = fix(process, f, turn.as_deref());
+            for mut f in group_equal(all, equal) {
+                f.message = message(&f);
+                f.fix = fix(supports, &f, turn.as_deref());
+                measured.findings.push(f);
+            }
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
@@ -155,17 +158,19 @@ fn better_turn(part: &Part, process: &Process, wanted: &[u32]) -> Option<String>
     })
 }
 
-fn fix(process: &Process, f: &Finding, turn: Option<&str>) -> String {
+fn fix(supports: Supports, f: &Finding, turn: Option<&str>) -> String {
     let limit = f.warn.or(f.fail).unwrap_or(0.0);
     let area = short(f.area_mm2.unwrap_or(0.0));
     let mut ways = vec![format!("slope it to {}° or more", short(limit))];
     ways.extend(turn.map(String::from));
-    ways.push(match f.volume_mm3.filter(|v| *v >= 0.5) {
-        _ if !process.prints_supports => "this process prints no supports".into(),
-        Some(v) => format!("let {area} mm² be supported by about {} mm³", short(v.round())),
-        None => format!("let {area} mm² be supported"),
+    ways.push(match (supports, f.volume_mm3.filter(|v| *v >= 0.5)) {
+        (Supports::None, _) => return format!("{}; this process prints no supports", ways.join(", ")),
+        (Supports::Stay, _) => {
+            return format!("{}; a support would stay in there: the void is sealed", ways.join(", or "));
+        }
+        (Supports::Hold, Some(v)) => format!("let {area} mm² be supported by about {} mm³", short(v.round())),
+        (Supports::Hold, None) => format!("let {area} mm² be supported"),
     });
-    let last = if process.prints_supports { ", or " } else { "; " };
     let end = ways.pop().unwrap_or_default();
-    format!("{}{last}{end}", ways.join(", "))
+    format!("{}, or {end}", ways.join(", "))
 }

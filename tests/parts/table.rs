@@ -184,3 +184,17 @@ fn a_bar_that_runs_through_itself_has_the_volume_of_the_union() {
     let most = 896.0 + 0.5 * 32.0 * report.grid.spacing_mm;
     assert!((896.0 - 1e-3..most).contains(&volume.value), "{volume:?}");
 }
+
+#[test]
+fn no_support_is_offered_in_a_sealed_void() {
+    let options = Options::new(process("fdm", &[]));
+    let report = judge_bytes("hollow_sealed", &fixtures::bytes("hollow_sealed"), &options).expect("a report");
+    let found: Vec<_> = ["AM201", "AM203"].iter().flat_map(|code| findings(&report, code)).collect();
+    assert!(!found.is_empty(), "its roof hangs over");
+    for f in found {
+        assert!(f.fix.ends_with("a support would stay in there: the void is sealed"), "{}", f.fix);
+    }
+    // The same surface above a room that is open is offered one.
+    let report = judge_bytes("ramp_30", &fixtures::bytes("ramp_30"), &options).expect("a report");
+    assert!(findings(&report, "AM201")[0].fix.contains("be supported"));
+}
