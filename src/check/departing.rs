@@ -340,8 +340,11 @@ fn meet(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> bool {
     (0..3).all(|i| a.0[i] <= b.1[i] && b.0[i] <= a.1[i])
 }
 
-/// Three decimals, for sentences.
+/// Three decimals, for sentences; what they would show as nothing is below one of them.
 pub(super) fn rounded(x: f64) -> String {
-    let digits = if x.abs() >= 100.0 { 1.0 } else { 1e3 };
-    short((x * digits).round() / digits)
+    match x.abs() {
+        a if a >= 100.0 => short(x.round()),
+        a if a >= 5e-4 || a == 0.0 => short((x * 1e3).round() / 1e3),
+        _ => "less than 0.001".into(),
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::departing::rounded;
 use super::departure::{Departure, Place};
 use super::detail::{Between, Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
@@ -177,9 +178,9 @@ impl Lost<'_> {
         f.message = format!(
             "{} of {} mm is lost: the element is {} mm wide across it; {} mm³",
             detail.noun(),
-            three(t.diameter),
-            three(needed),
-            three(bracket.value)
+            rounded(t.diameter),
+            rounded(needed),
+            rounded(bracket.value)
         );
         let missing = needed - t.diameter;
         let steps = match &trial {
@@ -190,13 +191,13 @@ impl Lost<'_> {
             (Some(trial), Some(steps)) => {
                 let added = steps as f64 * trial.step_along(normal);
                 let to = t.diameter + added;
-                format!("thicken by {} mm to {} mm; checked: none of it is lost then", three(added), three(to))
+                format!("thicken by {} mm to {} mm; checked: none of it is lost then", rounded(added), rounded(to))
             }
             _ => {
                 format!(
                     "the element is {} mm wide across it, {} mm more than the {}",
-                    three(needed),
-                    three(missing),
+                    rounded(needed),
+                    rounded(missing),
                     detail.noun()
                 )
             }
@@ -231,8 +232,8 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
     for f in &mut grouped {
         let noun = if kind == "embossed-detail" { "raised detail" } else { "engraved detail" };
         f.message = match f.count {
-            1 => format!("{noun} {} mm wide", three(f.value)),
-            n => format!("{n} strokes of {noun}, the finest {} mm wide", three(f.value)),
+            1 => format!("{noun} {} mm wide", rounded(f.value)),
+            n => format!("{n} strokes of {noun}, the finest {} mm wide", rounded(f.value)),
         };
         let factor = (1e2 * limit / f.value).ceil() / 1e2;
         f.fix = if roomy == all {
@@ -271,12 +272,8 @@ pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
     let (decided, open): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f.decided);
     let mut grouped = [decided, open].map(|findings| group_equal(findings, f64::INFINITY)).concat();
     for f in grouped.iter_mut().filter(|f| f.count > 1) {
-        let all = three(f.volume_mm3.unwrap_or(f.value));
+        let all = rounded(f.volume_mm3.unwrap_or(f.value));
         f.message = format!("{} places, {all} mm³ in all; the largest: {}", f.count, f.message);
     }
     grouped
-}
-
-fn three(x: f64) -> String {
-    short((x * 1e3).round() / 1e3)
 }

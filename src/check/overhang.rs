@@ -154,7 +154,11 @@ fn better_turn(part: &Part, process: &Process, wanted: &[u32]) -> Option<String>
     let turn = least_hanging(part.mesh(), |f| part.bounds_solid(f), &question)?;
     (turn.hanging_mm2 < 0.5 * now).then(|| {
         let up = direction_in_file(part, turn.up);
-        format!("turn it so that {up} points up: measured so, {} mm² hang over in all", short(turn.hanging_mm2.ceil()))
+        let then = match turn.hanging_mm2 {
+            left if left > 0.0 => format!("{} mm² hang over in all", short(left.ceil())),
+            _ => "nothing hangs over".into(),
+        };
+        format!("turn it so that {up} points up: measured so, {then}")
     })
 }
 

@@ -35,6 +35,9 @@ static META: Meta = Meta {
     source: "Divergence theorem, column by column; the limit is a convention of this program.",
 };
 
+/// A share that differs from a limit by less than the last digit that is reported is equal to it.
+const TIE: f64 = 1e-6;
+
 impl Check for Support {
     fn meta(&self) -> &'static Meta {
         &META
@@ -75,7 +78,7 @@ impl Check for Support {
         if let (Some(at), Some(extent)) = (at, bounds(wanted.iter().flat_map(|&f| mesh.corners(f as usize)))) {
             measured.shapes.extend(shown(part, &wanted, &found));
             let basis = if part.is_plain() { Basis::Certified } else { Basis::Estimated };
-            let mut f = Finding::judged(META.code, "volume", bracket, basis, limits, "1", 0.0);
+            let mut f = Finding::judged(META.code, "volume", bracket, basis, limits, "1", TIE);
             if f.state != State::Pass {
                 f.volume_mm3 = Some(report_digits(0.5 * (found.volume_mm3[0] + found.volume_mm3[1])));
                 f.area_mm2 = Some(report_digits(contact));
@@ -146,6 +149,7 @@ fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> Strin
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
+        Some((volume, up)) if volume < 0.5 => format!("with --up {up} it takes none"),
         Some((volume, up)) if volume < 0.8 * now.volume_mm3[0] => {
             format!("with --up {up} it takes at most {} cm³", short((volume.round()) / 1000.0))
         }
