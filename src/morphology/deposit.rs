@@ -58,7 +58,7 @@ impl Designed {
     /// As [`Designed::cast`] by crossings, with the share of each cell that the part fills.
     ///
     /// # Errors
-    /// As [`voxelize`].
+    /// As [`voxelize()`].
     ///
     /// # Cost
     /// That of [`Designed::cast`] and four bytes a cell.
