@@ -149,7 +149,7 @@ fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> Strin
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((volume, up)) if volume < 0.5 => format!("with --up {up} it takes none"),
+        Some((volume, up)) if volume < 0.5 => format!("with --up {up} it takes less than 1 mm³"),
         Some((volume, up)) if volume < 0.8 * now.volume_mm3[0] => {
             format!("with --up {up} it takes at most {} cm³", short((volume.round()) / 1000.0))
         }
