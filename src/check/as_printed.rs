@@ -33,7 +33,7 @@ static META: Meta = Meta {
           the gap that closes in the process (`closing_gap_mm` of its element). Every pair of opposing features is searched as for \
           thin-wall and narrow-gap: sheets that hold too little of the element along their normal, slots that two moved faces cover, \
           between bodies too. What they hold is counted on lattices that divide the element, exactly at every position, once for the \
-          cells wholly inside and once for the cells touched; where a limit lies between, on finer cells, as far as the budget goes. \
+          cells wholly inside and once for the cells touched, and added up by the share of each cell that the mesh fills; where a limit lies between, on finer cells, as far as the budget goes. \
           A lattice of the whole part, where there is room for one, shows what else is lost or filled, and the printed shape, which \
           is shown with the part. A remedy is laid on a lattice and printed again before it is advised.",
     limits: "Void within half an element of what stays open does not count as filled: the rim of a slot, the coat on a face. Slots of a \

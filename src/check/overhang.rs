@@ -92,7 +92,7 @@ impl Check for Overhang {
         for (list, kind, limits, equal) in
             [(regions, "slope", limits, 0.5), (sealed, "slope", limits, 0.5), (specks, "specks", of_specks, 90.0)]
         {
-            let supports = list.first().map_or(Supports::None, |(r, _)| supports(r));
+            let supports = list.iter().map(|(r, _)| supports(r)).max().unwrap_or(Supports::None);
             let one = |(r, volume_mm3): &(&DownwardRegion, Option<f64>)| Finding {
                 volume_mm3: *volume_mm3,
                 ..finding(part, process, context, r, limits, kind)

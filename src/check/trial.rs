@@ -129,7 +129,7 @@ impl Trial {
             (cells.within(&certain, cells.held(around)), cells.within(&possibly, cells.touched(around)));
         let mut about = cells.within(&about, around);
         if !matches!(self.departure, Departure::Filled { .. }) {
-            let [_, sampled, _] = self.made.lost()?;
+            let sampled = self.made.designed.shape.centres.difference(&self.made.centres)?;
             certain = self.hanging_together(&certain);
             let beyond = possibly.difference(&near(&self.made.lower)?)?;
             possibly = near(&self.hanging_together(&beyond))?.intersection(&possibly)?.union(&certain)?;

@@ -47,9 +47,7 @@ impl Part {
             Some(cast) => cast,
         }
     }
-}
 
-impl Part {
     /// As [`Part::deposited`], with the share of each cell that the part fills, where the mesh tells it.
     ///
     /// Shares add up what every facet bounds: of bodies that overlap they would count the overlap twice, and an open surface has none.
