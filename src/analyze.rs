@@ -386,7 +386,7 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
     Ok(PartReport {
         file: prepared.file.clone(),
         sha256: prepared.sha256.clone(),
-        triangles: part.mesh().triangles.len() as u64,
+        triangles: part.health_as_read().facet_body.len() as u64,
         bodies: part.health().bodies.len() as u64,
         box_mm: [f64::min as fn(f64, f64) -> f64, f64::max]
             .map(|end| [0, 1, 2].map(|a| report_digits(end(corners[0][a], corners[1][a])))),

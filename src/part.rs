@@ -36,6 +36,8 @@ pub struct Part {
     notices: Vec<Notice>,
     bounding: Vec<bool>,
     meetings: Meetings,
+    /// Whether the mesh is the union of what met itself when it was read.
+    united: bool,
     before: Before,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
@@ -61,7 +63,8 @@ const WINDOW_BYTES: u128 = 1 << 30;
 impl Part {
     /// A part from a mesh in millimetres in the frame of the file.
     ///
-    /// Facets are turned to agree with their neighbours and shells that are wound inside out are turned, and said so. Where the facets do not agree, each is turned so that the
+    /// Facets are turned to agree with their neighbours and shells that are wound inside out are turned, and said so. Bodies that overlap or
+    /// touch, and what passes through itself, are united to one surface, if that is closed and meets itself nowhere. Where the facets do not agree, each is turned so that the
     /// side of greater winding number is inside, and facets that do not bound the solid are set aside. `step_mm` is the
     /// resolution of the file's coordinates.
     ///
@@ -92,6 +95,7 @@ impl Part {
         let mut part = Part {
             bounding: vec![true; mesh.triangles.len()],
             meetings: Meetings::default(),
+            united: false,
             before: Before::default(),
             mesh,
             as_read,
@@ -153,7 +157,7 @@ impl Part {
         2.0 * 3f64.sqrt() * self.step
     }
 
-    /// Facets of one body that cross each other, or lie on each other, by more than the resolution of the file.
+    /// Facets of one body that crossed each other, or lay on each other, by more than the resolution of the file, as it was read.
     pub fn meetings(&self) -> Meetings {
         self.meetings
     }
@@ -164,7 +168,12 @@ impl Part {
     pub fn is_plain(&self) -> bool {
         let touching = || self.body_pairs().iter().any(|p| p.distance <= self.step);
         let sound = self.health.is_solid() && self.health.duplicate_facets.count == 0;
-        sound && self.meetings.crossing.count == 0 && self.meetings.overlapping.count == 0 && !touching()
+        self.united || sound && self.meetings.crossing.count == 0 && self.meetings.overlapping.count == 0 && !touching()
+    }
+
+    /// Whether the mesh is the union of bodies that overlapped or touched when it was read, or of what passed through itself.
+    pub fn is_united(&self) -> bool {
+        self.united
     }
 
     /// Whether a facet bounds the solid; ghosts and facets inside the union do not.
@@ -175,7 +184,7 @@ impl Part {
     /// Whether a facet bounds a void that is closed all round: what is put into it stays there. Nothing is said of shells that cross.
     pub fn bounds_sealed_void(&self, facet: usize) -> bool {
         let shell = self.health.facet_shell.get(facet).and_then(|&s| self.health.shells.get(s as usize));
-        self.meetings.crossing.count == 0 && shell.is_some_and(|shell| shell.role == Role::Cavity)
+        (self.united || self.meetings.crossing.count == 0) && shell.is_some_and(|shell| shell.role == Role::Cavity)
     }
 
     /// Side lengths of the box in the frame of the build, millimetres.

@@ -101,8 +101,8 @@ impl Check for Mesh {
         let limits = Limits { fail: None, warn: Some(0.0), sense: Sense::Max };
         let mut measured = Measured { cover: cover(part), ..Measured::default() };
         let all: u64 = faults.iter().map(|f| f.1.count).sum();
-        // What mending would leave is tried, so that the hint is no guess.
-        let mended = (all > 0).then(|| {
+        // What mending would leave is tried, so that the hint is no guess; of what was united nothing is left to be tried.
+        let mended = (all > 0 && !part.is_united()).then(|| {
             let mesh = part.mesh();
             Health::of(&health::repaired(mesh, health::repair_tolerance(mesh)).mesh)
         });
@@ -189,7 +189,7 @@ fn cover(part: &Part) -> String {
     format!(
         "{} facets in {} shells, {} bodies; every edge was counted, and every facet was tried on those \
          it may cross.",
-        part.mesh().triangles.len(),
+        h.facet_body.len(),
         h.shells.len(),
         h.bodies.len()
     )

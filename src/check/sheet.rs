@@ -9,14 +9,12 @@ use super::search::{self, BOXES};
 use super::sheet_shape::{Form, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought};
 use super::sheet_words::{Room, Rooms};
-use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, bounds, scale};
 use crate::medial::chord::WALL_SEPARATION;
 use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
 use crate::medial::rod::Rod;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
-use crate::notice::{Notice, number_of};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -216,22 +214,7 @@ impl Sheets<'_> {
     /// Exact clearances between bodies, one finding for each pair.
     fn between(&self, kind: &Kind, cover: &Cover, measured: &mut Measured) {
         let widest = kind.limits.fail.unwrap_or(0.0).max(kind.limits.warn.unwrap_or(0.0)) - self.part.tie();
-        let (touching, apart): (Vec<&BodyPair>, Vec<&BodyPair>) =
-            self.part.body_pairs().iter().partition(|p| p.distance <= self.part.step());
-        if let Some(first) = touching.first() {
-            let text = number_of(
-                touching.len() as u64,
-                [
-                    "pair of bodies touches or crosses and is one piece in print",
-                    "pairs of bodies touch or cross and are one piece in print",
-                ],
-            );
-            measured.notices.push(
-                Notice::new("touching-bodies", text)
-                    .counted(touching.len() as u64)
-                    .at(reported(self.part, first.points[0])),
-            );
-        }
+        let apart = self.part.body_pairs().iter().filter(|p| p.distance > self.part.step());
         let (mut findings, mut rooms) = (Vec::new(), Rooms::new());
         for pair in apart {
             let middle = pair.middle();

@@ -57,15 +57,19 @@ impl Check for Topology {
         };
         let mut measured = Measured { rule: Some("topology"), ..Measured::default() };
         let mut events = fused(part, process);
+        let fuse = !events.is_empty();
         match part.as_printed(process, LAMBDA)? {
             Some(printed) => {
                 let [before, after] = whole(part, &printed, &mut events)?;
-                measured.cover = format!(
-                    "Laid down with {} cells across the element: {} as designed, {} as printed.",
-                    printed.designed.cells.wide,
-                    words(before),
-                    words(after)
-                );
+                let wide = printed.designed.cells.wide;
+                measured.cover =
+                    format!("Laid down with {wide} cells across the element: {} as designed", words(before));
+                // Between bodies the lattice shows another thing at every turn.
+                measured.cover.push_str(&if fuse {
+                    "; bodies fuse by their distances, whatever the lattice shows between them.".into()
+                } else {
+                    format!(", {} as printed.", words(after))
+                });
                 measured.notices.extend(unlike(part, before));
             }
             None => {

@@ -21,6 +21,7 @@ pub mod refine;
 pub mod solid;
 mod swept;
 pub mod triangle;
+pub mod union;
 pub mod vector;
 pub mod voxelize;
 mod waypoint;

@@ -3,8 +3,9 @@
 use super::Part;
 use crate::error::{Error, Result};
 use crate::geometry::health::{NO_LABEL, Sides, Spoken, meetings};
+use crate::geometry::union::united;
 use crate::geometry::vector::{Vec3, along};
-use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::geometry::{Health, MeshDistance, TriangleMesh};
 use crate::notice::{Notice, number_of};
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
@@ -63,10 +64,14 @@ impl Part {
         if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
             return Err(self.encloses_nothing());
         }
-        let bodies = &self.health.facet_body;
-        let labelled = MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL));
-        let of_one_body = |f: u32, g: u32| bodies.get(f as usize) == bodies.get(g as usize);
+        let of_one_body = |f: u32, g: u32| {
+            let bodies = &self.health.facet_body;
+            bodies.get(f as usize) == bodies.get(g as usize)
+        };
+        let labelled = self.labelled();
         self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
+        let labelled =
+            if self.health.is_solid() && !self.is_plain() && self.unite() { self.labelled() } else { labelled };
         if self.is_plain() {
             for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
                 *bounds = body != NO_LABEL;
@@ -74,12 +79,18 @@ impl Part {
             self.distance = OnceLock::from(labelled);
             return Ok(());
         }
+        self.judge_each_facet(&labelled)
+    }
+
+    /// Decides by the winding number beside each facet.
+    fn judge_each_facet(&mut self, labelled: &MeshDistance) -> Result<()> {
+        let bodies = &self.health.facet_body;
         let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
         let beside = Sides { mesh: &self.mesh, winding: self.winding(), off };
         let whole = self.health.is_solid() && bodies.iter().all(|&b| b != NO_LABEL);
         let sides = if whole {
-            let spoken = beside.of_closed(&labelled, 2.0 * self.step);
-            self.before = Before::of(&spoken, &self.mesh, &labelled, off);
+            let spoken = beside.of_closed(labelled, 2.0 * self.step);
+            self.before = Before::of(&spoken, &self.mesh, labelled, off);
             spoken.sides
         } else {
             beside.of_each()
@@ -110,6 +121,41 @@ impl Part {
             self.notices.push(Notice::new("turned-facets", text).counted(turned));
         }
         Ok(())
+    }
+
+    /// The facets that belong to a body.
+    fn labelled(&self) -> MeshDistance {
+        let bodies = &self.health.facet_body;
+        MeshDistance::to_some(&self.mesh, |f| bodies.get(f).is_some_and(|&b| b != NO_LABEL))
+    }
+
+    /// Takes the surface of the union for that of bodies that overlap or touch, or of one that passes through itself; whether there is one.
+    fn unite(&mut self) -> bool {
+        self.notices.extend(self.touching());
+        let Some(union) = united(&self.mesh, 2.0 * self.step) else {
+            let text = "bodies that meet could not be united: facets that pass through others count as a whole, as their middles lie";
+            self.notices.push(Notice::new("not-united", text));
+            return false;
+        };
+        self.mesh = union.in_order();
+        self.health = Health::of(&self.mesh);
+        self.bounding = vec![true; self.mesh.triangles.len()];
+        (self.pairs, self.united) = (OnceLock::new(), true);
+        true
+    }
+
+    /// Says which bodies touch or cross.
+    fn touching(&self) -> Option<Notice> {
+        let touching = || self.body_pairs().iter().filter(|p| p.distance <= self.step);
+        let (first, count) = (touching().next()?, touching().count() as u64);
+        let text = number_of(
+            count,
+            [
+                "pair of bodies touches or crosses and is one piece in print",
+                "pairs of bodies touch or cross and are one piece in print",
+            ],
+        );
+        Some(Notice::new("touching-bodies", text).counted(count).at(first.points[0].map(report_digits)))
     }
 
     fn encloses_nothing(&self) -> Error {
@@ -161,9 +207,18 @@ mod tests {
         };
         // Two balls that cross, one inside both, one that nearly touches, and an inner shell.
         let balls = [ball(4.0, 3.0), ball(2.0, 0.5), ball(-4.0, 0.9999), ball(-0.5, 1.0).flipped()];
-        let mesh = balls.iter().fold(ball(0.0, 3.0), |all, b| all.joined(b));
-        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
-        assert!(!part.is_plain());
+        let mesh = balls.iter().fold(ball(0.0, 3.0), |all, b| all.joined(b)).in_order();
+        let lowest = mesh.bounds().map_or([0.0; 3], |b| b.0.map(|x| -x));
+        let part_mesh = mesh.transformed(one, lowest);
+        let health = Health::of(&part_mesh);
+        let united = Part::new(mesh.clone(), Up::PlusZ, 1e-6, 1.0).expect("a part");
+        assert!(united.is_plain() && united.is_united());
+        // What could not be united is judged as it is.
+        let mut part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
+        part.bounding = vec![true; part_mesh.triangles.len()];
+        (part.mesh, part.health, part.united, part.winding) = (part_mesh, health, false, OnceLock::new());
+        let labelled = part.labelled();
+        part.judge_each_facet(&labelled).expect("a solid");
         let mut known = 0;
         for f in 0..part.mesh().triangles.len() {
             let at = along(part.mesh().centroid(f), part.mesh().normal(f), 20.0 * part.step());
@@ -171,5 +226,19 @@ mod tests {
             known += usize::from(part.before.inside[f].is_some());
         }
         assert!(2 * known > part.mesh().triangles.len(), "{known} of {}", part.mesh().triangles.len());
+    }
+
+    #[test]
+    fn bodies_that_cross_are_judged_as_their_union() {
+        use crate::geometry::cuboid;
+        // A column that reaches into the slab upon it: the middles of both facets of the slab's underside lie in the column.
+        let both =
+            cuboid([25.0, 25.0, 0.0], [85.0, 85.0, 21.0]).joined(&cuboid([0.0, 0.0, 20.0], [110.0, 110.0, 24.0]));
+        let part = Part::new(both, Up::PlusZ, 1e-6, 1.0).expect("a part");
+        let under = |f: &usize| part.mesh().normal(*f)[2] < -0.5 && part.mesh().centroid(*f)[2] > 1.0;
+        let hangs: f64 = (0..part.mesh().triangles.len()).filter(under).map(|f| part.mesh().facet_area(f)).sum();
+        assert!((hangs - 8500.0).abs() < 1e-6 && part.is_plain(), "{hangs}");
+        assert_eq!((part.health().bodies.len(), part.health_as_read().bodies.len()), (1, 2));
+        assert!(part.notices().iter().any(|n| n.code == "touching-bodies"), "{:?}", part.notices());
     }
 }

@@ -11,7 +11,7 @@ mod nesting;
 mod notices;
 mod outward;
 mod overlap;
-mod pairs;
+pub(in crate::geometry) mod pairs;
 mod rays;
 mod repair;
 mod shells;

@@ -9,7 +9,7 @@ use std::ops::Range;
 const ROUNDING: f64 = 1e-9;
 
 /// The runs of facets in the leaves of a tree, on all cores.
-pub(super) fn leaves(tree: &Bvh) -> impl IndexedParallelIterator<Item = Option<Range<usize>>> {
+pub(in crate::geometry) fn leaves(tree: &Bvh) -> impl IndexedParallelIterator<Item = Option<Range<usize>>> {
     tree.nodes().par_iter().with_min_len(256).with_max_len(1024).map(|n| n.children().is_none().then(|| n.run()))
 }
 
@@ -18,7 +18,7 @@ pub(super) fn leaves(tree: &Bvh) -> impl IndexedParallelIterator<Item = Option<R
 ///
 /// # Cost
 /// One walk of the tree for the facets of a leaf.
-pub(super) fn near_pairs(
+pub(in crate::geometry) fn near_pairs(
     tree: &Bvh,
     corners: &impl Fn(u32) -> [Vec3; 3],
     run: Range<usize>,

@@ -1,0 +1,219 @@
+//! Where the facets of a mesh cut each other.
+
+use super::points::Points;
+use crate::geometry::health::pairs::{leaves, near_pairs};
+use crate::geometry::triangle::closest_point;
+use crate::geometry::vector::{Vec3, along, cross, distance, dot, norm, sub, unit};
+use crate::geometry::{MeshDistance, TriangleMesh};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Facets whose normals are at less than this sine to each other meet in no line that is known well.
+const PARALLEL: f64 = 1e-9;
+
+/// The points and the segments in which the facets of a mesh meet others.
+pub(super) struct Cuts<'a> {
+    mesh: &'a TriangleMesh,
+    tolerance: f64,
+    pub(super) points: Points,
+    /// Points within the edges of the mesh, each edge by its vertices, the lesser first.
+    pub(super) on_edge: BTreeMap<[u32; 2], Vec<u32>>,
+    /// The segments within each facet that others cut it along.
+    pub(super) segments: BTreeMap<u32, Vec<[u32; 2]>>,
+    /// The facets that each one lies on in one plane.
+    pub(super) on_others: BTreeMap<u32, Vec<u32>>,
+}
+
+/// A facet, its corners and its unit normal.
+#[derive(Clone, Copy)]
+struct Facet {
+    number: u32,
+    vertices: [u32; 3],
+    corners: [Vec3; 3],
+    normal: Vec3,
+}
+
+impl<'a> Cuts<'a> {
+    /// All cuts of a mesh; what is nearer than the tolerance meets.
+    ///
+    /// # Cost
+    /// O(T log T + pairs of facets whose boxes meet).
+    pub(super) fn of(mesh: &'a TriangleMesh, tree: &MeshDistance, tolerance: f64) -> Self {
+        let found = leaves(tree.tree()).map_init(Vec::new, |stack, run| {
+            let mut pairs = Vec::new();
+            near_pairs(tree.tree(), &|f| tree.corners(f), run.unwrap_or_default(), tolerance, stack, |f, g| {
+                if may_cut([f, g].map(|f| Facet::of(mesh, f)), tolerance) {
+                    pairs.push([f, g]);
+                }
+            });
+            pairs
+        });
+        let mut pairs: Vec<[u32; 2]> = found.flatten_iter().collect();
+        // Points are numbered in the order of the facets, whatever the tree.
+        pairs.par_sort_unstable();
+        let points = Points::new(&mesh.vertices, tolerance);
+        let (on_edge, segments, on_others) = Default::default();
+        let mut cuts = Cuts { mesh, tolerance, points, on_edge, segments, on_others };
+        pairs.into_iter().for_each(|pair| cuts.cut(pair.map(|f| Facet::of(mesh, f))));
+        for points in cuts.on_edge.values_mut() {
+            points.sort_unstable();
+            points.dedup();
+        }
+        cuts
+    }
+
+    /// The numbers of the facets that have points of others on them.
+    pub(super) fn is_cut(&self, facet: u32) -> bool {
+        self.segments.contains_key(&facet) || edges(self.triangle(facet)).iter().any(|e| self.on_edge.contains_key(e))
+    }
+
+    fn triangle(&self, facet: u32) -> [u32; 3] {
+        self.mesh.triangles.get(facet as usize).copied().unwrap_or_default()
+    }
+
+    fn cut(&mut self, [f, g]: [Facet; 2]) {
+        let heights = [f.heights_over(&g, self.tolerance), g.heights_over(&f, self.tolerance)];
+        if heights.iter().any(|h| *h == [0.0; 3]) {
+            self.cut_in_plane([&f, &g]);
+            self.cut_in_plane([&g, &f]);
+            return;
+        }
+        let line = cross(f.normal, g.normal);
+        if norm(line) < PARALLEL {
+            return;
+        }
+        let line = unit(line);
+        let ordered = |mut ends: [Vec3; 2]| {
+            if dot(ends[0], line) > dot(ends[1], line) {
+                ends.reverse();
+            }
+            ends
+        };
+        let (Some(a), Some(b)) = (self.crossed(&f, heights[0]), self.crossed(&g, heights[1])) else { return };
+        let ([a, b], far) = ([ordered(a), ordered(b)], |p: Vec3| dot(p, line));
+        let from = if far(a[0]) >= far(b[0]) { a[0] } else { b[0] };
+        let to = if far(a[1]) <= far(b[1]) { a[1] } else { b[1] };
+        if far(to) - far(from) < -self.tolerance {
+            return;
+        }
+        self.note([&f, &g], [from, to]);
+        self.note([&g, &f], [from, to]);
+    }
+
+    /// Where the boundary of a facet passes through a plane that its corners have such heights over.
+    fn crossed(&self, f: &Facet, heights: [f64; 3]) -> Option<[Vec3; 2]> {
+        let mut ends: Vec<Vec3> = (0..3).filter(|&i| heights[i] == 0.0).map(|i| f.corners[i]).collect();
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            if heights[i] * heights[j] < 0.0 {
+                // From the lesser vertex, so that both facets of the edge find the same point.
+                let (i, j) = if f.vertices[i] < f.vertices[j] { (i, j) } else { (j, i) };
+                let share = heights[i] / (heights[i] - heights[j]);
+                ends.push(along(f.corners[i], sub(f.corners[j], f.corners[i]), share));
+            }
+        }
+        Some([*ends.first()?, *ends.last()?])
+    }
+
+    /// Cuts the second of two facets in one plane along what the edges of the first have in it.
+    fn cut_in_plane(&mut self, [f, g]: [&Facet; 2]) {
+        let mut lies_on = false;
+        for i in 0..3 {
+            let [p, q] = [f.corners[i], f.corners[(i + 1) % 3]];
+            let Some([from, to]) = within(g, [p, q], self.tolerance) else { continue };
+            let ends = [from, to].map(|t| along(p, sub(q, p), t));
+            if distance(ends[0], ends[1]) > self.tolerance {
+                self.note([g, f], ends);
+                lies_on = true;
+            }
+        }
+        if lies_on {
+            self.on_others.entry(f.number).or_default().push(g.number);
+            self.on_others.entry(g.number).or_default().push(f.number);
+        }
+    }
+
+    /// Cuts a facet along a segment that it has in common with another, whose edges get the ends too.
+    fn note(&mut self, [f, other]: [&Facet; 2], ends: [Vec3; 2]) {
+        let ends = ends.map(|p| self.points.at(p));
+        for facet in [f, other] {
+            ends.iter().for_each(|&point| self.note_on_edges(facet, point));
+        }
+        if ends[0] != ends[1] {
+            self.segments.entry(f.number).or_default().push([ends[0].min(ends[1]), ends[0].max(ends[1])]);
+        }
+    }
+
+    fn note_on_edges(&mut self, f: &Facet, point: u32) {
+        let p = self.points.place(point);
+        for edge in edges(f.vertices) {
+            let [a, b] = edge.map(|v| self.points.place(v));
+            if !f.vertices.contains(&point) && distance(closest_point(p, [a, b, b]), p) <= self.tolerance {
+                self.on_edge.entry(edge).or_default().push(point);
+            }
+        }
+    }
+}
+
+impl Facet {
+    fn of(mesh: &TriangleMesh, number: u32) -> Self {
+        let facet = number as usize;
+        let vertices = mesh.triangles.get(facet).copied().unwrap_or_default();
+        Facet { number, vertices, corners: mesh.corners(facet), normal: mesh.normal(facet) }
+    }
+
+    /// The heights of the corners over the plane of another facet; 0 within the tolerance.
+    fn heights_over(&self, other: &Facet, tolerance: f64) -> [f64; 3] {
+        self.corners.map(|p| {
+            let height = dot(sub(p, other.corners[0]), other.normal);
+            if height.abs() <= tolerance { 0.0 } else { height }
+        })
+    }
+}
+
+/// The edges of a facet, the lesser vertex first.
+pub(super) fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v)])
+}
+
+/// Whether two facets may cut each other, by their planes; neighbours over an edge only if one is folded onto the other.
+fn may_cut([f, g]: [Facet; 2], tolerance: f64) -> bool {
+    if f.normal == [0.0; 3] || g.normal == [0.0; 3] {
+        return false;
+    }
+    let heights = [f.heights_over(&g, tolerance), g.heights_over(&f, tolerance)];
+    let apart = |h: [f64; 3]| h.iter().all(|x| *x > 0.0) || h.iter().all(|x| *x < 0.0);
+    if heights.into_iter().any(apart) {
+        return false;
+    }
+    let common = f.vertices.iter().filter(|v| g.vertices.contains(v)).count();
+    let in_one_plane = heights.iter().any(|h| *h == [0.0; 3]);
+    common < 2 || in_one_plane && (common == 3 || folded(&f, &g))
+}
+
+/// Whether two facets in one plane with a common edge lie on the same side of it.
+fn folded(f: &Facet, g: &Facet) -> bool {
+    let tip = |of: &Facet, other: &Facet| (0..3).find(|&i| !other.vertices.contains(&of.vertices[i]));
+    let (Some(i), Some(j)) = (tip(f, g), tip(g, f)) else { return false };
+    let [a, b] = [f.corners[(i + 1) % 3], f.corners[(i + 2) % 3]];
+    let side = |p: Vec3| cross(sub(b, a), sub(p, a));
+    dot(side(f.corners[i]), side(g.corners[j])) > 0.0
+}
+
+/// The shares of an edge between which it lies in a facet of the same plane, its border included.
+fn within(g: &Facet, [p, q]: [Vec3; 2], tolerance: f64) -> Option<[f64; 2]> {
+    let mut span = [0.0f64, 1.0];
+    for i in 0..3 {
+        let side = sub(g.corners[(i + 1) % 3], g.corners[i]);
+        let inward = unit(cross(g.normal, side));
+        let [a, b] = [p, q].map(|x| dot(sub(x, g.corners[i]), inward));
+        let [a, b] = [a, b].map(|x| if x.abs() <= tolerance { 0.0 } else { x });
+        match (a < 0.0, b < 0.0) {
+            (true, true) => return None,
+            (true, false) => span[0] = span[0].max(a / (a - b)),
+            (false, true) => span[1] = span[1].min(a / (a - b)),
+            (false, false) => {}
+        }
+    }
+    (span[0] <= span[1]).then_some(span)
+}

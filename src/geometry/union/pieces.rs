@@ -1,0 +1,165 @@
+//! The pieces that a facet falls into along its cuts.
+
+use super::cuts::{Cuts, edges};
+use crate::geometry::TriangleMesh;
+use crate::geometry::triangle::closest_point;
+use crate::geometry::vector::{Vec3, distance};
+use rustc_hash::{FxHashMap, FxHashSet};
+use spade::handles::FixedVertexHandle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use std::collections::BTreeMap;
+
+/// The pieces of all facets: triangles of points, the facet that each is of, and the edges along which others cut them.
+#[derive(Default)]
+pub(super) struct Pieces {
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) facet: Vec<u32>,
+    pub(super) cut: FxHashSet<[u32; 2]>,
+}
+
+impl Pieces {
+    /// Cuts all facets; those that nothing meets stay as they are. `None` if a facet cannot be cut.
+    ///
+    /// # Cost
+    /// For each facet that something meets, a constrained Delaunay triangulation and a comparison of its points with its segments.
+    pub(super) fn of(mesh: &TriangleMesh, cuts: &mut Cuts, tolerance: f64) -> Option<Self> {
+        let mut pieces = Pieces::default();
+        for (facet, &triangle) in (0u32..).zip(&mesh.triangles) {
+            if !cuts.is_cut(facet) {
+                pieces.triangles.push(triangle);
+                pieces.facet.push(facet);
+                continue;
+            }
+            let plane = Flat::of(mesh, facet)?;
+            let net = Net::of((facet, triangle), &plane, cuts, tolerance)?;
+            let (all, cut) = net.pieces(triangle, &plane, cuts, tolerance);
+            pieces.facet.extend(all.iter().map(|_| facet));
+            pieces.triangles.extend(all);
+            pieces.cut.extend(cut);
+        }
+        Some(pieces)
+    }
+}
+
+/// The plane of a facet seen along an axis, so that the facet runs counter-clockwise.
+struct Flat {
+    axes: [usize; 2],
+    dropped: usize,
+    corner: Vec3,
+    normal: Vec3,
+}
+
+impl Flat {
+    fn of(mesh: &TriangleMesh, facet: u32) -> Option<Self> {
+        let normal = mesh.normal(facet as usize);
+        let dropped = (0..3).max_by(|&a, &b| normal[a].abs().total_cmp(&normal[b].abs()))?;
+        let (a, b) = ((dropped + 1) % 3, (dropped + 2) % 3);
+        let axes = if normal[dropped] > 0.0 { [a, b] } else { [b, a] };
+        (normal[dropped] != 0.0).then(|| Flat { axes, dropped, corner: mesh.corners(facet as usize)[0], normal })
+    }
+
+    fn seen(&self, p: Vec3) -> Point2<f64> {
+        // Far below every tolerance, and too small for the triangulation.
+        let x = |a: usize| if p[a].abs() < 1e-100 { 0.0 } else { p[a] };
+        Point2::new(x(self.axes[0]), x(self.axes[1]))
+    }
+
+    fn lifted(&self, seen: Point2<f64>) -> Vec3 {
+        let (mut p, [a, b]) = ([0.0; 3], self.axes);
+        (p[a], p[b]) = (seen.x, seen.y);
+        let off = self.normal[a] * (seen.x - self.corner[a]) + self.normal[b] * (seen.y - self.corner[b]);
+        p[self.dropped] = self.corner[self.dropped] - off / self.normal[self.dropped];
+        p
+    }
+}
+
+/// The triangulation of a facet and the points of its vertices.
+struct Net {
+    net: ConstrainedDelaunayTriangulation<Point2<f64>>,
+    point: FxHashMap<FixedVertexHandle, u32>,
+    /// Where others cut, between places.
+    segments: Vec<[Vec3; 2]>,
+}
+
+impl Net {
+    fn of((facet, triangle): (u32, [u32; 3]), plane: &Flat, cuts: &Cuts, tolerance: f64) -> Option<Self> {
+        let (net, point, segments) = Default::default();
+        let mut made = Net { net, point, segments };
+        let mut handles: BTreeMap<u32, FixedVertexHandle> = BTreeMap::new();
+        let segments = cuts.segments.get(&facet).map_or(&[][..], |s| s);
+        let on_edges = edges(triangle).into_iter().filter_map(|e| cuts.on_edge.get(&e)).flatten();
+        for &p in triangle.iter().chain(on_edges).chain(segments.iter().flatten()) {
+            let handle = made.net.insert(plane.seen(cuts.points.place(p))).ok()?;
+            made.point.entry(handle).or_insert(p);
+            handles.insert(p, handle);
+        }
+        let drawn = edges(triangle).into_iter().chain(segments.iter().copied());
+        drawn.for_each(|ends| made.draw_through(ends, (&handles, cuts), tolerance));
+        made.segments = segments.iter().map(|s| s.map(|p| cuts.points.place(p))).collect();
+        Some(made)
+    }
+
+    /// Draws a segment from point to point, through all that lie on it.
+    fn draw_through(
+        &mut self,
+        ends: [u32; 2],
+        (handles, cuts): (&BTreeMap<u32, FixedVertexHandle>, &Cuts),
+        tolerance: f64,
+    ) {
+        let [a, b] = ends.map(|p| cuts.points.place(p));
+        let on = |p: &u32| {
+            let place = cuts.points.place(*p);
+            distance(closest_point(place, [a, b, b]), place) <= tolerance
+        };
+        let far = |p: &u32| distance(cuts.points.place(*p), a);
+        let mut chain: Vec<u32> = handles.keys().copied().filter(on).collect();
+        chain.sort_by(|p, q| far(p).total_cmp(&far(q)));
+        let chain: Vec<FixedVertexHandle> = chain.iter().filter_map(|p| handles.get(p).copied()).collect();
+        chain.windows(2).for_each(|w| self.draw([w[0], w[1]]));
+    }
+
+    /// Draws a segment, which others cut where they cross it.
+    fn draw(&mut self, [a, b]: [FixedVertexHandle; 2]) {
+        if a != b {
+            self.net.add_constraint_and_split(a, b, |p| p);
+        }
+    }
+
+    /// The pieces as triangles of points, and the edges along which others cut.
+    fn pieces(
+        mut self,
+        triangle: [u32; 3],
+        plane: &Flat,
+        cuts: &mut Cuts,
+        tolerance: f64,
+    ) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
+        for vertex in self.net.vertices() {
+            let new = || cuts.points.at(plane.lifted(vertex.position()));
+            self.point.entry(vertex.fix()).or_insert_with(new);
+        }
+        let point = |v: &FixedVertexHandle| self.point.get(v).copied().unwrap_or_default();
+        let ends = edges(triangle).map(|e| e.map(|v| cuts.points.place(v)));
+        // The edges of the facet that a point is on, a bit for each.
+        let borders = |p: u32| {
+            let near = |[a, b]: [Vec3; 2]| {
+                let place = cuts.points.place(p);
+                distance(closest_point(place, [a, b, b]), place) <= tolerance
+            };
+            (0..3).fold(0u8, |bits, i| bits | u8::from(near(ends[i])) << i)
+        };
+        let corners = self.net.inner_faces().map(|face| face.vertices().map(|v| point(&v.fix())));
+        // What lies between an edge and the points on it is no piece.
+        let whole = |t: &[u32; 3]| {
+            let distinct = t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+            distinct && t.iter().fold(7, |bits, &p| bits & borders(p)) == 0
+        };
+        let near = |[a, b]: [Vec3; 2], p: u32| {
+            let place = cuts.points.place(p);
+            distance(closest_point(place, [a, b, b]), place) <= 2.0 * tolerance
+        };
+        let drawn = self.net.undirected_edges().filter(|e| e.is_constraint_edge());
+        let drawn = drawn.map(|e| e.vertices().map(|v| point(&v.fix()))).filter(|[a, b]| a != b);
+        let cut = drawn.filter(|edge| self.segments.iter().any(|&s| edge.iter().all(|&p| near(s, p))));
+        (corners.filter(whole).collect(), cut.map(|[a, b]| [a.min(b), a.max(b)]).collect())
+    }
+}

@@ -1,0 +1,250 @@
+//! What of the pieces of a mesh bounds its union.
+
+use super::cuts::{Cuts, edges};
+use super::pieces::Pieces;
+use super::points::Points;
+use crate::geometry::health::{Health, meetings};
+use crate::geometry::triangle::closest_point;
+use crate::geometry::vector::{Vec3, along, distance, dot};
+use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh, Winding};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Inside is where the winding number is at least this.
+const INSIDE: f64 = 0.5;
+
+/// How far beside a piece the winding number is asked at most, millimetres.
+const OFF_MM: f64 = 1e-3;
+
+/// The mesh of `{ x : w(x) ≥ ½ }`, w the winding number of a closed surface: the union of its bodies, where they overlap or touch, and of
+/// what passes through itself; `None` if that is no surface that bounds a solid and meets itself nowhere.
+///
+/// Facets are cut along the segments in which they meet others, what is nearer than `tolerance_mm` being met. The winding number on
+/// both sides of a piece is the same for all pieces joined over edges along which nothing was cut, and is asked at the largest of them.
+/// Of pieces that lie on each other one stays. Points move by no more than the tolerance. Vertices that nothing uses are left out.
+///
+/// # Cost
+/// O(T log T), a triangulation for each facet that is met, and two winding numbers for each region between cuts.
+///
+/// # Source
+/// Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson, Mesh arrangements for solid geometry, 2016.
+///
+/// ```
+/// use amcheck::geometry::{cuboid, union::united};
+/// let both = cuboid([0.0; 3], [2.0, 2.0, 2.0]).joined(&cuboid([1.0, 1.0, 1.0], [3.0, 3.0, 3.0]));
+/// let union = united(&both, 1e-6).expect("a solid");
+/// assert!((union.signed_volume() - 15.0).abs() < 1e-9);
+/// ```
+pub fn united(mesh: &TriangleMesh, tolerance_mm: f64) -> Option<TriangleMesh> {
+    let mesh = &snapped(mesh, tolerance_mm);
+    let tree = MeshDistance::new(mesh);
+    let mut cuts = Cuts::of(mesh, &tree, tolerance_mm);
+    let pieces = Pieces::of(mesh, &mut cuts, tolerance_mm)?;
+    let made = TriangleMesh { vertices: cuts.points.places().to_vec(), triangles: pieces.triangles.clone() };
+    let region = regions(&pieces);
+    let bounds = bounding(mesh, &made, &region);
+    let doubled = doubled(mesh, &made, (&pieces, &cuts), &region, tolerance_mm);
+    let slivers = slivers(&made, &region, tolerance_mm);
+    let surface = |left_out: &BTreeSet<u32>| {
+        let kept = (0..made.triangles.len()).filter(|&piece| {
+            let of = region[piece];
+            bounds.contains(&of) && !doubled.contains(&of) && !left_out.contains(&of)
+        });
+        TriangleMesh::weld(kept.map(|piece| made.corners(piece)))
+    };
+    // Of what is thinner than the tolerance the winding number tells no sides: the surface closes without it, or with it.
+    let without = surface(&slivers);
+    if is_sound(&without, tolerance_mm) {
+        return Some(without);
+    }
+    let with = (!slivers.is_empty()).then(|| surface(&BTreeSet::new()));
+    with.filter(|union| is_sound(union, tolerance_mm))
+}
+
+/// The mesh with vertices that are nearer than the tolerance as one; facets that shrink to less than a triangle are left out.
+fn snapped(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
+    let mut points = Points::new(&[], tolerance);
+    let at: Vec<u32> = mesh.vertices.iter().map(|&p| points.at(p)).collect();
+    let moved = mesh.triangles.iter().map(|t| t.map(|v| at.get(v as usize).copied().unwrap_or_default()));
+    let triangles = moved.filter(|[a, b, c]| a != b && b != c && c != a).collect();
+    TriangleMesh { vertices: points.places().to_vec(), triangles }
+}
+
+/// The region of each piece: those joined over edges of two pieces along which nothing was cut.
+fn regions(pieces: &Pieces) -> Vec<u32> {
+    let mut at: FxHashMap<[u32; 2], (u32, u32)> = FxHashMap::default();
+    let mut sets = DisjointSets::new(pieces.triangles.len());
+    let mut joined = Vec::new();
+    for (piece, &triangle) in (0u32..).zip(&pieces.triangles) {
+        for edge in edges(triangle) {
+            let (first, count) = at.entry(edge).or_insert((piece, 0));
+            *count += 1;
+            joined.push((edge, *first, piece));
+        }
+    }
+    for (edge, a, b) in joined {
+        if a != b && at.get(&edge).is_some_and(|known| known.1 == 2) && !pieces.cut.contains(&edge) {
+            sets.join(a, b);
+        }
+    }
+    (0..pieces.triangles.len() as u32).map(|piece| sets.root(piece)).collect()
+}
+
+/// The largest piece of each region.
+fn largest(made: &TriangleMesh, region: &[u32]) -> BTreeMap<u32, usize> {
+    let mut largest: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
+    for (piece, &of) in region.iter().enumerate() {
+        let area = made.facet_area(piece);
+        let known = largest.entry(of).or_insert((area, piece));
+        if area > known.0 {
+            *known = (area, piece);
+        }
+    }
+    largest.into_iter().map(|(of, (_, piece))| (of, piece)).collect()
+}
+
+/// The regions that are nowhere wider than the tolerance.
+fn slivers(made: &TriangleMesh, region: &[u32], tolerance: f64) -> BTreeSet<u32> {
+    let narrow = |piece: usize| {
+        let [a, b, c] = made.corners(piece);
+        let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+        2.0 * made.facet_area(piece) <= 2.0 * tolerance * longest
+    };
+    largest(made, region).into_iter().filter(|&(_, piece)| narrow(piece)).map(|(of, _)| of).collect()
+}
+
+/// The regions behind which is material and before which is none.
+fn bounding(mesh: &TriangleMesh, made: &TriangleMesh, region: &[u32]) -> BTreeSet<u32> {
+    let winding = Winding::new(mesh);
+    let largest: Vec<(u32, usize)> = largest(made, region).into_iter().collect();
+    let inside = |p: Vec3| winding.at(p) >= INSIDE;
+    let asked = largest.par_iter().filter(|(_, piece)| {
+        let (middle, normal) = (made.centroid(*piece), made.normal(*piece));
+        // Nearer than any other surface can be seen from the middle of the piece, and far enough for what rounding does.
+        let off = (0.05 * made.facet_area(*piece).sqrt()).min(OFF_MM);
+        inside(along(middle, normal, -off)) && !inside(along(middle, normal, off))
+    });
+    asked.map(|(of, _)| *of).collect()
+}
+
+/// The regions that lie on another of a lower number, facing alike.
+fn doubled(
+    mesh: &TriangleMesh,
+    made: &TriangleMesh,
+    (pieces, cuts): (&Pieces, &Cuts),
+    region: &[u32],
+    tolerance: f64,
+) -> BTreeSet<u32> {
+    let mut pieces_of: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    for (piece, &facet) in pieces.facet.iter().enumerate() {
+        if cuts.on_others.contains_key(&facet) {
+            pieces_of.entry(facet).or_default().push(piece);
+        }
+    }
+    let mut doubled = BTreeSet::new();
+    for (of, piece) in largest(made, region) {
+        let facet = pieces.facet[piece];
+        let Some(others) = cuts.on_others.get(&facet) else { continue };
+        let middle = made.centroid(piece);
+        let alike = |g: &&u32| dot(mesh.normal(**g as usize), mesh.normal(facet as usize)) > 0.0;
+        let lies_on = |&other: &usize| {
+            region[other] < of && distance(closest_point(middle, made.corners(other)), middle) <= 2.0 * tolerance
+        };
+        let found = others.iter().filter(alike).filter_map(|g| pieces_of.get(g)).flatten().copied().find(lies_on);
+        doubled.extend(found.map(|_| of));
+    }
+    doubled
+}
+
+/// Whether a surface bounds a solid and meets itself nowhere.
+fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
+    let health = Health::of(union);
+    if !health.is_solid() || health.duplicate_facets.count > 0 || health.open_edges.count > 0 {
+        return false;
+    }
+    let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
+    found.crossing.count + found.overlapping.count == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::geometry::vector::unit;
+    use crate::random::Lcg;
+
+    /// The union, and whether its volume and area are as told.
+    fn check(mesh: &TriangleMesh, volume: f64, area: f64) -> TriangleMesh {
+        let union = united(mesh, 1e-6).unwrap();
+        assert!((union.signed_volume() - volume).abs() < 1e-5, "{} {volume}", union.signed_volume());
+        assert!((union.area() - area).abs() < 1e-5, "{} {area}", union.area());
+        union
+    }
+
+    fn turned(mesh: &TriangleMesh, random: &mut Lcg) -> TriangleMesh {
+        let [x, y] = [random.point(-1.0, 1.0), random.point(-1.0, 1.0)].map(unit);
+        let z = unit(crate::geometry::vector::cross(x, y));
+        mesh.transformed([x, crate::geometry::vector::cross(z, x), z], random.point(-3.0, 3.0))
+    }
+
+    #[test]
+    fn boxes_that_overlap_touch_or_swallow_each_other_are_one_surface() {
+        let mut random = Lcg(41);
+        let big = cuboid([0.0; 3], [4.0, 4.0, 2.0]);
+        for turn in 0..6 {
+            let whole = |small: TriangleMesh| {
+                let both = big.clone().joined(&small);
+                if turn == 0 { both } else { turned(&both, &mut random) }
+            };
+            let mut whole = whole;
+            // Through a face, face to face within it, beside it with a common top, on a part of it over an edge, and inside.
+            check(&whole(cuboid([1.0, 1.0, 1.0], [2.0, 2.0, 5.0])), 35.0, 64.0 + 12.0);
+            check(&whole(cuboid([1.0, 1.0, 2.0], [2.0, 3.0, 3.0])), 34.0, 64.0 + 6.0);
+            check(&whole(cuboid([3.0, 1.0, 1.0], [5.0, 2.0, 2.0])), 33.0, 64.0 + 4.0);
+            check(&whole(cuboid([3.0, 3.0, 2.0], [5.0, 5.0, 3.0])), 36.0, 64.0 + 16.0 - 2.0);
+            check(&whole(cuboid([1.0, 1.0, 0.5], [2.0, 2.0, 1.0])), 32.0, 64.0);
+            check(&whole(cuboid([4.0, 0.0, 0.0], [6.0, 4.0, 2.0])), 48.0, 48.0 + 40.0);
+            check(&whole(cuboid([2.0, 0.0, 0.0], [6.0, 4.0, 2.0])), 48.0, 48.0 + 40.0);
+        }
+    }
+
+    #[test]
+    fn three_that_meet_in_a_point_of_a_face_are_united() {
+        let mut random = Lcg(42);
+        let beams = cuboid([-3.0, -1.0, -1.0], [3.0, 1.0, 1.0])
+            .joined(&cuboid([-1.0, -3.0, -1.0], [1.0, 3.0, 1.0]))
+            .joined(&cuboid([-1.0, -1.0, -3.0], [1.0, 1.0, 3.0]));
+        // Six arms of 2 × 2 × 2 on a cube.
+        check(&beams, 56.0, 120.0);
+        check(&turned(&beams, &mut random), 56.0, 120.0);
+        let crossed = cuboid([0.0; 3], [4.0, 4.0, 4.0])
+            .joined(&cuboid([1.0, 1.0, -1.0], [2.0, 2.0, 5.0]))
+            .joined(&turned(&cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]), &mut random));
+        let union = united(&crossed, 1e-6).unwrap();
+        let winding = Winding::new(&crossed);
+        let inside = Winding::new(&union);
+        for _ in 0..2000 {
+            let p = random.point(-3.5, 5.5);
+            assert_eq!(winding.at(p) >= 0.5, inside.at(p) >= 0.5, "{p:?}");
+        }
+    }
+
+    #[test]
+    fn balls_that_cross_have_the_volume_of_a_lens_less() {
+        use crate::geometry::Primitive;
+        use crate::units::Length;
+        let ball = Primitive::Ball { radius: Length::mm(3.0) }.mesh(Length::mm(0.02));
+        let mut random = Lcg(43);
+        let moved = ball.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [2.5, 1.3, 0.7]);
+        let both = ball.clone().joined(&turned(&moved, &mut random));
+        let union = united(&both, 1e-6).unwrap();
+        let health = Health::of(&union);
+        assert!(health.is_solid() && union.signed_volume() <= both.signed_volume());
+        let (plain, made) = (Winding::new(&both), Winding::new(&union));
+        for _ in 0..2000 {
+            let p = random.point(-6.0, 6.0);
+            assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}");
+        }
+    }
+}
