@@ -18,8 +18,8 @@ pub struct Blend;
 
 /// A ball that stays further than this share of its radius from the bottom of a notch finds it sharp.
 const MISSED: f64 = 0.1;
-/// An edge bent by less belongs to no round, radians (2°).
-const FLAT: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// An edge bent by less belongs to no round, radians (0.2°): a quarter of a circle in 450 facets.
+const FLAT: f64 = 0.2 * std::f64::consts::PI / 180.0;
 /// What turns further than this is a groove or a hole, no fillet, radians (150°).
 const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// Height in fillet radii below which a step is relief, such as text.

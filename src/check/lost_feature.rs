@@ -10,7 +10,7 @@ use super::place::{group_equal, locate, reported};
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
 use crate::error::Result;
-use crate::geometry::vector::{add, scale, sub, unit};
+use crate::geometry::vector::{sub, unit};
 use crate::medial::Side;
 use crate::morphology::Bead;
 use crate::part::{Part, bead_of};
@@ -253,15 +253,14 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
     grouped
 }
 
-/// Whether a stroke can be widened to the limit without coming nearer than that to what lies beside it.
+/// Whether a stroke can be widened to the limit without what lies beside it being nearer than the limit then: straight across, so
+/// that what the stroke stands on does not count.
 fn has_room(part: &Part, d: &Detail, limit: f64) -> bool {
     let t = &d.thinnest;
     let grown = 0.5 * (limit - t.diameter);
     [0, 1].iter().all(|&i| {
         let outward = unit(sub(t.contacts[i], t.contacts[1 - i]));
-        // A ball on the new surface that is as wide as the limit.
-        let centre = add(t.contacts[i], scale(outward, grown + 0.5 * limit));
-        part.distance().nearest(centre, 0.5 * limit * 0.99).is_none()
+        part.distance().first_hit(t.contacts[i], outward, 0.01 * limit, grown + 0.99 * limit).is_none()
     })
 }
 

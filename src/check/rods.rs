@@ -4,7 +4,7 @@ use super::contract::{Context, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{locate, reported};
 use super::room::Growth;
-use crate::geometry::vector::{sub, unit};
+use crate::geometry::vector::{dot, sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
 use crate::medial::section::across;
@@ -139,17 +139,23 @@ pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Fin
     room.tried(to_limit(f, verb), verb, target, [roomy.len(), cramped.len()])
 }
 
+/// Surface whose normal is nearer than 45° to a rod's axis is what the rod stands on or leaves through, and not beside it.
+const ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Whether nothing lies within a length of a rod's side, on the other side of its surface.
 fn is_free(part: &Part, rod: &Rod, within: f64) -> bool {
     let stride = rod.line.len().div_ceil(12).max(1);
     rod.line.windows(2).step_by(stride).all(|w| {
         let middle = [0, 1, 2].map(|a| 0.5 * (w[0].0[a] + w[1].0[a]));
-        let [u, v] = across(unit(sub(w[1].0, w[0].0)));
+        let axis = unit(sub(w[1].0, w[0].0));
+        let [u, v] = across(axis);
+        let beside = |facet: u32| dot(part.distance().normal(facet), axis).abs() < ACROSS;
         (0..8).all(|k| {
             let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64 + 0.1).sin_cos();
             let d = [0, 1, 2].map(|a| c * u[a] + s * v[a]);
             let side = part.distance().first_hit(middle, d, 0.0, 2.0 * w[0].1.max(w[1].1));
-            side.is_none_or(|(at, _)| part.distance().first_hit(middle, d, at + part.step(), at + within).is_none())
+            let beyond = |at: f64| part.distance().first_hit(middle, d, at + part.step(), at + within);
+            side.is_none_or(|(at, _)| beyond(at).is_none_or(|(_, facet)| !beside(facet)))
         })
     })
 }

@@ -76,10 +76,11 @@ impl Check for TallFeature {
                 short(round(t.width_mm.0)),
                 short((10.0 * t.slenderness()).round() / 10.0)
             );
+            // As much as clears the limit for certain.
             f.fix = format!(
                 "widen its foot to {} mm, shorten it to {} mm, or brace it",
-                short((100.0 * t.height_mm / least).ceil() / 100.0),
-                short((100.0 * t.width_mm.0 * least).floor() / 100.0)
+                short((100.0 * (t.height_mm + context.spacing_mm) / least).ceil() / 100.0),
+                short((100.0 * (t.width_mm.0 * least - context.spacing_mm)).floor() / 100.0)
             );
             f
         };

@@ -9,6 +9,8 @@ use rustc_hash::FxHashMap;
 
 /// Steepest taper of a rod, as a sine: its sides draw together by at most 30 degrees.
 const TAPER: f64 = 0.2588;
+/// Towards the tip of a round end the sides draw together by so much more than before it, as a sine: 4 degrees each.
+const ROUNDED: f64 = 0.07;
 /// Stations on either side of the place a rod was found at.
 const STATIONS: usize = 400;
 /// Two ways across a round section differ by at most this share.
@@ -94,6 +96,23 @@ pub struct Search<'a> {
     pub distance: &'a MeshDistance,
     pub next: &'a Adjacency,
     pub wanted: Wanted,
+}
+
+/// The section of least area; what rounds off towards the tip of a closed end is its end, and no neck.
+fn narrowest(sections: &[Section], tips: [Option<Vec3>; 2]) -> Option<Section> {
+    let widest = sections.iter().map(Section::diameter).fold(0.0, f64::max);
+    let far = |s: &Section, tip: Vec3| distance(s.centre, tip);
+    // What draws together as much before the end as towards it is a taper.
+    let before = |tip: Vec3| {
+        let inner = sections.iter().filter(|s| far(s, tip) >= 0.5 * widest);
+        inner.min_by(|a, b| far(a, tip).total_cmp(&far(b, tip))).map_or(0.0, |s| s.taper)
+    };
+    let rounded = |s: &&Section| {
+        let near = |&tip: &Vec3| far(s, tip) < 0.5 * widest && s.taper > before(tip) + ROUNDED;
+        tips.iter().flatten().any(near)
+    };
+    let least = |all: &mut dyn Iterator<Item = &Section>| all.min_by(|a, b| a.area.total_cmp(&b.area)).cloned();
+    least(&mut sections.iter().filter(|s| !rounded(s))).or_else(|| least(&mut sections.iter()))
 }
 
 /// All rods found, and from how many places.
@@ -213,9 +232,7 @@ impl Search<'_> {
     fn follow(&self, seed: Section) -> Rod {
         let (back, first) = self.march(&seed, -1.0);
         let (ahead, last) = if first == End::Ring { (Vec::new(), End::Ring) } else { self.march(&seed, 1.0) };
-        let narrower = |a: Section, b: &Section| if b.area < a.area { b.clone() } else { a };
-        let narrowest = back.iter().chain(&ahead).fold(seed.clone(), narrower);
-        let sections: Vec<Section> = back.into_iter().rev().chain([seed]).chain(ahead).collect();
+        let sections: Vec<Section> = back.into_iter().rev().chain([seed.clone()]).chain(ahead).collect();
         let run = sections.windows(2).map(|w| distance(w[0].centre, w[1].centre)).sum();
         let mut line: Vec<(Vec3, f64)> = sections.iter().map(|s| (s.centre, s.diameter())).collect();
         let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)]
@@ -232,6 +249,7 @@ impl Search<'_> {
                 kind == End::Open && !self.widens(along(end.centre, outward, 0.5 * far.min(0.2 * end.diameter())), end);
             closed.then_some((along(end.centre, outward, far), end.diameter()))
         });
+        let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
         let ends = [(before, first), (after, last)].map(|(cap, kind)| if cap.is_some() { End::Closed } else { kind });
         line.splice(0..0, before);
         line.extend(after);
@@ -322,8 +340,25 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Primitive;
+    use crate::geometry::{Primitive, revolved};
     use crate::units::Length;
+
+    #[test]
+    fn a_round_end_is_no_neck_and_a_taper_is_narrowest_at_its_end() {
+        let round = (0..=24).map(|i| (f64::from(i) * 3.75f64.to_radians()).sin_cos()).map(|(s, c)| [c, 8.0 + s]);
+        let mut pin: Vec<[f64; 2]> = vec![[0.0, 0.0], [1.0, 0.0]];
+        pin.extend(round);
+        let (s, c) = 0.7f64.sin_cos();
+        let aslant = |mesh: TriangleMesh| {
+            mesh.transformed([[c, -s, 0.0], [0.6 * s, 0.6 * c, -0.8], [0.8 * s, 0.8 * c, 0.6]], [0.3, 0.1, 0.2])
+        };
+        let rods = rods_of(&aslant(revolved(&pin, 64)), Side::Material, 3.0);
+        assert!(!rods.is_empty() && rods.iter().all(|r| (r.diameter() - 2.0).abs() < 0.02), "{rods:?}");
+        let cone = revolved(&[[0.0, 0.0], [1.0, 0.0], [0.6, 3.0], [0.0, 3.0]], 64);
+        let rods = rods_of(&aslant(cone), Side::Material, 3.0);
+        let narrowest = rods.iter().map(Rod::diameter).fold(f64::INFINITY, f64::min);
+        assert!((narrowest - 1.2).abs() < 0.02, "{rods:?}");
+    }
 
     fn rods_of(mesh: &TriangleMesh, side: Side, within: f64) -> Vec<Rod> {
         let (distance, next) = (MeshDistance::new(mesh), Adjacency::of(mesh, |_| true));
