@@ -11,7 +11,10 @@ use crate::geometry::vector::{Vec3, along, compare, distance, dot, hull};
 use crate::morphology::{StructuringElement, dilate};
 use crate::topology::{Adjacency, Components, components};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// So many of the supports that supports keep, the largest, are tried alone.
+const TRIED_ALONE: usize = 8;
 
 /// Points of a contact that are tried, from its rim inwards.
 const POINTS_TRIED: usize = 30;
@@ -29,7 +32,11 @@ pub struct Columns<'a> {
 pub enum Keeper {
     /// The part itself.
     Part,
+    /// The support itself: no tool gets past it to its contact, whatever else stands.
+    Itself,
     /// Other supports that cannot be taken away either.
+    Others,
+    /// Supports; of the smaller ones it is not asked which.
     Supports,
 }
 
@@ -85,7 +92,8 @@ struct Contact {
 /// [`Error::Tool`] without setups; [`Error::Operand`] if the grids differ.
 ///
 /// # Cost
-/// For each tool and setup two dilations, one more in each further round; four times as many for a tool of any shape.
+/// For each tool and setup two dilations, one more in each further round and for each of the largest supports that supports
+/// keep; four times as many for a tool of any shape.
 pub fn remove(
     columns: Columns,
     surface: &[Patch],
@@ -131,10 +139,23 @@ pub fn remove(
         open.retain(|_| missed.next().unwrap_or(false));
         rounds.push(freed);
     }
+    let mut stuck: Vec<Stuck> = open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect();
+    let left = standing.iter().filter(|s| **s).count();
+    for component in largest(&found, &stuck) {
+        // What stands alone is held off by nothing else.
+        let own = if left > 1 { Some(cut.intersection(&found.select(|c| c == component))?) } else { None };
+        let alone = own.map(|own| with_supports(&bare, &own)).transpose()?;
+        for (contact, s) in
+            open.iter().zip(&mut stuck).filter(|(_, s)| s.component == component && s.keeper != Keeper::Part)
+        {
+            let others = alone.as_ref().is_some_and(|alone| reached(contact, alone, stand_off, view));
+            s.keeper = if others { Keeper::Others } else { Keeper::Itself };
+        }
+    }
     Ok(Removal {
         boxes: found.boxes().into_iter().map(edges).collect(),
         rounds,
-        stuck: open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect(),
+        stuck,
         remaining: found.select(|c| standing[c as usize]),
         supports: found,
     })
@@ -238,6 +259,16 @@ fn in_setup(points: &[Vec3], setup: &Setup) -> Indicator {
 
 fn reached(contact: &Contact, stations: &[(usize, Vec3, Station)], stand_off: f64, view: &MeshDistance) -> bool {
     contact.points.iter().any(|p| stations.iter().any(|(_, _, station)| station.beside(p, stand_off, view).is_some()))
+}
+
+/// The largest of the supports that supports keep.
+fn largest(found: &Components, stuck: &[Stuck]) -> Vec<u32> {
+    let sizes = found.sizes();
+    let kept: BTreeSet<u32> = stuck.iter().filter(|s| s.keeper == Keeper::Supports).map(|s| s.component).collect();
+    let mut kept: Vec<u32> = kept.into_iter().collect();
+    kept.sort_by_key(|&c| std::cmp::Reverse(sizes[c as usize]));
+    kept.truncate(TRIED_ALONE);
+    kept
 }
 
 /// What keeps a contact that is never reached.
@@ -382,5 +413,41 @@ mod tests {
         let first = &removal.rounds[0];
         let widest = |c: u32| removal.boxes[c as usize].1[0];
         assert!(first.iter().any(|&c| widest(c) > 10.0), "the wall goes first");
+    }
+
+    #[test]
+    fn what_fills_a_cup_is_in_its_own_way_and_keeps_what_stands_in_it() {
+        // Upside down: 27 mm deep, 24 mm wide.
+        let cup = revolved(&[[12.0, 0.0], [15.0, 0.0], [15.0, 30.0], [0.0, 30.0], [0.0, 27.0], [12.0, 27.0]], 64);
+        let filled = taken_away(&cup, under_ceilings(&cup));
+        assert_eq!((filled.supports.count(), filled.rounds.len()), (1, 0));
+        assert!(
+            !filled.stuck.is_empty() && filled.stuck.iter().all(|s| s.keeper == Keeper::Itself),
+            "{:?}",
+            filled.stuck
+        );
+        // A plug with a hole of 5 mm, through which no tool gets up to 27 mm, and a post in that hole.
+        let both = taken_away(&cup, |setup| {
+            let grid = *setup.grid();
+            let above = |least: f64| {
+                Indicator::from_predicate(grid, |at| {
+                    let [x, y, z] = grid.position(grid.index(at));
+                    let r = x.hypot(y);
+                    (r < 0.9 || (r > 2.5 && r < 11.8)) && z < 27.0 && z > least
+                })
+            };
+            Supports {
+                columns: above(0.0),
+                heads: above(27.0 - 0.4),
+                feet_on_part: Indicator::empty(grid),
+                feet_on_plate: Indicator::empty(grid),
+            }
+        });
+        assert_eq!((both.supports.count(), both.rounds.len()), (2, 0));
+        for s in &both.stuck {
+            let wide = both.boxes[s.component as usize].1[0] > 5.0;
+            assert_eq!(s.keeper, if wide { Keeper::Itself } else { Keeper::Others }, "{s:?}");
+        }
+        assert_eq!(both.stuck.len(), 2);
     }
 }

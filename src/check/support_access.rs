@@ -25,12 +25,13 @@ static META: Meta = Meta {
     name: "support-access",
     title: "Supports that no tool can take off",
     what: "Puts columns under all surface flatter than the overhang limit that does not hold itself, takes them away in rounds with the listed tools, and \
-           gives what stays for ever: its volume, the contact that no tool reaches, and whether the part or other supports keep it.",
+           gives what stays for ever: its volume, the contact that no tool reaches, and whether the part, other supports or the support itself keeps the tools off.",
     why: "A support that cannot be taken off stays in the part; in a cavity it cannot even be seen.",
     how: "Columns go straight down from every overhang to the part or the plate; a support is what hangs together. It comes off in a \
           round if each of its contacts with the part is reached: the cutter, free of the part and of all supports that still stand \
           (cut back by the stand-off from their contacts), comes within 2·√3 spacings of a point of the contact with nothing in \
-          between. This is repeated until nothing more comes off. The part has left the plate, so tools may come from below.",
+          between. This is repeated until nothing more comes off. The part has left the plate, so tools may come from below. What \
+          the part alone does not keep is tried with no support but its own standing, the eight largest of these.",
     limits: "Where supports stand is an assumption: a slicer makes thinner ones, and soluble supports need no tool. Contacts smaller than four squares of the grid are taken to tear off; up to \
              30 points of the others are tried, from 26 directions. An estimate, so it warns and never fails; a support is as large as what lies \
              below the facets that hang on it, as `support` measures it, in proportion where several hang from the same.",
@@ -174,17 +175,20 @@ impl Judged<'_> {
         f.volume_mm3 = Some(report_digits(volume));
         f.area_mm2 = Some(report_digits(worst.area_mm2));
         locate(&mut f, self.part, self.context, worst.contact.at, hull(self.removal.boxes[c], worst.extent));
-        let keeper = match worst.keeper {
-            Keeper::Part => "the part keeps",
-            Keeper::Supports => "other supports keep",
+        let contact = format!("its contact of {} mm²", short(round(worst.area_mm2)));
+        let why = match worst.keeper {
+            Keeper::Part => format!("the part keeps the tools from {contact}"),
+            Keeper::Itself => format!("it is in the way of its own removal, for no tool gets past it to {contact}"),
+            Keeper::Others => format!("other supports keep the tools from {contact}"),
+            Keeper::Supports => format!("supports keep the tools from {contact}"),
         };
-        f.message = format!(
-            "a support of {} mm³ stays: {keeper} the tools from its contact of {} mm²",
-            short(round(volume)),
-            short(round(worst.area_mm2))
-        );
+        f.message = format!("a support of {} mm³ stays: {why}", short(round(volume)));
         f.fix = format!("slope or remove the {} mm² that hang over", short(round(worst.area_mm2)));
-        if let Some((short_by, tool, direction)) = worst.short {
+        if worst.keeper == Keeper::Itself {
+            f.fix += ", or divide the support into pieces that come out one by one";
+        }
+        // How near a tool comes is measured past the part alone.
+        if let (Keeper::Part, Some((short_by, tool, direction))) = (worst.keeper, worst.short) {
             let from = direction_in_file(self.part, direction);
             let name = &self.tooling.tools[tool].name;
             f.message += &format!("; {name} stops {} mm short, from {from}", short(round(short_by)));
