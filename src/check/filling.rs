@@ -26,8 +26,13 @@ impl<'a> Filling<'a> {
     /// # Cost
     /// O(samples of the window).
     pub fn of(chamber: &Chamber, clearance: &Field<u32>, solid: &'a Solid) -> Result<Self> {
+        Filling::grown(chamber, clearance, solid, 1.0)
+    }
+
+    /// As [`Filling::of`], so many samples wider.
+    pub fn grown(chamber: &Chamber, clearance: &Field<u32>, solid: &'a Solid, by: f64) -> Result<Self> {
         let grid = *clearance.grid();
-        let reach = f64::from(chamber.widest).sqrt().ceil() as usize + 2;
+        let reach = (f64::from(chamber.widest).sqrt() + by).ceil() as usize + 1;
         let (mut lo, mut hi) = ([usize::MAX; 3], [0; 3]);
         for &(first, count) in &chamber.region {
             let p = grid.index(first as usize);
@@ -37,18 +42,66 @@ impl<'a> Filling<'a> {
         let first = lo.map(|c| c.saturating_sub(reach));
         let end = [0, 1, 2].map(|a| (hi[a] + reach + 1).min(grid.dims()[a]));
         let window = Grid::new(grid.position(first), grid.spacing(), [0, 1, 2].map(|a| end[a] - first[a]))?;
+        let nothing = Filling { solid, first, set: Indicator::empty(window) };
+        let balls = nothing.balls(chamber, clearance, |c| (c.sqrt() + by).powi(2))?;
+        let set = balls.difference(&nothing.material()?)?;
+        Ok(Filling { set, ..nothing })
+    }
+
+    /// Closed balls about the samples of a chamber, on the window: their squared radii from the squared clearance.
+    ///
+    /// # Errors
+    /// None for a chamber of the solid.
+    pub fn balls(
+        &self,
+        chamber: &Chamber,
+        clearance: &Field<u32>,
+        squared: impl Fn(f64) -> f64 + Sync,
+    ) -> Result<Indicator> {
+        let (grid, window, first) = (*clearance.grid(), *self.set.grid(), self.first);
         let mut own = Indicator::empty(window);
         for at in chamber.offsets() {
             let p = grid.index(at);
             own.set([0, 1, 2].map(|a| p[a] - first[a]), true);
         }
-        let balls = union_of_balls(&window, |at| {
+        union_of_balls(&window, |at| {
             let p = window.index(at);
             let clear = || clearance.values()[grid.offset([0, 1, 2].map(|a| p[a] + first[a]))];
-            own.contains(p).then(|| ((f64::from(clear()).sqrt() + 1.0).powi(2)) as u32)
-        })?;
-        let set = balls.difference(&solid.inner.placed(first.map(|c| c as isize), window)?)?;
-        Ok(Filling { solid, first, set })
+            own.contains(p).then(|| squared(f64::from(clear())) as u32)
+        })
+    }
+
+    /// The cubes wholly in the part, on the window.
+    ///
+    /// # Errors
+    /// None.
+    pub fn material(&self) -> Result<Indicator> {
+        self.solid.inner.placed(self.first.map(|c| c as isize), *self.set.grid())
+    }
+
+    /// The cubes that the part touches, on the window.
+    ///
+    /// # Errors
+    /// None.
+    pub fn touched(&self) -> Result<Indicator> {
+        self.solid.outer.placed(self.first.map(|c| c as isize), *self.set.grid())
+    }
+
+    /// Whether some of a cube is above the plate.
+    pub fn is_above_plate(&self, index: [usize; 3]) -> bool {
+        self.above_plate(index) > 0.0
+    }
+
+    /// Whether the plate caps the clearance in a layer to less than a sample and a half.
+    pub fn is_by_the_plate(&self, layer: usize) -> bool {
+        let grid = self.set.grid();
+        grid.position([0, 0, layer])[2] < 1.5 * grid.h()
+    }
+
+    /// The share of a cube that is above the plate.
+    fn above_plate(&self, index: [usize; 3]) -> f64 {
+        let grid = self.set.grid();
+        (grid.position(index)[2] / grid.h() + 0.5).clamp(0.0, 1.0)
     }
 
     /// A set on the grid of the solid, one sample of its surroundings about it.
@@ -72,11 +125,9 @@ impl<'a> Filling<'a> {
         self.set.placed(self.first.map(|c| -(c as isize)), *self.solid.inner.grid())
     }
 
-    /// Volume of the void in it, by the densities, mm³.
+    /// Volume of the void in it, by the densities, mm³; below the plate there is none.
     pub fn volume_mm3(&self) -> f64 {
-        let density = self.solid.density.field();
-        let void = |at: usize| 1.0 - f64::from(density.at(self.lifted(self.set.grid().index(at).map(|i| i as isize))));
-        self.set.iter().map(void).sum::<f64>() * self.set.grid().h().powi(3)
+        void_above_plate(self, &self.set)
     }
 
     /// The surface of the void within the set, where the density passes one half.
@@ -96,6 +147,16 @@ impl<'a> Filling<'a> {
     fn lifted(&self, index: [isize; 3]) -> [isize; 3] {
         [0, 1, 2].map(|a| index[a] + self.first[a] as isize)
     }
+}
+
+/// Volume of the void in a set on the window of a filling, by the densities, mm³; what is below the plate is no part of it.
+pub(super) fn void_above_plate(window: &Filling, set: &Indicator) -> f64 {
+    let density = window.solid.density.field();
+    let void = |at: usize| {
+        let index = set.grid().index(at);
+        (window.above_plate(index) - f64::from(density.at(window.lifted(index.map(|i| i as isize))))).max(0.0)
+    };
+    set.iter().map(void).sum::<f64>() * set.grid().h().powi(3)
 }
 
 /// A set with the samples around it that are not wholly material.

@@ -19,6 +19,7 @@ mod departing;
 mod departure;
 mod detail;
 mod drain;
+mod enclosed;
 mod fillet;
 mod filling;
 mod finding;

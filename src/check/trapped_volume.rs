@@ -2,6 +2,7 @@
 
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::place::{locate, reported};
 use super::vent::vents;
@@ -38,7 +39,8 @@ static META: Meta = Meta {
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
              Rooms narrower than the limit, down to a quarter of it or to what the grid tells, only warn, because limits for ways out are \
              written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
-             bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates.",
+             bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates; \
+             what the plate closes is counted down to the plate, by the void in each cube, with a bracket of the cubes that may belong to it.",
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
              Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",
 };
@@ -105,7 +107,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         let tied = process.prints_supports;
         let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
         if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| tied) {
-            judge.on_plate(&voids.narrow(&standing, widest, &mut met)?, &chambers, limits);
+            judge.on_plate(&voids.on_plate(&standing, widest, &mut met)?, &chambers, limits);
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
@@ -248,16 +250,20 @@ impl Judge<'_> {
         let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
             return;
         };
-        let sum = news.iter().map(|t| t.volume_mm3.value).sum::<f64>();
-        let mut f = Finding::judged(META.code, "on-plate", Bracket::exact(sum), Basis::Estimated, limits, "mm3", 0.0);
+        let sum = |of: fn(&Bracket) -> f64| news.iter().map(|t| of(&t.volume_mm3)).sum::<f64>();
+        let bracket = Bracket::new(sum(|b| b.value), sum(|b| b.low), sum(|b| b.high));
+        let tie = 2.0 * ROUNDING * bracket.high;
+        let mut f = Finding::judged(META.code, "on-plate", bracket, Basis::Estimated, limits, "mm3", tie);
         if f.state == State::Pass {
             return;
         }
         locate(&mut f, self.part, self.context, largest.at, largest.extent);
         f.count = news.len() as u64;
-        f.volume_mm3 = Some(report_digits(sum));
+        f.volume_mm3 = Some(report_digits(bracket.value));
         f.places = news.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
-        f.message = format!("{} mm³ of void are closed by the plate until the part is cut off", short(sum.round()));
+        let [low, value, high] = [bracket.low, bracket.value, bracket.high].map(|v| short(v.round()));
+        let volume = if low == high { value } else { format!("{low} to {high}") };
+        f.message = format!("{volume} mm³ of void are closed by the plate until the part is cut off");
         f.fix = "let it out above the plate".into();
         self.note(f, largest, "mm3", "trapped-volume.on-plate");
     }

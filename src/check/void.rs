@@ -1,5 +1,6 @@
 //! The voids of a part: sealed ones, and chambers whose way out is narrow.
 
+use super::enclosed::enclosed;
 use super::filling::{Filling, ringed};
 use super::finding::{Basis, Bracket};
 use crate::distance::squared_distance;
@@ -236,9 +237,21 @@ impl<'a> Voids<'a> {
     /// Chambers wide enough for a ball of the limit's diameter whose way out is, or may be, narrower; sealed ones are
     /// left out. `met` holds what has been looked at already, and is added to.
     pub fn narrow(&self, clearance: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
+        self.shut(clearance, &self.radii_about(limit_mm), met)
+    }
+
+    /// As [`Voids::narrow`], with a clearance that the plate caps: each with the volume that it holds above the plate.
+    pub fn on_plate(&self, standing: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
+        let found = self.shut_chambers(standing, &self.radii_about(limit_mm), met)?;
+        let held =
+            |c: &Chamber| Ok(Trapped { volume_mm3: enclosed(c, standing, self.solid)?, ..self.trapped(c, standing)? });
+        found.iter().map(held).collect()
+    }
+
+    /// What is open at the limit may still be in doubt; it shows as a chamber at the limit and two half diagonals more.
+    fn radii_about(&self, limit_mm: f64) -> [f64; 2] {
         let radius = 0.5 * limit_mm / self.grid.h();
-        // What is open at the limit may still be in doubt; it shows as a chamber at the limit and two half diagonals more.
-        self.shut(clearance, &[radius, radius + 2.0 * HALF_DIAGONAL], met)
+        [radius, radius + 2.0 * HALF_DIAGONAL]
     }
 
     /// Chambers too narrow for a ball of the limit's diameter, down to [`Voids::least_room_mm`], at least a quarter wider than
@@ -258,15 +271,20 @@ impl<'a> Voids<'a> {
 
     /// The chambers that are shut at one of the radii, in units of the spacing.
     fn shut(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Trapped>> {
+        let found = self.shut_chambers(clearance, radii, met)?;
+        found.iter().map(|chamber| self.trapped(chamber, clearance)).collect()
+    }
+
+    fn shut_chambers(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Chamber>> {
         let exits = border(&self.grid, &Side::ALL);
-        let mut found: Vec<Trapped> = Vec::new();
+        let mut found: Vec<Chamber> = Vec::new();
         for radius in radii {
             let level = (radius * radius).ceil().max(1.0) as u32;
             let known = |at: usize| met.contains(self.grid.index(at)) || self.is_sealed(at);
             for chamber in chambers(clearance, &exits, level, known)? {
                 chamber.offsets().for_each(|at| met.set(self.grid.index(at), true));
                 if !self.is_sealed(chamber.deepest) && self.rises(&chamber) {
-                    found.push(self.trapped(&chamber, clearance)?);
+                    found.push(chamber);
                 }
             }
         }
