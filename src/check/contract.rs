@@ -134,3 +134,8 @@ pub fn limits_of(process: &Process, key: &str) -> Option<Limits> {
         rule(key).map(|r| r.bound).ok().map_or(Sense::Min, |b| if b == Bound::Most { Sense::Max } else { Sense::Min });
     (fail.is_some() || warn.is_some()).then_some(Limits { fail, warn, sense })
 }
+
+/// The thinnest wall that the process prints, mm, where it has a limit for it.
+pub fn least_wall(process: &Process) -> Option<f64> {
+    limits_of(process, "thin-wall").and_then(|l| l.fail.or(l.warn))
+}

@@ -1,10 +1,10 @@
 //! AM302: liquid that the part keeps in this orientation, and cups that suck.
 
 use super::basin::{Basin, greatest_layer};
-use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported};
-use super::vent::{drilled, shortest_vent};
+use super::vent::{Downward, Wanted, drilled, shortest_vent};
 use super::void::Voids;
 use crate::convolution::coarsened_any;
 use crate::error::Result;
@@ -62,6 +62,7 @@ impl Check for Drain {
             part,
             context,
             voids: &voids,
+            wall_mm: least_wall(process).unwrap_or(context.spacing_mm),
             measured: Measured::default(),
             small: 0,
             shown: Indicator::empty(*voids.solid.outer.grid()),
@@ -81,6 +82,8 @@ struct Judge<'a> {
     part: &'a Part,
     context: &'a Context,
     voids: &'a Voids<'a>,
+    /// The wall that has to stay around a vent.
+    wall_mm: f64,
     measured: Measured,
     small: u64,
     /// The samples of all that is reported.
@@ -179,7 +182,8 @@ impl Judge<'_> {
     /// A vent at the bottom of a cup, with what the cup still closes once it is there.
     fn vented(&self, at: Vec3, widest: f64) -> Result<String> {
         let solid = self.voids.solid;
-        let Some(vent) = shortest_vent(solid, at, VENT, Some(0.0)) else {
+        let wanted = Wanted { ball_mm: VENT, wall_mm: self.wall_mm, downward: Downward::Closed };
+        let Some(vent) = shortest_vent(solid, at, wanted) else {
             return Ok(no_vent());
         };
         let outer = drilled(&solid.outer, &[vent]);

@@ -1,11 +1,11 @@
 //! AM301: voids that keep what is in them.
 
 use super::budget::Budget;
-use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
+use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::place::{locate, reported};
-use super::vent::vents;
+use super::vent::{Downward, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
 use crate::field::Field;
@@ -32,7 +32,8 @@ static META: Meta = Meta {
           rest a ball is let out: where the distance to the part is at least the ball's radius, connected regions are labelled; \
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
-          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again. \
+          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again, and only if it leaves \
+             the part in as many pieces as it is in and the least wall of the process on all sides. \
           Where a limit lies within the bracket of a closed mesh, a way for a ball of the limit is sought over samples up to four times \
           finer about the throat, with the distance to the surface itself; what stays undecided is looked at again with half the \
           spacing; both as far as the budget for finer samples goes.",
@@ -87,8 +88,15 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
     let (sealed, way_out) = (limits_of(process, "trapped-volume.sealed"), limits_of(process, "trapped-volume"));
     let voids = Voids::within(part, solid)?;
     let found = voids.sealed()?;
-    let mut judge =
-        Judge { part, context, voids: &voids, measured: Measured::default(), shapes: Vec::new(), doubtful_rooms: 0 };
+    let mut judge = Judge {
+        part,
+        context,
+        voids: &voids,
+        wall_mm: least_wall(process).unwrap_or(context.spacing_mm),
+        measured: Measured::default(),
+        shapes: Vec::new(),
+        doubtful_rooms: 0,
+    };
     let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
     if let Some(limits) = sealed {
         judge.sealed("sealed", &found.certain, limits, widest)?;
@@ -146,6 +154,8 @@ struct Judge<'a> {
     part: &'a Part,
     context: &'a Context,
     voids: &'a Voids<'a>,
+    /// The wall that has to stay around a vent.
+    wall_mm: f64,
     measured: Measured,
     shapes: Vec<(f64, TriangleMesh)>,
     /// Rooms narrower than the limit that may have a way out as wide as it.
@@ -182,7 +192,7 @@ impl Judge<'_> {
     fn narrow(&mut self, places: &[Trapped], limits: Limits, widest: f64) -> Result<()> {
         let mut order: Vec<&Trapped> = places.iter().collect();
         order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
-        let all = vents(self.voids.solid, &order, widest, None)?;
+        let all = vents(self.voids.solid, &order, self.wanted(widest))?;
         for (t, vent) in order.iter().zip(all) {
             let mut f =
                 Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.tie());
@@ -204,7 +214,7 @@ impl Judge<'_> {
                 }
                 None => format!("a chamber of about {volume} mm³ without a way out at this spacing"),
             };
-            f.fix = match vent {
+            f.fix = match vent.vent() {
                 Some(v) if f.state == State::Undecided => {
                     let half = short(0.5 * self.context.spacing_mm);
                     format!("look again with --voxel {half}mm, or drill {}", v.words())
@@ -314,18 +324,11 @@ impl Judge<'_> {
     }
 
     fn vent_words(&self, places: &[&Trapped], ball: f64) -> Result<String> {
-        let found = vents(self.voids.solid, places, ball, None)?;
-        let working = found.iter().flatten().count();
-        Ok(match (found.first().copied().flatten(), places.len()) {
-            (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words()),
-            (Some(v), n) => {
-                format!(
-                    "where they are not meant: {}; {working} of {n} such vents were measured again and lead out",
-                    v.words()
-                )
-            }
-            (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(ball)),
-        })
+        advice(self.voids.solid, places, self.wanted(ball))
+    }
+
+    fn wanted(&self, ball_mm: f64) -> Wanted {
+        Wanted { ball_mm, wall_mm: self.wall_mm, downward: Downward::Allowed }
     }
 
     fn note(&mut self, f: Finding, t: &Trapped, unit: &'static str, rule: &'static str) {

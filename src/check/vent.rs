@@ -35,35 +35,110 @@ impl Vent {
     }
 }
 
-/// The shortest of the straight vents along the axes that end outside; `floor` forbids the one through the plate.
-///
-/// The diameter is the least multiple of half a millimetre that is wider than `wanted_mm` by two samples, because the
-/// sets know it only so well.
-pub(super) fn shortest_vent(solid: &Solid, at: Vec3, wanted_mm: f64, floor: Option<f64>) -> Option<Vent> {
+/// What a vent has to be like.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// Diameter of the ball that it lets out, mm.
+    pub ball_mm: f64,
+    /// The wall that stays on every side of it, mm.
+    pub wall_mm: f64,
+    /// Whether it may go through the plate.
+    pub downward: Downward,
+}
+
+/// Whether a vent may lead down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Downward {
+    Allowed,
+    /// The plate is there.
+    Closed,
+}
+
+impl Wanted {
+    /// The least multiple of half a millimetre that is wider than the ball by two samples, because the sets know it only so well.
+    pub fn diameter_mm(&self, h: f64) -> f64 {
+        ((self.ball_mm + 2.0 * h) * 2.0).ceil() / 2.0
+    }
+}
+
+/// Lines beside a vent along which its wall is looked for.
+const LINES: usize = 16;
+
+/// The shortest of the straight vents along the axes that end outside and leave a wall around them.
+pub(super) fn shortest_vent(solid: &Solid, at: Vec3, wanted: Wanted) -> Option<Vent> {
     let grid = solid.centres.grid();
     let start = grid.sample_at(at)?;
-    let diameter_mm = ((wanted_mm + 2.0 * grid.h()) * 2.0).ceil() / 2.0;
-    let mut best: Option<Vent> = None;
-    for axis in 0..3 {
-        for upward in [true, false] {
-            if axis == 2 && !upward && floor.is_some() {
-                continue;
-            }
-            let last = grid.dims()[axis] - 1;
-            let end = if upward { last } else { 0 };
-            let mut index = start;
-            let mut wall = 0u64;
-            while index[axis] != end {
-                index[axis] = if upward { index[axis] + 1 } else { index[axis] - 1 };
-                wall += u64::from(solid.centres.contains(index));
-            }
+    let diameter_mm = wanted.diameter_mm(grid.h());
+    let mut found: Vec<Vent> = Vec::new();
+    for (axis, upward) in (0..3).flat_map(|axis| [true, false].map(|upward| (axis, upward))) {
+        if axis == 2 && !upward && wanted.downward == Downward::Closed {
+            continue;
+        }
+        let mut end = start;
+        end[axis] = if upward { grid.dims()[axis] - 1 } else { 0 };
+        let passed = start[axis].min(end[axis])..=start[axis].max(end[axis]);
+        let wall = passed.filter(|&c| solid.centres.contains(with(start, axis, c))).count();
+        if wall > 0 {
             let wall_mm = wall as f64 * grid.h();
-            if wall > 0 && best.is_none_or(|b| wall_mm < b.wall_mm - 1e-9) {
-                best = Some(Vent { from: at, to: grid.position(index), axis, upward, diameter_mm, wall_mm });
-            }
+            found.push(Vent { from: at, to: grid.position(end), axis, upward, diameter_mm, wall_mm });
         }
     }
-    best
+    found.sort_by(|a, b| a.wall_mm.total_cmp(&b.wall_mm));
+    found.into_iter().find(|v| leaves_a_wall(solid, v, wanted))
+}
+
+fn with(mut index: [usize; 3], axis: usize, at: usize) -> [usize; 3] {
+    index[axis] = at;
+    index
+}
+
+/// Whether the part goes on around a vent: along every line as far beside it as the wall is thick it meets material. Where the
+/// plate is there the vent may be a notch in what stands on it.
+fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
+    let grid = solid.centres.grid();
+    let (u, v, beside) = ((vent.axis + 1) % 3, (vent.axis + 2) % 3, 0.5 * vent.diameter_mm + wanted.wall_mm);
+    (0..LINES).all(|n| {
+        let turn = std::f64::consts::TAU * n as f64 / LINES as f64;
+        let mut from = vent.from;
+        from[u] += beside * turn.cos();
+        from[v] += beside * turn.sin();
+        if wanted.downward == Downward::Closed && from[2] < 0.0 {
+            return true;
+        }
+        let Some(first) = grid.sample_at(from) else { return false };
+        let last = grid.dims()[vent.axis] - 1;
+        let mut along = if vent.upward { first[vent.axis]..=last } else { 0..=first[vent.axis] };
+        along.any(|c| solid.centres.contains(with(first, vent.axis, c)))
+    })
+}
+
+/// Samples of the least piece that counts: what is smaller may be how the grid cuts an edge.
+const LEAST_PIECE: u64 = 27;
+
+/// Whether each of some vents leaves the part in as many pieces as it is in.
+fn keep_the_part_whole(solid: &Solid, vents: &[Vent]) -> Vec<bool> {
+    if vents.is_empty() {
+        return Vec::new();
+    }
+    whole_after(solid, vents, pieces(solid, &[]))
+}
+
+/// Pieces of the part with some vents drilled.
+fn pieces(solid: &Solid, vents: &[Vent]) -> usize {
+    let mut left = solid.centres.clone();
+    vents.iter().for_each(|v| drill(&mut left, v, 0.5 * v.diameter_mm));
+    components(&left, Adjacency::Face).sizes().into_iter().filter(|&size| size >= LEAST_PIECE).count()
+}
+
+/// As [`keep_the_part_whole`]: those that part it together are looked at half by half.
+fn whole_after(solid: &Solid, vents: &[Vent], before: usize) -> Vec<bool> {
+    if vents.is_empty() || pieces(solid, vents) <= before {
+        return vec![true; vents.len()];
+    }
+    match vents.split_at(vents.len() / 2) {
+        ([], one) => vec![false; one.len()],
+        (first, second) => [first, second].map(|half| whole_after(solid, half, before)).concat(),
+    }
 }
 
 /// Which of the vents work, all drilled at once: through each, a ball of `ball_mm` gets from its place to the outside
@@ -123,19 +198,120 @@ fn drill(set: &mut Indicator, vent: &Vent, radius: f64) {
     }
 }
 
-/// For each place its shortest vent, where that works when looked at again.
-pub(super) fn vents(
-    solid: &Solid,
-    places: &[&Trapped],
-    wanted_mm: f64,
-    floor: Option<f64>,
-) -> Result<Vec<Option<Vent>>> {
-    let found: Vec<Option<Vent>> = places.iter().map(|t| shortest_vent(solid, t.at, wanted_mm, floor)).collect();
-    let drilled: Vec<Vent> = found.iter().flatten().copied().collect();
-    if drilled.is_empty() {
-        return Ok(found);
+/// A place and what could be drilled to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Venting {
+    /// This vent leads out, measured again.
+    Works(Vent),
+    /// A vent leaves the part whole and does not lead out.
+    LeadsNowhere,
+    /// None has a wall around it and leaves the part in one piece.
+    NoRoom,
+}
+
+impl Venting {
+    /// The vent that works.
+    pub fn vent(self) -> Option<Vent> {
+        if let Venting::Works(vent) = self { Some(vent) } else { None }
     }
-    let works = working(solid, &drilled, wanted_mm)?;
-    let mut answers = works.into_iter();
-    Ok(found.into_iter().map(|v| v.filter(|_| answers.next().unwrap_or(false))).collect())
+}
+
+/// For each place its shortest vent that leaves the part whole, looked at again.
+pub(super) fn vents(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Result<Vec<Venting>> {
+    let mut found: Vec<Option<Vent>> = places.iter().map(|t| shortest_vent(solid, t.at, wanted)).collect();
+    let tried: Vec<Vent> = found.iter().flatten().copied().collect();
+    let mut whole = keep_the_part_whole(solid, &tried).into_iter();
+    found.iter_mut().for_each(|v| *v = v.filter(|_| whole.next().unwrap_or(false)));
+    let drilled: Vec<Vent> = found.iter().flatten().copied().collect();
+    let mut works = if drilled.is_empty() { Vec::new() } else { working(solid, &drilled, wanted.ball_mm)? }.into_iter();
+    let answer = |v: Option<Vent>| match v {
+        Some(vent) if works.next().unwrap_or(false) => Venting::Works(vent),
+        Some(_) => Venting::LeadsNowhere,
+        None => Venting::NoRoom,
+    };
+    Ok(found.into_iter().map(answer).collect())
+}
+
+/// What is advised for places that something does not leave, the largest first.
+pub(super) fn advice(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Result<String> {
+    let found = vents(solid, places, wanted)?;
+    let working = found.iter().filter_map(|v| v.vent()).count();
+    Ok(match (found.iter().find_map(|v| v.vent()), found.len()) {
+        (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words()),
+        (Some(v), n) => {
+            format!(
+                "where they are not meant: {}; {working} of {n} such vents were measured again and lead out",
+                v.words()
+            )
+        }
+        (None, n) if found.iter().all(|v| *v == Venting::NoRoom) => {
+            let diameter = short(wanted.diameter_mm(solid.centres.grid().h()));
+            let it = if n == 1 { "it is not meant, fill it" } else { "they are not meant, fill them" };
+            let wall = short((wanted.wall_mm * 100.0).round() / 100.0);
+            format!("if {it}: no straight vent of {diameter} mm has room in this part with {wall} mm of wall around it")
+        }
+        (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(wanted.ball_mm)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::void::Voids;
+    use super::super::void::tests::{flask, part};
+    use super::*;
+
+    /// What is drilled for a sealed cube of `room` in one of `edge`, mm: a ball of 3.5 mm, a wall of 0.5 mm.
+    fn drilled_into(edge: f64, room: f64, h: f64) -> Venting {
+        let part = part(flask(edge, room, 0.0), h, [0.2, -0.1, 0.3]);
+        let voids = Voids::of(&part).unwrap();
+        let found = voids.sealed().unwrap().certain;
+        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Allowed };
+        vents(voids.solid, &[&found[0]], wanted).unwrap()[0]
+    }
+
+    #[test]
+    fn a_vent_is_narrower_than_the_cube_by_the_wall_on_either_side() {
+        // 4 mm and 2 × 0.5 mm, within a sample on either side; for the narrower ones nothing has room.
+        for edge in [1.0, 4.0, 4.8] {
+            assert_eq!(drilled_into(edge, 0.6 * edge, 0.05), Venting::NoRoom, "{edge}");
+        }
+        for edge in [5.4, 8.0, 20.0] {
+            let h = (edge / 100.0f64).min(0.1);
+            let Venting::Works(vent) = drilled_into(edge, 0.8 * edge, h) else { panic!("{edge}") };
+            assert_eq!(vent.diameter_mm, 4.0);
+            assert!((vent.wall_mm - 0.1 * edge).abs() <= h, "{vent:?}");
+        }
+    }
+
+    #[test]
+    fn a_vent_that_parts_the_part_is_none() {
+        // A bar of 4 mm between two blocks; a vent of 5 mm across it would part them.
+        let part = part(flask(30.0, 1.0, 0.0), 0.25, [0.0; 3]);
+        let solid = part.solid().unwrap();
+        let grid = *solid.centres.grid();
+        let mut waisted = solid.clone();
+        let middle = part.extent().map(|c| 0.5 * c);
+        waisted.centres = Indicator::from_predicate(grid, |at| {
+            let p = grid.position(grid.index(at));
+            let beside = [0, 1].map(|a| (p[a] - middle[a]).abs());
+            solid.centres.contains(grid.index(at)) && ((p[2] - middle[2]).abs() > 6.0 || beside[0].max(beside[1]) < 2.0)
+        });
+        let across = Vent {
+            from: middle,
+            to: [0.0, middle[1], middle[2]],
+            axis: 0,
+            upward: false,
+            diameter_mm: 5.0,
+            wall_mm: 1.0,
+        };
+        let block = Vent {
+            from: [middle[0], middle[1], 28.0],
+            to: [middle[0], middle[1], 31.0],
+            axis: 2,
+            upward: true,
+            ..across
+        };
+        let through = Vent { from: [0.0, middle[1], middle[2]], to: [30.0, middle[1], middle[2]], ..across };
+        assert_eq!(keep_the_part_whole(&waisted, &[through, block]), [false, true]);
+    }
 }
