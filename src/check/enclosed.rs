@@ -8,7 +8,7 @@ use crate::geometry::Solid;
 use crate::topology::{Adjacency, Chamber, components};
 
 /// What the rounding of densities may add up to, in shares of a volume.
-pub(super) const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-5;
 
 /// Volume of the void that a chamber holds above the plate, mm³, up to its throat.
 ///
@@ -26,16 +26,27 @@ pub(super) fn enclosed(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid)
     let wide = Filling::grown(chamber, clearance, solid, 2.0 + throat)?;
     let sure = surely_its_own(&wide, chamber, clearance)?;
     let likely = wide.balls(chamber, clearance, |c| (c.sqrt() + 1.0).powi(2))?.difference(&wide.material()?)?;
-    let (sum, own) = (|set: &Indicator| void_above_plate(&wide, set), wide.set.intersection(&likely.union(&sure)?)?);
+    let sum = |set: &Indicator| void_above_plate(&wide, set);
     let free = wide.set.difference(&wide.touched()?)?;
-    let others = free.difference(&sure)?;
+    let grid = *sure.grid();
+    // By the plate, which caps the clearance, what is free may be the chamber's own.
+    let others = Indicator::from_predicate(grid, |at| {
+        let index = grid.index(at);
+        free.contains(index) && !sure.contains(index) && !wide.is_by_the_plate(index[2])
+    });
     let beside = |index: [usize; 3]| near(index, &others, |other| wide.is_above_plate(other));
-    let grid = *own.grid();
+    let most = if chamber.throat.is_some() { wide.set.clone() } else { wide.set.difference(&others)? };
+    let own = match chamber.throat {
+        Some(_) => wide.set.intersection(&likely.union(&sure)?)?,
+        None => Indicator::from_predicate(grid, |at| {
+            let index = grid.index(at);
+            most.contains(index) && (free.contains(index) || !beside(index))
+        }),
+    };
     let low = Indicator::from_predicate(grid, |at| {
         let index = grid.index(at);
         sure.contains(index) || (own.contains(index) && !free.contains(index) && !beside(index))
     });
-    let most = if chamber.throat.is_some() { wide.set.clone() } else { wide.set.difference(&others)? };
     let parts = components(&most, Adjacency::Corner);
     let mut met = vec![false; parts.count()];
     sure.iter().filter_map(|at| parts.of(grid.index(at))).for_each(|l| met[l as usize] = true);
