@@ -361,8 +361,7 @@ impl Judged<'_> {
             points: vec![reported(self.part, held.tip)],
         };
         if let (Some(m), Some((height, place))) = (tool.meridian(), held.struck) {
-            // A layer strikes with what is widest in it.
-            found.by = format!(", held off by its {}", m.role_at(height + 0.5 * self.tooling.spacing).word());
+            found.by = format!(", held off by its {}", m.role_at(height).word());
             // What is still outside where it strikes has to get in.
             let wide =
                 2.0 * m.largest_within(height - 1.0, height + most + self.tooling.spacing).unwrap_or(m.cutter_radius());
