@@ -33,7 +33,7 @@ pub use pose::{
     Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,
     super_fibonacci, within_tilt,
 };
-pub use reach::{HeldOff, Reach, Standing, State, held_off, reach, strike};
+pub use reach::{Reach, Standing, State, reach, strike};
 pub use removal::{Columns, Keeper, Removal, Stuck, remove};
 pub use setup::Setup;
 pub use sight::{grain_reach, line_of_sight};

@@ -2,14 +2,13 @@
 
 use super::meridian::Meridian;
 use super::setup::Setup;
-use super::stack::{Sense, Stack};
-use super::station::{Stand, Station, cells_beside, lies_flat};
+use super::station::{Stand, Station};
 use super::surface::Patch;
 use super::tool::Tool;
 use super::unreachable::unreachable;
 use crate::error::{Error, Result, ToolFault};
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::{Vec3, along, dot, sub};
+use crate::geometry::vector::{Vec3, dot};
 use rayon::prelude::*;
 
 /// A tool and a direction of the lists, by which a patch is reached or nearly reached.
@@ -112,71 +111,20 @@ fn may_touch(tool: &Tool, patch: &Patch, axis: Vec3) -> bool {
 
 /// How far the tools stop short of what is not reached.
 fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
-    let mut best: Vec<Option<(f64, Standing)>> = vec![None; open.len()];
-    for (tool, setup, station) in stations {
-        let flat = |&p: &usize| lies_flat_on(station, &patches[p]);
-        let room = open.iter().any(flat).then(|| station.room_for_flat_end()).flatten();
-        let nearer = |(&p, best): (&usize, &mut Option<(f64, Standing)>)| {
-            if may_touch(station.tool(), &patches[p], station.axis()) {
+    let best = |&p: &usize| {
+        let patch = &patches[p];
+        let mut best: Option<(f64, Standing)> = None;
+        for (tool, setup, station) in stations {
+            if may_touch(station.tool(), patch, station.axis()) {
                 let below = best.map_or(f64::INFINITY, |b| b.0);
-                let nearer = station.retreat(&patches[p], below, room.as_ref());
-                *best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(*best);
+                let nearer = station.retreat(patch, below);
+                best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(best);
             }
-        };
-        open.par_iter().zip(&mut best).for_each(nearer);
-    }
-    open.iter().zip(best).for_each(|(&p, short)| found.short[p] = short);
-}
-
-fn lies_flat_on(station: &Station, patch: &Patch) -> bool {
-    let rise = dot(patch.normal, station.axis());
-    rise > 0.0 && rise * rise > 1.0 - 1e-6
-}
-
-/// What holds a tool off a patch in the pose that comes nearest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeldOff {
-    /// The tool stops at least this far short of the middle of the patch, mm.
-    pub least: f64,
-    /// The tip that would touch it, in the frame of the part.
-    pub tip: Vec3,
-    /// The height above that tip at which it first strikes the part, and where.
-    pub struck: Option<(f64, Vec3)>,
-}
-
-/// So many of the tips that come nearest are asked what they strike.
-const TIPS_ASKED: usize = 64;
-
-/// What holds a coaxial tool off a patch that it stops up to `most` short of, with its tip as it stands or, for a flat end that
-/// lies on the patch, anywhere from where the end touches: there no more is known than that the tool overlaps no cube that lies
-/// wholly in the part wherever in its cell the tip is. Of the tips that come nearest, the one that strikes furthest up.
-///
-/// # Cost
-/// For a flat end a dilation, and a few dozen times that of [`strike`].
-pub fn held_off(tool: &Tool, setup: &Setup, patch: &Patch, (most, tip): (f64, Vec3)) -> HeldOff {
-    let as_it_stands = || HeldOff { least: most, tip, struck: tool.meridian().and_then(|m| strike(m, setup, tip)) };
-    let [at, normal] = [patch.at, patch.normal].map(|v| setup.to_frame(v));
-    let (Some(m), Some(end), true) = (tool.meridian(), tool.flat_end(), lies_flat(normal)) else {
-        return as_it_stands();
+        }
+        (p, best)
     };
-    let surely = Stack::surely(m, setup.grid().spacing()).dilate(&setup.inner, Sense::Obstacle);
-    let (grid, h) = (setup.grid(), setup.grid().h());
-    let middle = sub(at, [0.0, 0.0, end.height]);
-    // Every cell that the disc meets.
-    let layer = |s: usize| cells_beside(grid, along(middle, [0.0, 0.0, 1.0], h * s as f64), end.radius + 0.75 * h);
-    let steps = (0..grid.dims()[2]).take_while(|&s| h * s as f64 <= most);
-    let free = steps.map(layer).map(|cells| cells.into_iter().filter(|&i| !surely.contains(i)).collect::<Vec<_>>());
-    let Some(cells) = free.into_iter().find(|cells| !cells.is_empty()) else { return as_it_stands() };
-    let lowest = grid.position(cells[0])[2] - 0.5 * h;
-    let struck = cells.iter().step_by(cells.len().div_ceil(TIPS_ASKED)).map(|&i| {
-        let p = grid.position(i);
-        let tip = setup.to_part([p[0], p[1], middle[2]]);
-        (tip, strike(m, setup, tip))
-    });
-    let height = |s: &(Vec3, Option<(f64, Vec3)>)| s.1.map_or(f64::INFINITY, |s| s.0);
-    let best = struck.reduce(|a, b| if height(&b) > height(&a) { b } else { a });
-    let Some((tip, struck)) = best else { return as_it_stands() };
-    HeldOff { least: (lowest - middle[2]).clamp(0.0, most), tip, struck }
+    let all: Vec<_> = open.par_iter().map(best).collect();
+    all.into_iter().for_each(|(p, short)| found.short[p] = short);
 }
 
 /// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.
@@ -344,44 +292,5 @@ mod tests {
         let tool = pin(3.0, 6.0);
         let (height, at) = strike(tool.meridian().unwrap(), &setup, [0.0, 0.0, 8.0]).unwrap();
         assert!((height - 6.0).abs() <= 0.5 && (at[2] - 14.0).abs() < 0.5, "{height} {at:?}");
-    }
-
-    /// A block of radius 12 mm with a round hole from above, and what is found on the floor of that hole with a cutter of 6 mm
-    /// that is 20 mm long.
-    fn floor_of_a_hole(radius: f64, deep: f64) -> Vec<(Patch, f64, HeldOff)> {
-        let top = deep + 8.0;
-        let profile = [[0.0, 0.0], [12.0, 0.0], [12.0, top], [radius, top], [radius, 8.0], [0.0, 8.0]];
-        let (mesh, tool, up) = (revolved(&profile, 192), pin(6.0, 20.0), [[0.0, 0.0, 1.0]]);
-        let setup = Setup::cast(&mesh, InsideRule::Crossings, up[0], H, Length::mm(4.0)).unwrap();
-        let judged = Judged::new(&mesh, tool.clone(), &up);
-        // What the rim of the tool reaches in the directions of the lattice.
-        let inner =
-            |p: &Patch| p.normal[2] > 0.9 && (7.9..8.1).contains(&p.at[2]) && p.at[0].hypot(p.at[1]) < radius - 0.6;
-        let found = judged.patches.iter().zip(&judged.reach.short).filter(|(p, short)| inner(p) && short.is_some());
-        found
-            .map(|(p, short)| short.map(|(by, s)| (*p, by, held_off(&tool, &setup, p, (by, s.tip)))).unwrap())
-            .collect()
-    }
-
-    #[test]
-    fn the_floor_of_a_pocket_wider_than_the_cutter_is_short_by_what_the_holder_stands_off() {
-        // The holder of 12 mm meets the rim of the pocket of 10 mm, 25 mm above its floor, 20 mm above the tip.
-        let found = floor_of_a_hole(5.0, 25.0);
-        assert!(found.len() > 50, "{}", found.len());
-        for (p, by, held) in &found {
-            assert!((by - 5.0).abs() <= 2.5 * 0.25, "{by} at {:?}", p.at);
-            assert!(held.least <= 5.0 && held.least >= 5.0 - 2.0 * 0.25, "{held:?}");
-            assert!(held.struck.is_some_and(|(height, at)| (height - 20.0).abs() < 0.5 && at[2] > 32.0), "{held:?}");
-        }
-    }
-
-    #[test]
-    fn a_hole_as_wide_as_the_cutter_but_for_a_millimetre_is_bracketed() {
-        let found = floor_of_a_hole(3.5, 22.0);
-        assert!(found.len() > 20, "{}", found.len());
-        for (p, by, held) in &found {
-            assert!(held.least <= 2.0 && 2.0 <= *by, "{} {by} at {:?}", held.least, p.at);
-            assert!(held.least >= 2.0 - 2.0 * 0.25, "{held:?}");
-        }
     }
 }

@@ -1,10 +1,9 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
-use super::disc::Disc;
-use super::meridian::{Meridian, Support};
+use super::meridian::Meridian;
 use super::pose::{Rotation, Turns, product, quarter_turns, transposed};
 use super::setup::Setup;
-use super::stack::{Run, Sense, Stack};
+use super::stack::{Sense, Stack};
 use super::surface::Patch;
 use super::tool::{Body, Tool};
 use crate::convolution::Descent;
@@ -12,7 +11,6 @@ use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
-use crate::grid::Grid;
 use crate::morphology::Sides;
 use crate::topology::{Adjacency, components};
 use std::f64::consts::TAU;
@@ -202,26 +200,10 @@ impl<'a> Station<'a> {
         None
     }
 
-    /// Tips from which some tip that is no further than a flat end is wide, at the same height, is free: on a surface that the
-    /// end lies flat on it may touch a point with any of its own. `None` for a tool that has no flat end.
-    ///
-    /// # Cost
-    /// One dilation of a disc.
-    pub fn room_for_flat_end(&self) -> Option<Indicator> {
-        let grid = self.hit.grid();
-        let disc = Disc::middles(self.tool.flat_end()?.radius / grid.h())?;
-        let end = Stack::new(vec![Run { first: 0, last: Some(0), disc }]);
-        Some(end.dilate(&self.hit.complement(), Sense::Swept))
-    }
-
     /// How far along its axis the tool has to be drawn back from touching a patch until it is free, if that is less than `below`,
-    /// and the tip that would touch. Without the room for its flat end only points of that are tried.
-    pub fn retreat(&self, patch: &Patch, below: f64, room: Option<&Indicator>) -> Option<(f64, Vec3)> {
-        let normal = self.frame.map(|r| dot(r, patch.normal));
-        match (room, self.tool.flat_end()) {
-            (Some(room), Some(end)) if lies_flat(normal) => self.retreat_of_end(patch, end, below, room),
-            _ => self.retreat_from(patch, &self.contacts(normal), below),
-        }
+    /// and the tip that would touch.
+    pub fn retreat(&self, patch: &Patch, below: f64) -> Option<(f64, Vec3)> {
+        self.retreat_from(patch, &self.contacts(self.frame.map(|r| dot(r, patch.normal))), below)
     }
 
     /// As [`Station::retreat`], from standing with the tip in the patch.
@@ -231,40 +213,25 @@ impl<'a> Station<'a> {
 
     fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64) -> Option<(f64, Vec3)> {
         let at = self.frame.map(|r| dot(r, patch.at));
-        let back = transposed(self.frame);
-        let from = |contact: &Vec3| {
-            let tip = sub(at, *contact);
-            self.first_free(tip, below, |i| !self.hit.contains(i)).map(|s| (s, back.map(|row| dot(row, tip))))
-        };
-        contacts.iter().filter_map(from).min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    /// From touching with any point of the flat end: the free tip that is nearest to the point.
-    fn retreat_of_end(&self, patch: &Patch, end: Support, below: f64, room: &Indicator) -> Option<(f64, Vec3)> {
-        let at = self.frame.map(|r| dot(r, patch.at));
-        let middle = sub(at, [0.0, 0.0, end.height]);
-        let short = self.first_free(middle, below, |i| room.contains(i))?;
-        let grid = self.hit.grid();
-        let beside = cells_beside(grid, along(middle, [0.0, 0.0, 1.0], short), end.radius);
-        let free = beside.into_iter().find(|&i| !self.hit.contains(i)).map(|i| grid.position(i));
-        let tip = free.map_or(middle, |p| [p[0], p[1], middle[2]]);
-        Some((short, transposed(self.frame).map(|row| dot(row, tip))))
-    }
-
-    /// How far a tip has to be drawn back, less than `below`, until it is free.
-    fn first_free(&self, tip: Vec3, below: f64, is_free: impl Fn([usize; 3]) -> bool) -> Option<f64> {
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
         let grid = self.hit.grid();
         let longest = grid.dims().into_iter().max().unwrap_or(0);
+        let back = transposed(self.frame);
         let above = grid.dims()[2] as f64 - 0.5;
         let free = |p: Vec3| match grid.sample_at(p) {
-            Some(index) => is_free(index),
+            Some(index) => !self.hit.contains(index),
             // Above the grid nothing is in the way of a coaxial tool; beside it and below nothing is known. The grid of any
             // other holds all tips at which it can meet the part.
             None => self.tool.meridian().is_none() || grid.continuous_index(p)[2] >= above,
         };
-        let back_by = (0..=longest).map(|s| grid.h() * s as f64).take_while(|s| *s < below);
-        back_by.into_iter().find(|&s| free(along(tip, axis, s)))
+        let from = |contact: &Vec3| {
+            let tip = sub(at, *contact);
+            let back_by = (0..=longest).map(|s| grid.h() * s as f64).take_while(|s| *s < below);
+            let first = back_by.into_iter().find(|&s| free(along(tip, axis, s)));
+            first.map(|s| (s, back.map(|row| dot(row, tip))))
+        };
+        // The points of a flat end are alike: its rim and its middle stand for all.
+        contacts.iter().take(2).filter_map(from).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Points of the cutter, from the tip, by which it may touch a plane of this normal.
@@ -277,27 +244,6 @@ impl<'a> Station<'a> {
             Body::Coaxial(m) => coaxial_contacts(m, self.tool, &self.corners, normal),
         }
     }
-}
-
-/// Whether a flat end lies flat on a plane of this normal in the tool's frame; coordinates are rounded.
-pub(super) fn lies_flat(normal: Vec3) -> bool {
-    normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3
-}
-
-/// The samples of one layer within a radius of a point, the nearest first.
-pub(super) fn cells_beside(grid: &Grid, at: Vec3, radius: f64) -> Vec<[usize; 3]> {
-    let Some(k) = grid.sample_at(at).map(|i| i[2]) else { return Vec::new() };
-    let middle = grid.continuous_index(at);
-    let r = radius / grid.h();
-    let off = |i: usize, j: usize| (i as f64 - middle[0]).hypot(j as f64 - middle[1]);
-    let range = |a: usize| {
-        let (lo, hi) = ((middle[a] - r).ceil().max(0.0), (middle[a] + r).floor().max(0.0));
-        lo as usize..=(hi as usize).min(grid.dims()[a] - 1)
-    };
-    let mut list: Vec<[usize; 3]> = range(1).flat_map(|j| range(0).map(move |i| [i, j, k])).collect();
-    list.retain(|&[i, j, _]| off(i, j) <= r);
-    list.sort_by(|a, b| off(a[0], a[1]).total_cmp(&off(b[0], b[1])));
-    list
 }
 
 /// Points of a coaxial cutter by which it touches a plane; the named ones only, where points are named.

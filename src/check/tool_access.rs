@@ -5,7 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::powder::{Powder, area, between};
 use super::tooling::{Tooling, direction_in_file, round};
-use crate::access::{Patch, Reach, Setup, State, held_off, patches, reach};
+use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
 use crate::error::{Error, Result, ToolFault};
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
@@ -32,9 +32,7 @@ static META: Meta = Meta {
     how: "The part is turned so that a tool comes from above and cast; a coaxial tool, exact, is laid over the cubes slice by slice. \
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
           it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
-          cutter comes within 2·√3 spacings of its middle with nothing in between. How far a tool stops short is told by the pose \
-          that comes nearest: a flat end touches a floor with any point of it. The larger figure is one at which it is free, the \
-          smaller one that at which it no longer overlaps the part for certain. Powder leaves the middle of a patch in a straight \
+          cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
@@ -123,8 +121,6 @@ struct Region {
     open: f64,
     /// The patch that the tools stop furthest short of.
     worst: usize,
-    /// One that they stop at least as far short of as of half the area.
-    half: usize,
     /// What cannot be touched for certain.
     patches: Vec<usize>,
     extent: (Vec3, Vec3),
@@ -164,16 +160,7 @@ fn regions(surface: &[Patch], found: &Reach, part: &Part, spacing: f64) -> Resul
         .filter_map(|(patches, open)| {
             let worst = patches.iter().copied().max_by(|a, b| short(*a).total_cmp(&short(*b)).then(b.cmp(a)))?;
             let extent = bounds(patches.iter().map(|&p| surface[p].at))?;
-            let area: f64 = patches.iter().map(|&p| surface[p].area).sum();
-            let mut sorted = patches.clone();
-            sorted.sort_by(|a, b| short(*a).total_cmp(&short(*b)).then(a.cmp(b)));
-            let mut below = 0.0;
-            let passes_half = |p: &&usize| {
-                below += surface[**p].area;
-                2.0 * below >= area
-            };
-            let half = sorted.iter().find(passes_half).copied().unwrap_or(worst);
-            Some(Region { area, open, worst, half, patches, extent })
+            Some(Region { area: patches.iter().map(|&p| surface[p].area).sum(), open, worst, patches, extent })
         })
         .collect();
     list.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.worst.cmp(&b.worst)));
@@ -186,30 +173,7 @@ fn gathered(rest: &[Region]) -> Option<Region> {
     let (lo, hi) = bounds(rest.iter().flat_map(|r| [r.extent.0, r.extent.1]))?;
     let sum = |of: fn(&Region) -> f64| rest.iter().map(of).sum();
     let patches = rest.iter().flat_map(|r| r.patches.iter().copied()).collect();
-    Some(Region {
-        area: sum(|r| r.area),
-        open: sum(|r| r.open),
-        worst: first.worst,
-        half: first.half,
-        patches,
-        extent: (lo, hi),
-    })
-}
-
-/// How a tool is held off a patch, in words.
-struct Obstructed {
-    /// `end-mill-6` and `+z`.
-    tool: String,
-    from: String,
-    /// `4.8 to 5.4`, and the larger of the two, mm.
-    stops: String,
-    most: f64,
-    /// `, held off by its holder`.
-    by: String,
-    /// `open a way at least 28 mm wide and 5.4 mm deep from +z`, where it is known what strikes.
-    way: Option<String>,
-    /// The touching tip, and where it strikes, in the frame of the file.
-    points: Vec<Vec3>,
+    Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, patches, extent: (lo, hi) })
 }
 
 struct Judged<'a> {
@@ -321,55 +285,26 @@ impl Judged<'_> {
             f.message += &format!("; {stays}");
         }
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
-        let Some(worst) = self.obstructed(region.worst) else { return f };
-        let half = self.obstructed(region.half).filter(|half| half.most + 3.0 * self.tooling.spacing < worst.most);
-        let (tool, from) = (&worst.tool, &worst.from);
-        f.message += &match &half {
-            Some(half) => format!(
-                "; {} stops {} mm short of half of it, from {}{}; at worst {tool} stops {} mm short, from {from}{}",
-                half.tool, half.stops, half.from, half.by, worst.stops, worst.by
-            ),
-            None => format!("; at worst {tool} stops {} mm short of it, from {from}{}", worst.stops, worst.by),
-        };
-        let stay = format!("let {} stay as printed", area(region.area));
-        match (half.and_then(|h| h.way), &worst.way) {
-            (Some(way), _) => {
-                f.fix = format!("{way}, and a wider one where it stops {} mm short, or {stay}", worst.stops)
+        if let Some((stops, by)) = self.found.short[region.worst] {
+            let (tool, setup) = (&self.tooling.tools[by.tool], &self.tooling.setups[by.setup]);
+            let from = direction_in_file(self.part, setup.direction);
+            f.message += &format!("; at worst {} stops {} mm short of it, from {from}", tool.name, short(round(stops)));
+            let struck = tool.meridian().and_then(|m| strike(m, setup, by.tip).map(|s| (m, s)));
+            let mut points = vec![reported(self.part, at), reported(self.part, by.tip)];
+            if let Some((m, (height, place))) = struck {
+                f.message += &format!(", held off by its {}", m.role_at(height).word());
+                let wide = 2.0 * m.largest_within(-1.0, stops + self.tooling.spacing).unwrap_or(m.cutter_radius());
+                f.fix = format!(
+                    "open a way at least {} mm wide and {} mm deep from {from}, or let {} stay as printed",
+                    short(round(wide)),
+                    short(round(stops)),
+                    area(region.area)
+                );
+                points.push(reported(self.part, place));
             }
-            (None, Some(way)) => f.fix = format!("{way}, or {stay}"),
-            (None, None) => {}
+            f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
         }
-        let points = [vec![reported(self.part, at)], worst.points].concat();
-        f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
         f
-    }
-
-    /// How the tool that comes nearest to a patch is held off.
-    fn obstructed(&self, p: usize) -> Option<Obstructed> {
-        let (most, standing) = self.found.short[p]?;
-        let (tool, setup) = (&self.tooling.tools[standing.tool], &self.tooling.setups[standing.setup]);
-        let held = held_off(tool, setup, &self.surface[p], (most, standing.tip));
-        let [low, high] = [held.least, most].map(|v| short(round(v)));
-        let from = direction_in_file(self.part, setup.direction);
-        let mut found = Obstructed {
-            tool: tool.name.clone(),
-            from: from.to_string(),
-            stops: if low == high { high.clone() } else { format!("{low} to {high}") },
-            most,
-            by: String::new(),
-            way: None,
-            points: vec![reported(self.part, held.tip)],
-        };
-        if let (Some(m), Some((height, place))) = (tool.meridian(), held.struck) {
-            found.by = format!(", held off by its {}", m.role_at(height).word());
-            // What is still outside where it strikes has to get in.
-            let wide =
-                2.0 * m.largest_within(height - 1.0, height + most + self.tooling.spacing).unwrap_or(m.cutter_radius());
-            found.way =
-                Some(format!("open a way at least {} mm wide and {high} mm deep from {from}", short(round(wide))));
-            found.points.push(reported(self.part, place));
-        }
-        Some(found)
     }
 
     fn names(&self) -> String {
