@@ -4,6 +4,7 @@ mod beneath;
 mod bridge;
 mod clip;
 mod column;
+mod directions;
 mod downward;
 mod island;
 mod line;

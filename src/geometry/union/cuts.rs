@@ -73,7 +73,7 @@ impl<'a> Cuts<'a> {
 
     fn cut(&mut self, [f, g]: [Facet; 2]) {
         let heights = [f.heights_over(&g, self.tolerance), g.heights_over(&f, self.tolerance)];
-        if heights.iter().any(|h| *h == [0.0; 3]) {
+        if heights.contains(&[0.0; 3]) {
             self.cut_in_plane([&f, &g]);
             self.cut_in_plane([&g, &f]);
             return;
@@ -187,7 +187,7 @@ fn may_cut([f, g]: [Facet; 2], tolerance: f64) -> bool {
         return false;
     }
     let common = f.vertices.iter().filter(|v| g.vertices.contains(v)).count();
-    let in_one_plane = heights.iter().any(|h| *h == [0.0; 3]);
+    let in_one_plane = heights.contains(&[0.0; 3]);
     common < 2 || in_one_plane && (common == 3 || folded(&f, &g))
 }
 
