@@ -38,6 +38,7 @@ pub struct Part {
     meetings: Meetings,
     /// Whether the mesh is the union of what met itself when it was read.
     united: bool,
+    before_union: Option<TriangleMesh>,
     before: Before,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
@@ -96,6 +97,7 @@ impl Part {
             bounding: vec![true; mesh.triangles.len()],
             meetings: Meetings::default(),
             united: false,
+            before_union: None,
             before: Before::default(),
             mesh,
             as_read,
@@ -127,6 +129,11 @@ impl Part {
     /// The mesh in the frame of the build, outward normals.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.mesh
+    }
+
+    /// The mesh before what met itself was united; otherwise as [`Part::mesh`].
+    pub fn mesh_before_union(&self) -> &TriangleMesh {
+        self.before_union.as_ref().unwrap_or(&self.mesh)
     }
 
     /// Health of the mesh as it was read.

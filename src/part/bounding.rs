@@ -133,11 +133,11 @@ impl Part {
     fn unite(&mut self) -> bool {
         self.notices.extend(self.touching());
         let Some(union) = united(&self.mesh, 2.0 * self.step) else {
-            let text = "bodies that meet could not be united: facets that pass through others count as a whole, as their middles lie";
+            let text = "what meets itself could not be united to one closed surface: facets that pass through others count as a whole, as their middles lie";
             self.notices.push(Notice::new("not-united", text));
             return false;
         };
-        self.mesh = union.in_order();
+        self.before_union = Some(std::mem::replace(&mut self.mesh, union.in_order()));
         self.health = Health::of(&self.mesh);
         self.bounding = vec![true; self.mesh.triangles.len()];
         (self.pairs, self.united) = (OnceLock::new(), true);

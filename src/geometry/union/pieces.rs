@@ -32,7 +32,7 @@ impl Pieces {
             }
             let plane = Flat::of(mesh, facet)?;
             let net = Net::of((facet, triangle), &plane, cuts, tolerance)?;
-            let (all, cut) = net.pieces(triangle, &plane, cuts, tolerance);
+            let (all, cut) = net.pieces(triangle, cuts, tolerance);
             pieces.facet.extend(all.iter().map(|_| facet));
             pieces.triangles.extend(all);
             pieces.cut.extend(cut);
@@ -82,30 +82,34 @@ struct Net {
 }
 
 impl Net {
-    fn of((facet, triangle): (u32, [u32; 3]), plane: &Flat, cuts: &Cuts, tolerance: f64) -> Option<Self> {
+    fn of((facet, triangle): (u32, [u32; 3]), plane: &Flat, cuts: &mut Cuts, tolerance: f64) -> Option<Self> {
         let (net, point, segments) = Default::default();
         let mut made = Net { net, point, segments };
         let mut handles: BTreeMap<u32, FixedVertexHandle> = BTreeMap::new();
-        let segments = cuts.segments.get(&facet).map_or(&[][..], |s| s);
+        let segments = &cuts.segments.get(&facet).cloned().unwrap_or_default()[..];
+        let crossed: Vec<u32> = crossings(segments, plane, cuts);
+        let cuts = &*cuts;
         let on_edges = edges(triangle).into_iter().filter_map(|e| cuts.on_edge.get(&e)).flatten();
-        for &p in triangle.iter().chain(on_edges).chain(segments.iter().flatten()) {
+        for &p in triangle.iter().chain(on_edges).chain(segments.iter().flatten()).chain(&crossed) {
             let handle = made.net.insert(plane.seen(cuts.points.place(p))).ok()?;
             made.point.entry(handle).or_insert(p);
             handles.insert(p, handle);
         }
         let drawn = edges(triangle).into_iter().chain(segments.iter().copied());
-        drawn.for_each(|ends| made.draw_through(ends, (&handles, cuts), tolerance));
+        for ends in drawn {
+            made.draw_through(ends, (&handles, cuts), tolerance)?;
+        }
         made.segments = segments.iter().map(|s| s.map(|p| cuts.points.place(p))).collect();
         Some(made)
     }
 
-    /// Draws a segment from point to point, through all that lie on it.
+    /// Draws a segment from point to point, through all that lie on it; `None` where another is in the way.
     fn draw_through(
         &mut self,
         ends: [u32; 2],
         (handles, cuts): (&BTreeMap<u32, FixedVertexHandle>, &Cuts),
         tolerance: f64,
-    ) {
+    ) -> Option<()> {
         let [a, b] = ends.map(|p| cuts.points.place(p));
         let on = |p: &u32| {
             let place = cuts.points.place(*p);
@@ -115,28 +119,16 @@ impl Net {
         let mut chain: Vec<u32> = handles.keys().copied().filter(on).collect();
         chain.sort_by(|p, q| far(p).total_cmp(&far(q)));
         let chain: Vec<FixedVertexHandle> = chain.iter().filter_map(|p| handles.get(p).copied()).collect();
-        chain.windows(2).for_each(|w| self.draw([w[0], w[1]]));
+        chain.windows(2).all(|w| self.draw([w[0], w[1]])).then_some(())
     }
 
-    /// Draws a segment, which others cut where they cross it.
-    fn draw(&mut self, [a, b]: [FixedVertexHandle; 2]) {
-        if a != b {
-            self.net.add_constraint_and_split(a, b, |p| p);
-        }
+    /// Draws a segment, unless it would cross another.
+    fn draw(&mut self, [a, b]: [FixedVertexHandle; 2]) -> bool {
+        a == b || !self.net.try_add_constraint(a, b).is_empty()
     }
 
     /// The pieces as triangles of points, and the edges along which others cut.
-    fn pieces(
-        mut self,
-        triangle: [u32; 3],
-        plane: &Flat,
-        cuts: &mut Cuts,
-        tolerance: f64,
-    ) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
-        for vertex in self.net.vertices() {
-            let new = || cuts.points.at(plane.lifted(vertex.position()));
-            self.point.entry(vertex.fix()).or_insert_with(new);
-        }
+    fn pieces(&self, triangle: [u32; 3], cuts: &Cuts, tolerance: f64) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
         let point = |v: &FixedVertexHandle| self.point.get(v).copied().unwrap_or_default();
         let ends = edges(triangle).map(|e| e.map(|v| cuts.points.place(v)));
         // The edges of the facet that a point is on, a bit for each.
@@ -162,4 +154,25 @@ impl Net {
         let cut = drawn.filter(|edge| self.segments.iter().any(|&s| edge.iter().all(|&p| near(s, p))));
         (corners.filter(whole).collect(), cut.map(|[a, b]| [a.min(b), a.max(b)]).collect())
     }
+}
+
+/// The points in which the segments of a facet cross each other.
+fn crossings(segments: &[[u32; 2]], plane: &Flat, cuts: &mut Cuts) -> Vec<u32> {
+    let ends: Vec<[Point2<f64>; 2]> = segments.iter().map(|s| s.map(|p| plane.seen(cuts.points.place(p)))).collect();
+    let mut found = Vec::new();
+    for (n, &[a, b]) in ends.iter().enumerate() {
+        for &[c, d] in &ends[..n] {
+            let turn =
+                |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
+            let [c_side, d_side] = [turn(a, b, c), turn(a, b, d)];
+            if c_side * d_side < 0.0 && turn(c, d, a) * turn(c, d, b) < 0.0 {
+                let share = c_side / (c_side - d_side);
+                let met = Point2::new(c.x + share * (d.x - c.x), c.y + share * (d.y - c.y));
+                found.push(cuts.points.at(plane.lifted(met)));
+            }
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
