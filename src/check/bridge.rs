@@ -29,7 +29,7 @@ static META: Meta = Meta {
     name: "bridge",
     title: "Ceilings between anchors: free spans, ledges, crowns of lying holes",
     what: "Measures every piece of downward surface that needs an anchor: how far a flat ceiling spans freely from anchor to opposite \
-           anchor (bridge), how far it reaches out from its only anchor (ledge, or cantilever), and the diameter of a round passage \
+           anchor (bridge), how far it reaches out beyond its anchors and bridges (ledge, or cantilever), and the diameter of a round passage \
            across the build direction whose crown hangs over (horizontal-hole).",
     why: "A strand drawn from anchor to anchor holds over a short way and sags over a long one; a ledge holds while it is no wider than \
           what the layer below grips; the crown of a small hole closes by itself. What is within these limits is no overhang and needs \
@@ -37,15 +37,17 @@ static META: Meta = Meta {
     how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void, \
           where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
           ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, and every 15 degrees from the first of them; the ceiling's span is the greatest \
-          over its places. Places with no such line reach out: the shortest way to an anchor inside the ceiling counts, round corners \
-          where a slit lies between. Squares of places are \
+          over its places. Places with no such line reach out: the shortest way inside the ceiling counts, to an anchor or to a place with such a line, \
+          for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
-          out. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
+          out, and of a bridge too where they have none. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
           along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
-          above them. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there.",
+          above them. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there, both \
+          across the axis, the direction that its facets contain: it is the cylinder's, however the hole lies or climbs.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
-             Sloped surface that reaches out is judged by `overhang` alone, and what has no anchor at all is an `island`.",
+             Sloped surface that reaches out, and the crown of a passage that bends or narrows, are judged by `overhang` alone, and what \
+             has no anchor at all is an `island`.",
     source: "The limits' sources stand in the profile; `amcheck processes` lists them.",
 };
 
@@ -132,10 +134,11 @@ fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec
     if let Some(b) = c.bridge.filter(|b| flat && b.low_mm > 0.0) {
         found.extend(place(part, process, context, c, "bridge", BRIDGE, bracket(&b), b.ends));
     }
-    if let Some(b) = c.cantilever.filter(|b| flat && c.is_anchored && b.low_mm > 0.0) {
+    // Where no place shows a ledge but one is not ruled out, it is told as undecided: `overhang` does not count on it either.
+    if let Some(b) = c.cantilever.filter(|_| flat && c.is_anchored) {
         found.extend(place(part, process, context, c, "ledge", LEDGE, bracket(&b), b.ends));
     }
-    if let (Some(crown), Some(b)) = (c.crown, c.bridge) {
+    if let (Some(crown), Some(b)) = (c.crown.filter(|c| c.is_straight), c.bridge) {
         // Like any hole it is judged by its diameter; the facets' bounds are shown.
         let diameter = Bracket::exact(crown.diameter_mm - crown.sagitta_mm);
         let hole = place(part, process, context, c, "horizontal-hole", CROWN, diameter, b.ends);
@@ -175,6 +178,13 @@ fn place(
         "bridge" => {
             format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round()))
         }
+        "ledge" if bracket.value == 0.0 => {
+            format!(
+                "a flat ledge may reach up to {} mm out from what holds it",
+                short((bracket.high * 100.0).ceil() / 100.0)
+            )
+        }
+        "ledge" if c.bridge.is_some() => format!("flat ledge reaches {value} mm out from what holds it"),
         "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };

@@ -3,6 +3,7 @@
 use super::contract::limits_of;
 use super::hanging::support_angle;
 use super::rods::plain;
+use crate::geometry::triangle::closest_on_segments;
 use crate::geometry::vector::{Vec3, along, distance, sub, unit};
 use crate::layer::{Ceiling, stretch};
 use crate::part::Part;
@@ -16,6 +17,9 @@ const FELT: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// A wall that leans away from the chamfer by more than this share of its reach, and no less than that length in millimetres, does not
 /// carry it.
 const AWAY: (f64, f64) = (0.25, 0.05);
+
+/// What is no farther from an anchor, in millimetres, lies on it.
+const AT_ANCHOR: f64 = 1e-3;
 
 /// What trying a chamfer under a ledge has shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,12 +48,21 @@ enum Place {
 }
 
 impl Chamfer {
-    /// Lays the chamfer that leaves no more than `limit` of a ledge hanging along all its anchors; `None` without an overhang angle.
+    /// Lays the chamfer that leaves no more than `limit` of a ledge hanging along all its anchors; `None` without an overhang angle, and
+    /// where the ledge reaches out from a strand.
     ///
     /// # Cost
     /// At most 8 rays at each of 24 places, and a walk over the ledge's facets.
     pub fn of(part: &Part, process: &Process, ledge: &Ceiling, limit: f64) -> Option<Self> {
         let reach = ledge.cantilever?;
+        // A chamfer along the anchors brings no strand between them nearer to what reaches out beyond it.
+        let in_plan = |p: Vec3| [p[0], p[1], 0.0];
+        let held = in_plan(reach.ends[1]);
+        let by =
+            |anchor: &[Vec3; 2]| distance(closest_on_segments(anchor.map(in_plan), [held; 2]).0, held) <= AT_ANCHOR;
+        if !ledge.anchors.iter().any(by) {
+            return None;
+        }
         let angle = support_angle(process).filter(|a| *a > 0.0 && *a < 90.0)?;
         let leg = (100.0 * (reach.high_mm - limit) - 1e-4).ceil() / 100.0;
         let slope = angle.to_radians().tan();

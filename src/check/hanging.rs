@@ -14,6 +14,9 @@ use std::sync::Arc;
 /// Pairs of a line and a side that may tell whether a span with ribs under it is within its limit.
 const TELLING: u64 = 100_000_000;
 
+/// Pairs of a line and a side that may tell whether a ceiling reaches beyond a ledge.
+const OPEN: u64 = 20_000_000;
+
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
 /// The rule of the farthest ledge.
@@ -189,8 +192,29 @@ pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm];
     part.ceilings(key, || {
         let below = Below { part, layer_mm: process.layer_height_mm };
-        ceilings(part.mesh(), &hanging(part, process), how, &below)
+        let found = ceilings(part.mesh(), &hanging(part, process), how, &below);
+        told_from_ledges(part, found, how, &below)
     })
+}
+
+/// Ceilings of which a first look does not show whether they reach beyond a ledge, looked at again for that alone: overhang and
+/// bridge read the same answer.
+fn told_from_ledges(part: &Part, mut found: Vec<Ceiling>, how: Measuring, below: &Below) -> Vec<Ceiling> {
+    let is_open = |c: &Ceiling| c.cantilever.is_some_and(|r| r.low_mm == 0.0);
+    let mut open: Vec<u32> = found.iter().filter(|c| is_open(c)).flat_map(|c| c.facets.clone()).collect();
+    if open.is_empty() {
+        return found;
+    }
+    open.sort_unstable();
+    let search = Search::Tell { beyond: [f64::INFINITY, 0.0], pairs: OPEN };
+    let told = ceilings(part.mesh(), &open, Measuring { search, ..how }, below);
+    for c in found.iter_mut().filter(|c| is_open(c)) {
+        if let Some(again) = told.iter().find(|t| t.facets == c.facets) {
+            c.cantilever = again.cantilever;
+            c.pairs += again.pairs;
+        }
+    }
+    found
 }
 
 /// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that

@@ -3,7 +3,7 @@
 use super::contract::limits_of;
 use super::hanging::{BRIDGE, support_angle};
 use super::rods::plain;
-use crate::geometry::vector::{Vec3, distance, sub, unit};
+use crate::geometry::vector::{Vec3, unit};
 use crate::layer::{Ceiling, Point, lifted, stretch};
 use crate::part::Part;
 use crate::process::Process;
@@ -36,14 +36,14 @@ impl Roof {
     /// Seven rays at each of nine places along the hole.
     pub fn of(part: &Part, process: &Process, hole: &Ceiling) -> Option<Self> {
         let angle = support_angle(process).filter(|a| *a > 0.0 && *a < 90.0)?;
-        let [from, to] = hole.bridge?.ends;
+        let ([from, to], round) = (hole.bridge?.ends, hole.crown?);
         let limit = |rule: &str| limits_of(process, rule).and_then(|l| l.fail.or(l.warn));
-        let (chord, across) = (distance([from[0], from[1], 0.0], [to[0], to[1], 0.0]), unit(sub(to, from)));
-        let across = unit([across[0], across[1], 0.0]);
+        let (chord, across) = (round.chord_mm, round.across);
         let middle: Point = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
         let crown = lifted(part.mesh(), &hole.facets, middle)[2] - 0.5 * (from[2] + to[2]);
-        let slope = angle.to_radians().tan();
-        let flat = (chord - 2.0 * crown / slope).max(0.0);
+        // A plane that climbs along the hole is less steep across it.
+        let slope = (angle.to_radians().tan().powi(2) - round.grade * round.grade).max(0.0).sqrt();
+        let flat = if slope > 0.0 { (chord - 2.0 * crown / slope).max(0.0) } else { 0.0 };
         let mut roof = Roof {
             higher: (0.5 * chord * slope - crown).max(0.0),
             above: f64::INFINITY,

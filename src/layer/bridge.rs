@@ -2,6 +2,7 @@
 
 use super::beneath::{Ground, Resting, left_to_span};
 use super::line::Side;
+use super::passage::{Crown, SHALLOW, crown};
 use super::plan::{Farthest, Plan, Search, Spans};
 use super::section::Point;
 use super::stretch::lifted;
@@ -12,13 +13,6 @@ use rustc_hash::FxHashMap;
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A wall steeper than this (89°) goes straight down.
-const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
-
-/// An arch over upright walls rises by this share of its width, and strands are level that rise by less between their ends.
-const SHALLOW: f64 = 0.05;
-/// The crown of a regular polygon with twelve sides rises by 0.88 of what a circle's does; one whose top is cut flat by less.
-const ROUND: f64 = 0.5;
 
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,25 +33,13 @@ pub struct Ceiling {
     pub anchors: Vec<[Vec3; 2]>,
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
     pub bridge: Option<Reach>,
-    /// The farthest that material reaches out from its only anchor.
+    /// The farthest that material which no bridge holds reaches out from an anchor or from a bridge.
     pub cantilever: Option<Reach>,
-    /// The round passage whose crown this is; `None` for flat ceilings, for cantilevers and for what does not rise between its anchors.
+    /// The round passage whose crown this is; `None` for flat ceilings, for what reaches out by more than half its span and for what does
+    /// not rise between its anchors.
     pub crown: Option<Crown>,
     /// What measuring it took, in pairs of a line and a side.
     pub pairs: u64,
-}
-
-/// The diameter of a round passage across the build direction, from the chord below its crown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crown {
-    /// Chord over the sine of the slope at its ends, midway between the facets that meet there: exact where they are those of a regular
-    /// polygon. Where walls go straight down it is the chord.
-    pub diameter_mm: f64,
-    /// The same with the slopes of the facets.
-    pub low_mm: f64,
-    pub high_mm: f64,
-    /// What the facets take from the diameter: it is judged no finer.
-    pub sagitta_mm: f64,
 }
 
 /// A length with bounds, and where.
@@ -67,6 +49,29 @@ pub struct Reach {
     pub high_mm: f64,
     pub at: Vec3,
     pub ends: [Vec3; 2],
+}
+
+/// How the surface runs above a span.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Profile {
+    /// How far the middle lies above that of the ends.
+    pub rise_mm: f64,
+    /// The way from a quarter of the span to three quarters, where a fillet at either end no longer matters.
+    pub tilt: Vec3,
+}
+
+impl Profile {
+    /// The facets above a span from end to end.
+    fn of(mesh: &TriangleMesh, facets: &[u32], [from, to]: [Vec3; 2]) -> Self {
+        let at = |t: f64| lifted(mesh, facets, [0, 1].map(|n| from[n] + t * (to[n] - from[n])));
+        Profile { rise_mm: at(0.5)[2] - 0.5 * (from[2] + to[2]), tilt: sub(at(0.75), at(0.25)) }
+    }
+
+    /// Whether strands along the span lie in one layer, or nearly.
+    fn is_level(&self) -> bool {
+        let [run, climb] = [self.tilt[0].hypot(self.tilt[1]), self.tilt[2].abs()];
+        self.rise_mm.abs() <= 2.0 * SHALLOW * run && climb <= SHALLOW * run
+    }
 }
 
 /// What prints without support although it hangs over; `None` where the process does not say.
@@ -111,7 +116,7 @@ pub struct Measuring {
 /// below 180°: a wall or a self-supporting slope goes down from it), where it lies on the plate, up to `plate_z`, and where the `ground` holds
 /// the neighbour. All other edges are free. What rests on the ground beneath spans nothing: it is taken out of the region, and its border
 /// is an anchor. The spans are those of the region's plan, along lines across the longest anchors, along the longest free edges, and every
-/// 15° from the first of them; places within `ledge_mm` of an anchor hold themselves. Ceilings that overlap themselves in
+/// 15° from the first of them; places within `ledge_mm` of an anchor hold themselves, and so do those within it of a bridge. Ceilings that overlap themselves in
 /// plan, as in a screw, are measured as if they did not.
 ///
 /// # Cost
@@ -272,14 +277,12 @@ fn describe(
     let area = |f: &u32| mesh.facet_area(*f as usize);
     let area_mm2: f64 = facets.iter().map(area).sum();
     let flat: f64 = facets.iter().filter(|&&f| slope(mesh, f) <= FLAT).map(area).sum();
-    let mut next = f64::INFINITY;
+    let mut beside = Vec::new();
     let mut sides = Vec::with_capacity(rims.len());
     let mut anchors = Vec::new();
     for rim in rims {
         let folded = rim.neighbour.filter(|&g| folds_to_void(mesh, rim, g));
-        if let Some(g) = folded {
-            next = next.min(slope(mesh, g));
-        }
+        beside.extend(folded);
         let on_plate = rim.from[2].max(rim.to[2]) <= how.plate_z;
         let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(|g| ground.holds(g));
         let plan = |p: Vec3| [p[0], p[1]];
@@ -290,24 +293,26 @@ fn describe(
     }
     let sides = left_to_span(&sides, resting);
     let is_anchored = sides.iter().any(|s| s.anchored);
+    // What equals the limit keeps it.
+    let ledge_mm = how.ledge_mm + 4.0 * how.step_mm + 1e-6;
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
-    let small = diagonal <= how.ledge_mm && is_anchored;
+    let small = diagonal <= ledge_mm && is_anchored;
     let spans = if small {
         Spans::default()
     } else {
-        Plan::new(sides, how.step_mm).map(|p| p.spans(how.ledge_mm, how.search)).unwrap_or_default()
+        Plan::new(sides, how.step_mm).map(|p| p.spans(ledge_mm, how.search)).unwrap_or_default()
     };
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
     let [bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(|f| reach(mesh, &facets, f)));
     let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
     let flat = flat_share >= 0.5;
-    let rise = bridge.map_or(0.0, |b| rise(mesh, &facets, b.ends));
-    let crown = match (bridge, cantilever) {
-        (Some(b), None) if !flat && steepest > FLAT => crown_over(b, rise, steepest, next),
-        _ => None,
-    };
-    let is_level = flat || bridge.is_some_and(|b| rise.abs() <= SHALLOW * b.low_mm);
+    let spanned = bridge.map(|b| (b, Profile::of(mesh, &facets, b.ends)));
+    // The mouth of a passage in a round body bulges by no more than half its width.
+    let bulges = |b: &Reach| cantilever.is_none_or(|c| c.low_mm <= 0.5 * b.low_mm);
+    let arched = spanned.filter(|(b, _)| !flat && steepest > FLAT && bulges(b));
+    let crown = arched.and_then(|(b, profile)| crown(mesh, &facets, &beside, b, profile));
+    let is_level = flat || spanned.is_some_and(|(_, profile)| profile.is_level());
     let pairs = spans.pairs;
     Some(Ceiling {
         area_mm2,
@@ -339,32 +344,6 @@ fn folds_to_void(mesh: &TriangleMesh, rim: &Rim, neighbour: u32) -> bool {
 fn reach(mesh: &TriangleMesh, facets: &[u32], f: Farthest) -> Reach {
     let lift = |p: Point| lifted(mesh, facets, p);
     Reach { low_mm: f.low, high_mm: f.high, at: lift(f.at), ends: f.ends.map(lift) }
-}
-
-/// How far the facets above the middle between two points lie above them.
-fn rise(mesh: &TriangleMesh, facets: &[u32], [from, to]: [Vec3; 2]) -> f64 {
-    let middle = lifted(mesh, facets, [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])]);
-    middle[2] - 0.5 * (from[2] + to[2])
-}
-
-/// The round passage that a span is the chord of, if the ceiling rises between its ends as a crown does: the slopes of its facets are at
-/// most `steepest`, and the surface goes on at a slope of `next`.
-fn crown_over(span: Reach, rise: f64, steepest: f64, next: f64) -> Option<Crown> {
-    // The border of the crown is the corner between the last facet that hangs and the first that does not.
-    let outer = next.clamp(steepest, 0.5 * std::f64::consts::PI);
-    let upright = outer > UPRIGHT;
-    let (middle, least) = if upright { (outer, outer) } else { (0.5 * (outer + steepest), steepest) };
-    let diameter_mm = span.low_mm / middle.sin();
-    let sagitta_mm = if upright { 0.0 } else { diameter_mm * (1.0 - (0.5 * (outer - steepest)).cos()) };
-    let round = 0.5 * diameter_mm * (1.0 - middle.cos());
-    // Any arch over upright walls is one; one that goes on at a slope is round.
-    let expected = if upright { SHALLOW * span.low_mm } else { ROUND * round };
-    (rise >= expected).then(|| Crown {
-        diameter_mm,
-        low_mm: span.low_mm / outer.sin(),
-        high_mm: span.high_mm / least.sin(),
-        sagitta_mm,
-    })
 }
 
 #[cfg(test)]
@@ -445,9 +424,94 @@ mod tests {
         }
         let all = found(&turned(&tube, 0.4), 0.4);
         assert_eq!(all.len(), 1, "{all:?}");
-        let Crown { diameter_mm, low_mm: low, high_mm: high, sagitta_mm } = all[0].crown.unwrap();
+        let Crown { diameter_mm, low_mm: low, high_mm: high, sagitta_mm, .. } = all[0].crown.unwrap();
         assert!(low <= 5.0 + 1e-9 && 5.0 <= high + 1e-9 && high - low < 2.5, "{low} {high}");
         assert!((diameter_mm - 5.0).abs() <= sagitta_mm + 1e-9, "{diameter_mm} {sagitta_mm}");
+    }
+
+    /// A tube of `n` sides, corners on a circle of `diameter`, its axis turned by `turn` from +y in plan and climbing by `climb`; each of
+    /// its edges goes from `mouths[0]` to `mouths[1]`, as far along y as these say at x.
+    fn tunnel(n: usize, diameter: f64, [turn, climb]: [f64; 2], mouths: [&dyn Fn(f64) -> f64; 2]) -> TriangleMesh {
+        let way = [-turn.sin() * climb.cos(), turn.cos() * climb.cos(), climb.sin()];
+        let level = [turn.cos(), turn.sin(), 0.0];
+        let up = cross(level, way);
+        let end = |i: usize, mouth: &dyn Fn(f64) -> f64| {
+            let (s, c) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+            let on = [0, 1, 2].map(|k| 0.5 * diameter * (c * level[k] + s * up[k]));
+            let at = |t: f64| [0, 1, 2].map(|k| on[k] + t * way[k]);
+            // A mouth that bends is met after a few steps.
+            let t = (0..60).fold(0.0, |t, _| t + (mouth(at(t)[0]) - at(t)[1]) / way[1]);
+            let [x, y, z] = at(t);
+            [x, y, z + 30.0]
+        };
+        let mut facets = Vec::new();
+        for i in 0..n {
+            let [a, b] = [i, i + 1].map(|i| mouths.map(|m| end(i, m)));
+            facets.extend([[a[0], b[1], b[0]], [a[0], a[1], b[1]]]);
+        }
+        let tube = TriangleMesh::weld(facets);
+        // What hangs over is the upper half, which looks down at the axis.
+        let top = (0..tube.triangles.len()).max_by(|&f, &g| tube.centroid(f)[2].total_cmp(&tube.centroid(g)[2]));
+        if tube.normal(top.unwrap())[2] > 0.0 { tube.flipped() } else { tube }
+    }
+
+    #[test]
+    fn an_oblique_or_climbing_hole_has_the_diameter_of_its_cylinder() {
+        let mouths: [&dyn Fn(f64) -> f64; 2] = [&|_| 0.0, &|_| 20.0];
+        for (turn, climb) in [(0.0, 0.0), (0.8, 0.0), (-0.4, 0.0), (0.0, 0.35), (0.0, -0.52), (0.5, 0.3), (-0.8, -0.2)]
+        {
+            for (n, diameter) in [(64, 10.0), (48, 4.5), (24, 6.3)] {
+                let all = found(&turned(&tunnel(n, diameter, [turn, climb], mouths), 0.9 * turn + climb), 0.4);
+                assert_eq!(all.len(), 1, "{turn} {climb}: {all:?}");
+                let crown = all[0].crown.unwrap_or_else(|| panic!("{turn} {climb} {n}: {:?}", all[0]));
+                let (low, high) = (crown.low_mm, crown.high_mm);
+                assert!(low <= diameter + 1e-6 && diameter <= high + 1e-6, "{turn} {climb} {n}: {crown:?}");
+                let off = (crown.diameter_mm - diameter).abs();
+                assert!(off <= crown.sagitta_mm + 1e-6, "{turn} {climb} {n}: {crown:?}");
+                assert!((crown.grade - climb.tan().abs()).abs() < 1e-6, "{climb}: {crown:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_that_leaves_by_a_round_face_is_the_hole_that_it_is_in_a_block() {
+        let holding = SelfHolding { bridge_mm: Some(10.0), ledge_mm: Some(0.4), crown_mm: Some(6.0) };
+        let radius = 20.0f64;
+        let mouths: [&dyn Fn(f64) -> f64; 2] =
+            [&|x| -(radius * radius - x * x).sqrt(), &|x| (radius * radius - x * x).sqrt()];
+        for (diameter, held) in [(3.0, true), (8.0, false)] {
+            for turn in [0.0, 0.3, 2.0] {
+                let all = found(&turned(&tunnel(64, diameter, [0.0; 2], mouths), turn), 0.4);
+                assert_eq!(all.len(), 1, "{all:?}");
+                let crown = all[0].crown.unwrap();
+                assert!((crown.diameter_mm - diameter).abs() <= crown.sagitta_mm + 1e-6, "{crown:?}");
+                assert!(all[0].cantilever.is_none(), "{all:?}");
+                assert_eq!(holding.holds(&all[0]), held, "{diameter}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_collar_within_the_limit_holds_itself() {
+        let holding = SelfHolding { ledge_mm: Some(0.4), ..SelfHolding::default() };
+        let n = 128;
+        for width in [0.39, 0.399, 0.4, 0.41, 0.6] {
+            let at = |i: usize, r: f64, z: f64| {
+                let (s, c) = (std::f64::consts::TAU * (i % n) as f64 / n as f64).sin_cos();
+                [r * c, r * s, z]
+            };
+            let mut facets = Vec::new();
+            let wide = 5.0 + width;
+            for i in 0..n {
+                let [a, b, c, d] = [at(i, 5.0, 0.0), at(i + 1, 5.0, 0.0), at(i + 1, 5.0, 10.0), at(i, 5.0, 10.0)];
+                facets.extend([[a, b, c], [a, c, d]]);
+                let [e, f] = [at(i + 1, wide, 10.0), at(i, wide, 10.0)];
+                facets.extend([[d, c, e], [d, e, f]]);
+            }
+            let all = found(&turned(&TriangleMesh::weld(facets), 0.7), 0.4);
+            assert_eq!(all.len(), 1, "{all:?}");
+            assert_eq!(holding.holds(&all[0]), width <= 0.4, "{width}: {:?}", all[0].cantilever);
+        }
     }
 
     #[test]
@@ -474,6 +538,25 @@ mod tests {
             let holding =
                 |bridge: f64| SelfHolding { bridge_mm: Some(bridge), crown_mm: Some(9.0), ..SelfHolding::default() };
             assert!(holding(4.0).holds(&all[0]) && !holding(3.0).holds(&all[0]));
+        }
+    }
+
+    #[test]
+    fn a_strand_that_climbs_is_no_bridge() {
+        // The roof of a lean-to, open at both gables, between a low wall and a high one.
+        for (degrees, holds) in [(2.5f64, true), (10.0, false), (30.0, false)] {
+            let top = 3.0 + 6.0 * degrees.to_radians().tan();
+            let at = |x: f64, y: f64, z: f64| [x, y, z];
+            let quads = [
+                [at(0.0, 0.0, 3.0), at(0.0, 20.0, 3.0), at(6.0, 20.0, top), at(6.0, 0.0, top)],
+                [at(0.0, 0.0, 0.0), at(0.0, 20.0, 0.0), at(0.0, 20.0, 3.0), at(0.0, 0.0, 3.0)],
+                [at(6.0, 0.0, top), at(6.0, 20.0, top), at(6.0, 20.0, 0.0), at(6.0, 0.0, 0.0)],
+            ];
+            let facets = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+            let all = found(&turned(&TriangleMesh::weld(facets), 0.3), 0.4);
+            assert_eq!(all.len(), 1, "{all:?}");
+            let most = SelfHolding { bridge_mm: Some(10.0), crown_mm: Some(8.0), ledge_mm: Some(0.4) };
+            assert!(all[0].crown.is_none() && most.holds(&all[0]) == holds, "{degrees}: {all:?}");
         }
     }
 

@@ -42,20 +42,40 @@ impl Turned {
         self.across[0].max(self.across[1])
     }
 
-    /// Where the line at an offset crosses the side, and whether the side is an anchor; an end on the line counts as above it.
+    /// Where the line at an offset crosses the side; an end on the line counts as above it.
     #[inline]
-    pub fn met_by(&self, offset: f64) -> Option<(f64, bool)> {
+    pub fn met_by(&self, offset: f64) -> Option<Crossing> {
         let (a, b) = (self.across[0] - offset, self.across[1] - offset);
         let [p, q] = self.along;
-        ((a < 0.0) != (b < 0.0)).then(|| (p + (q - p) * a / (a - b), self.anchored))
+        let at = || Crossing { t: p + (q - p) * a / (a - b), rises: a < 0.0, anchored: self.anchored };
+        ((a < 0.0) != (b < 0.0)).then(at)
     }
 }
 
+/// Where a line crosses a side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Crossing {
+    t: f64,
+    /// Whether the side goes from the right of the line to its left.
+    rises: bool,
+    anchored: bool,
+}
+
 /// Calls back with the stretches of a line inside the region, from all its crossings with the boundary.
-pub(super) fn chords(crossings: &mut [(f64, bool)], mut found: impl FnMut(Chord)) {
-    crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+///
+/// Where two pieces of the region meet along a side, as the two treads of a step do in plan, the line leaves the one before it enters the
+/// other: crossings nearer than `tiny` to each other change places if that makes it so.
+pub(super) fn chords(crossings: &mut [Crossing], tiny: f64, mut found: impl FnMut(Chord)) {
+    crossings.sort_by(|a, b| a.t.total_cmp(&b.t));
+    let Some(enters) = crossings.first().map(|c| c.rises) else { return };
+    for n in (1..crossings.len().saturating_sub(1)).step_by(2) {
+        let [out, into] = [crossings[n], crossings[n + 1]];
+        if out.rises == enters && into.rises != enters && into.t - out.t <= tiny {
+            crossings.swap(n, n + 1);
+        }
+    }
     for pair in crossings.chunks_exact(2) {
-        found(Chord { t: [pair[0].0, pair[1].0], anchored: pair[0].1 && pair[1].1 });
+        found(Chord { t: [pair[0].t, pair[1].t], anchored: pair[0].anchored && pair[1].anchored });
     }
 }
 

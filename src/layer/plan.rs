@@ -1,8 +1,9 @@
-//! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest anchor.
+//! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest place that is held.
 
-use super::line::{Chord, Side, Turned, chords, foot, length};
+use super::directions::directions;
+use super::line::{Chord, Crossing, Side, Turned, chords, foot, length};
 use super::section::Point;
-use super::walk::Ways;
+use super::walk::{Holds, Walk};
 use std::cell::OnceCell;
 
 /// A length that a place of the region has, with bounds over the whole region.
@@ -22,7 +23,8 @@ pub struct Farthest {
 pub struct Spans {
     /// Over the places that lie on a line from anchor to anchor: the greatest of their shortest such lines.
     pub bridge: Option<Farthest>,
-    /// Over the places that lie on no such line: the longest of their shortest ways to an anchor, inside the region.
+    /// Over the places that lie on no such line: the longest of their shortest ways, inside the region, to an anchor or to a place that
+    /// lies on one.
     pub cantilever: Option<Farthest>,
     /// Pairs of a line and a side that finding them took.
     pub pairs: u64,
@@ -75,31 +77,27 @@ pub struct Plan {
     area: f64,
     /// What is narrower is not seen.
     tiny: f64,
-    ways: OnceCell<Ways>,
+    anchors: Holds,
+    /// The anchors and the outermost strands between them; the anchors alone where there are none.
+    held: OnceCell<Option<Holds>>,
 }
 
 /// A square of the search.
 #[derive(Debug, Clone, Copy)]
-struct Cell {
-    centre: Point,
-    half: f64,
+pub(super) struct Cell {
+    pub centre: Point,
+    pub half: f64,
     /// Upper bounds of bridge and cantilever over the region's places in it.
     high: [f64; 2],
 }
 
-/// The centre of a square: outside the region, or inside with its shortest way to an anchor.
+/// The centre of a square: outside the region, or inside with its shortest ways to an anchor and to a place that is held.
 #[derive(Debug, Clone, Copy)]
 enum Centre {
     Outside,
-    Inside(f64),
+    Inside([f64; 2]),
 }
 
-/// Lines are tried every 15°, counted from the direction that most of the boundary asks for.
-const TURNS: usize = 12;
-/// Directions that the boundary asks for: across anchored sides and along free ones, those of the greatest length first.
-const ASKED: usize = 8;
-/// Directions that differ by less are one, radians.
-const ALIKE: f64 = 1e-3;
 /// Two sides along which strands run may each be off by a step at both ends along both axes: a strip between a strand and a side that is
 /// narrower than so many steps is none.
 const UNTOLD: f64 = 8.0;
@@ -116,12 +114,13 @@ impl Plan {
         if !(extent > 0.0 && extent.is_finite()) {
             return None;
         }
-        let lines = lines(&sides);
+        let lines = directions(&sides);
         let turned = |s: &Side| (s.from[0] - lo[0]) * (s.to[1] - lo[1]) - (s.from[1] - lo[1]) * (s.to[0] - lo[0]);
         let area = 0.5 * sides.iter().map(turned).sum::<f64>();
         let around = sides.iter().map(|s| length(s.from, s.to)).sum();
         let tiny = (1e-9 * extent).max(UNTOLD * step);
-        Some(Plan { sides, lines, lo, extent, around, area, tiny, ways: OnceCell::new() })
+        let anchors = Holds::new(sides.iter().filter(|s| s.anchored).copied().collect());
+        Some(Plan { sides, lines, lo, extent, around, area, tiny, anchors, held: OnceCell::new() })
     }
 
     /// The spans of the region; places within `ledge` of an anchor need none and are left out.
@@ -133,13 +132,17 @@ impl Plan {
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction.
     ///
-    /// The cantilever at x is the shortest way from x to an anchored side inside the region: straight, or by corners whose shortest
+    /// The cantilever at a place x without a bridge is the shortest way from x, inside the region, to an anchored side or to a place
+    /// with a bridge: a strand between two anchors carries what is laid beside it. Whether the strand is too long is the bridge's
+    /// matter. Ways are straight, or by corners whose shortest
     /// ways are found by Dijkstra's search over those that see each other. No place of a square has a longer way than its centre
-    /// and the distance to it, unless a side with the centre behind it lies between: then than a way from that side.
+    /// and the distance to it, unless a side with the centre behind it lies between: then than a way from that side. Nor has any
+    /// a longer one than the corners of what the square's sides leave of it, to a hold that all of it sees.
     ///
     /// # Cost
     /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
-    /// what the search may spend, and what is open then stays in the bracket.
+    /// what the search may spend, and what is open then stays in the bracket. The outermost strands are sought once, where a place has no
+    /// bridge, at O(directions · sides · those that a line meets), and do not count.
     pub fn spans(&self, ledge: f64, search: Search) -> Spans {
         let mut best = Spans::default();
         let mut cells = self.first_cells();
@@ -188,12 +191,12 @@ impl Plan {
         if !self.holds(x) {
             return Centre::Outside;
         }
-        let walk = self.walk(x);
         // Nobody walks farther inside the region than along its whole boundary.
-        let most = walk.map_or(f64::INFINITY, |w| w.most).min(self.around);
+        let farthest = |w: Option<Walk>| w.map_or(f64::INFINITY, |w| w.most).min(self.around);
+        let most = farthest(self.walk(x, &self.anchors));
         // Lines along a side may or may not meet the anchors at its ends: a place on it shows nothing that no place beside it shows.
         if most <= ledge || self.sides.iter().any(|s| length(x, foot(x, s)) <= self.tiny) {
-            return Centre::Inside(most);
+            return Centre::Inside([most; 2]);
         }
         let mut shortest: Option<(f64, [Point; 2])> = None;
         for &d in &self.lines {
@@ -204,14 +207,17 @@ impl Plan {
                 shortest = Some((chord.t[1] - chord.t[0], chord.t.map(point)));
             }
         }
-        match shortest {
-            Some((low, ends)) => keep(&mut best.bridge, Farthest { low, high: low, at: x, ends }),
-            None => {
-                let (low, end) = walk.map_or((0.5 * self.extent, x), |w| (w.least, w.anchor));
-                keep(&mut best.cantilever, Farthest { low, high: low, at: x, ends: [x, end] });
-            }
+        if let Some((low, ends)) = shortest {
+            keep(&mut best.bridge, Farthest { low, high: low, at: x, ends });
+            return Centre::Inside([most, 0.0]);
         }
-        Centre::Inside(most)
+        let walk = self.walk(x, self.held());
+        let from_held = farthest(walk);
+        if from_held > ledge {
+            let (low, end) = walk.map_or((0.5 * self.extent, x), |w| (w.least, w.anchor));
+            keep(&mut best.cantilever, Farthest { low, high: low, at: x, ends: [x, end] });
+        }
+        Centre::Inside([most, from_held])
     }
 
     /// Bounds a square; how many sides lines were held against.
@@ -224,16 +230,18 @@ impl Plan {
         let met: Vec<usize> = (0..self.sides.len()).filter(near).collect();
         let from_centre = match centre {
             Centre::Outside if met.is_empty() => return work,
-            Centre::Outside => 0.0,
+            Centre::Outside => [0.0; 2],
             Centre::Inside(most) => most,
         };
-        let farthest = || {
+        let farthest = |from_centre: f64, holds: &Holds| {
             // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it.
             let behind = met.iter().filter(|&&n| self.before(&self.sides[n], x) < 0.0);
-            let from_sides = behind.map(|&n| self.walk_along(n, x, reach)).fold(0.0, f64::max);
+            let from_sides = behind.map(|&n| self.walk_along(n, x, reach, holds)).fold(0.0, f64::max);
             (from_centre.max(from_sides) + reach).min(self.around)
         };
-        if (from_centre + reach).min(self.around) <= ledge && farthest() <= ledge {
+        let near =
+            (from_centre[0] + reach).min(self.around) <= ledge && farthest(from_centre[0], &self.anchors) <= ledge;
+        if near || from_centre[0] <= ledge + reach && self.in_sight(cell, &met, &self.anchors) <= ledge {
             return work;
         }
         let (mut all, mut some) = (f64::INFINITY, 0.0f64);
@@ -245,7 +253,12 @@ impl Plan {
                 all = all.min(longest);
             }
         }
-        cell.high = if all.is_finite() { [all, 0.0] } else { [some, farthest()] };
+        cell.high = [all, 0.0];
+        if !all.is_finite() {
+            let held = self.held();
+            let out = farthest(from_centre[1], held).min(self.in_sight(cell, &met, held));
+            cell.high = [some, if out <= ledge { 0.0 } else { out }];
+        }
         work
     }
 
@@ -265,7 +278,7 @@ impl Plan {
         let work = self.sides.len() + offsets.len() * local.len();
         let (mut longest, mut whole) = (0.0f64, true);
         // The lines sweep over the strip; a side is at hand from its near end to its far one.
-        let (mut at_hand, mut crossings, mut next): (Vec<Turned>, Vec<(f64, bool)>, usize) = (vec![], vec![], 0);
+        let (mut at_hand, mut crossings, mut next): (Vec<Turned>, Vec<Crossing>, usize) = (vec![], vec![], 0);
         for o in offsets {
             at_hand.retain(|s| s.hi() >= o);
             while let Some(s) = local.get(next).filter(|s| s.lo() < o) {
@@ -274,7 +287,7 @@ impl Plan {
             }
             crossings.clear();
             crossings.extend(at_hand.iter().filter_map(|s| s.met_by(o)));
-            chords(&mut crossings, |c| {
+            chords(&mut crossings, self.tiny, |c| {
                 if c.t[0] <= 2.0 * reach && c.t[1] >= -2.0 * reach {
                     whole &= c.anchored;
                     longest = if c.anchored { longest.max(c.t[1] - c.t[0]) } else { longest };
@@ -288,7 +301,7 @@ impl Plan {
     fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
         let mut found = None;
         let mut crossings: Vec<_> = self.sides.iter().filter_map(|s| Turned::new(s, x, d).met_by(0.0)).collect();
-        chords(&mut crossings, |c| {
+        chords(&mut crossings, self.tiny, |c| {
             if c.t[0] <= 0.0 && c.t[1] >= 0.0 {
                 found = Some(c);
             }
@@ -301,6 +314,11 @@ impl Plan {
         self.area * ((s.to[0] - s.from[0]) * (x[1] - s.from[1]) - (s.to[1] - s.from[1]) * (x[0] - s.from[0]))
     }
 
+    /// How far a point lies on the region's side of a side's line.
+    pub(super) fn ahead(&self, s: &Side, x: Point) -> f64 {
+        self.before(s, x) / (self.area.abs() * length(s.from, s.to)).max(f64::MIN_POSITIVE)
+    }
+
     /// Whether a point lies in the region.
     pub(super) fn holds(&self, x: Point) -> bool {
         self.chord_at(x, self.lines[0]).is_some()
@@ -310,45 +328,29 @@ impl Plan {
         &self.sides
     }
 
-    /// The shortest ways from its corners.
-    pub(super) fn ways(&self) -> &Ways {
-        self.ways.get_or_init(|| Ways::of(self))
+    /// What holds its places: its anchors, and the outermost strands between them.
+    fn held(&self) -> &Holds {
+        let found = self.held.get_or_init(|| {
+            let strands = self.outermost();
+            let by = || self.anchors.by().iter().copied().chain(strands.iter().copied()).collect();
+            (!strands.is_empty()).then(|| Holds::new(by()))
+        });
+        found.as_ref().unwrap_or(&self.anchors)
+    }
+
+    /// The directions of the lines that are tried.
+    pub(super) fn lines(&self) -> &[Point] {
+        &self.lines
+    }
+
+    /// What is narrower is not seen.
+    pub(super) fn tiny(&self) -> f64 {
+        self.tiny
     }
 
     pub(super) fn extent(&self) -> f64 {
         self.extent
     }
-}
-
-/// The directions of the lines that are tried: those that the boundary asks for, and turns from the first of them.
-fn lines(sides: &[Side]) -> Vec<Point> {
-    let asked = |s: &Side| {
-        let l = length(s.from, s.to);
-        let d = [(s.to[0] - s.from[0]) / l, (s.to[1] - s.from[1]) / l];
-        let d = if s.anchored { [d[1], -d[0]] } else { d };
-        let angle = d[1].atan2(d[0]).rem_euclid(std::f64::consts::PI);
-        // Just below half a turn is just above none.
-        let angle = if angle > std::f64::consts::PI - ALIKE { angle - std::f64::consts::PI } else { angle };
-        (l > 0.0).then_some((angle, l, d))
-    };
-    let mut all: Vec<(f64, f64, Point)> = sides.iter().filter_map(asked).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let of_group = |g: &[(f64, f64, Point)]| {
-        let longest = g.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((longest.2, g.iter().map(|(_, l, _)| l).sum::<f64>()))
-    };
-    let mut groups: Vec<(Point, f64)> = all.chunk_by(|a, b| b.0 - a.0 < ALIKE).filter_map(of_group).collect();
-    groups.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let first = groups.first().map_or([1.0, 0.0], |g| g.0);
-    let turns = (0..TURNS).map(|n| (std::f64::consts::PI * n as f64 / TURNS as f64).sin_cos());
-    let turns = turns.map(|(s, c)| [c * first[0] - s * first[1], s * first[0] + c * first[1]]);
-    let mut lines: Vec<Point> = Vec::new();
-    for d in groups.iter().take(ASKED).map(|g| g.0).chain(turns) {
-        if lines.iter().all(|e| (d[0] * e[1] - d[1] * e[0]).abs() > 1e-6) {
-            lines.push(d);
-        }
-    }
-    lines
 }
 
 /// A length with the bound of all squares; one that no sample showed, but that is not ruled out, has a low of 0.
@@ -392,6 +394,30 @@ mod tests {
             })
             .collect();
         Plan::new(sides, 1e-9).unwrap()
+    }
+
+    #[test]
+    fn treads_that_meet_in_plan_are_left_before_they_are_entered() {
+        // A tread of 1 mm that hangs on its left, and beside it, above its edge, a ceiling of 7 mm between two walls.
+        let tread = |x: f64, to: f64, right: bool| {
+            let p = [[x, 0.0], [to, 0.0], [to, 4.0], [x, 4.0]];
+            [false, right, false, true].into_iter().enumerate().map(move |(n, anchored)| Side {
+                from: p[n],
+                to: p[(n + 1) % 4],
+                anchored,
+            })
+        };
+        for treads in [[(0.0, 1.0, false), (1.0, 8.0, true)], [(1.0, 8.0, true), (0.0, 1.0, false)]] {
+            let sides = treads.into_iter().flat_map(|(x, to, right)| tread(x, to, right)).collect();
+            let spans = Plan::new(sides, 1e-9).unwrap().spans(0.0, Search::Measure);
+            let bridge = spans.bridge.unwrap();
+            // A square on the seam has no more than the strands beside the level ones, 15° off.
+            assert!(
+                (bridge.low - 7.0).abs() < 1e-9 && bridge.high < 7.0 / 15f64.to_radians().cos() + 1e-3,
+                "{spans:?}"
+            );
+            assert!(spans.cantilever.is_some_and(|c| c.at[0] < 1.0), "{spans:?}");
+        }
     }
 
     fn rectangle(a: f64, b: f64) -> [Point; 4] {
@@ -473,6 +499,56 @@ mod tests {
         assert_eq!((none.bridge, none.cantilever), (None, None));
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
         holds(narrow.spans(0.0, Search::Measure).cantilever, 0.4, 0.1);
+    }
+
+    #[test]
+    fn a_ledge_as_wide_as_its_limit_is_told_from_a_wider_one() {
+        for (n, width) in [0.39, 0.399, 0.4, 0.401, 0.41].into_iter().enumerate() {
+            let narrow = region(&rectangle(30.0, width), &[true, false, false, false], 0.3 + n as f64, [1.0; 2]);
+            let found = narrow.spans(0.4 + 1e-6, Search::Measure).cantilever;
+            assert_eq!(found.is_some(), width > 0.4, "{width}: {found:?}");
+            assert!(
+                found.is_none_or(|f| f.low > 0.4 && f.low <= width && width <= f.high + 1e-9),
+                "{width}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_lies_beyond_a_strand_reaches_out_from_the_strand() {
+        let mut rng = Lcg(23);
+        for _ in 0..12 {
+            let (turn, shift) = (std::f64::consts::TAU * rng.unit(), [9.0 * rng.unit(), 9.0 * rng.unit()]);
+            let (span, deep, out) = (6.0 + 6.0 * rng.unit(), 1.0 + 3.0 * rng.unit(), 2.0 + 9.0 * rng.unit());
+            // A bar between two anchors with an arm from its middle.
+            let (a, b) = (0.4 * span, 0.6 * span);
+            let corners = [
+                [0.0, 0.0],
+                [span, 0.0],
+                [span, deep],
+                [b, deep],
+                [b, deep + out],
+                [a, deep + out],
+                [a, deep],
+                [0.0, deep],
+            ];
+            let held = [false, true, false, false, false, false, false, true];
+            let spans = region(&corners, &held, turn, shift).spans(0.0, Search::Measure);
+            holds(spans.cantilever, out, 0.03);
+            holds(spans.bridge, span, 0.03);
+            // The bar's edge bulges as a round body does: no more than the sagitta lies beyond the last strand.
+            let (radius, half) = (2.0 * span, 0.5 * span);
+            let bulge = |n: i32| {
+                let x = half * f64::from(n) / 8.0;
+                [half - x, deep + (radius * radius - x * x).sqrt() - (radius * radius - half * half).sqrt()]
+            };
+            let corners: Vec<Point> = [[0.0, 0.0], [span, 0.0]].into_iter().chain((-8..=8).map(bulge)).collect();
+            let held: Vec<bool> = (0..corners.len()).map(|n| n == 1 || n + 1 == corners.len()).collect();
+            let sagitta = bulge(0)[1] - deep;
+            let plan = region(&corners, &held, turn, shift);
+            holds(plan.spans(0.0, Search::Measure).cantilever, sagitta, 0.1);
+            assert_eq!(plan.spans(1.01 * sagitta, Search::Measure).cantilever, None);
+        }
     }
 
     #[test]

@@ -4,21 +4,44 @@ use super::line::{Side, foot, length};
 use super::plan::Plan;
 use super::section::Point;
 use rustc_hash::FxHashMap;
+use std::cell::OnceCell;
 
-/// How far a place of a region is from its anchors.
+/// What holds places of a region up, and the shortest ways to it from the region's corners.
+#[derive(Debug, Default)]
+pub(super) struct Holds {
+    /// Anchored sides, or these and strands between them.
+    by: Vec<Side>,
+    ways: OnceCell<Ways>,
+}
+
+impl Holds {
+    pub fn new(by: Vec<Side>) -> Self {
+        Holds { by, ways: OnceCell::new() }
+    }
+
+    pub fn by(&self) -> &[Side] {
+        &self.by
+    }
+
+    fn ways(&self, plan: &Plan) -> &Ways {
+        self.ways.get_or_init(|| Ways::of(plan, self))
+    }
+}
+
+/// How far a place of a region is from what holds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Walk {
     /// The shortest way inside the region is at least this long.
     pub least: f64,
     /// And at most this long; equal to `least` unless there were too many corners to look round.
     pub most: f64,
-    /// The anchor at its end.
+    /// The place at its end, on what holds.
     pub anchor: Point,
 }
 
 /// The shortest ways from the corners of a region.
 #[derive(Debug)]
-pub(super) struct Ways {
+struct Ways {
     corners: Vec<Corner>,
     /// For each side its two corners.
     ends: Vec<[usize; 2]>,
@@ -40,11 +63,11 @@ const TRIED: usize = 64;
 const EFFORT: usize = 4_000_000;
 
 impl Ways {
-    /// Shortest ways from all corners: straight to an anchor that is seen, or by way of another corner.
+    /// Shortest ways from all corners: straight to a hold that is seen, or by way of another corner.
     ///
     /// # Cost
-    /// O(corners² + sides·corners) for corners that see an anchor; sides for each line of sight that may shorten a way, up to 4 million.
-    pub fn of(plan: &Plan) -> Self {
+    /// O(corners² + sides·corners) for corners that see a hold; sides for each line of sight that may shorten a way, up to 4 million.
+    fn of(plan: &Plan, holds: &Holds) -> Self {
         let sides = plan.sides();
         let mut known: FxHashMap<[u64; 2], usize> = FxHashMap::default();
         let mut corners: Vec<Corner> = Vec::new();
@@ -59,14 +82,14 @@ impl Ways {
             ends.iter().for_each(|&n| corners[n].length = 0.0);
         }
         let mut ways = Ways { corners, ends, exact: true };
-        if sides.iter().any(|s| s.anchored) {
-            ways.find(plan);
+        if !holds.by.is_empty() {
+            ways.find(plan, holds);
         }
         ways
     }
 
-    /// Dijkstra's search from the anchors over the corners.
-    fn find(&mut self, plan: &Plan) {
+    /// Dijkstra's search from what holds over the corners.
+    fn find(&mut self, plan: &Plan, holds: &Holds) {
         let count = self.corners.len();
         let mut left = EFFORT;
         let mut looks = |from: Point, to: Point| {
@@ -79,11 +102,14 @@ impl Ways {
             if self.corners[n].length == 0.0 {
                 continue;
             }
-            if let Some(w) = plan.straight(at).filter(|w| looks(at, w.anchor) == Some(true)) {
+            // Strands end at corners.
+            let straight = holds.straight(at);
+            let on_one = |w: &Walk| w.most <= 1e-9 * plan.extent();
+            if let Some(w) = straight.filter(|w| on_one(w) || looks(at, w.anchor) == Some(true)) {
                 self.corners[n] = Corner { at, length: w.most, anchor: w.anchor };
                 continue;
             }
-            let feet = plan.feet(at);
+            let feet = holds.feet(at);
             match feet.iter().take(TRIED).skip(1).find(|f| looks(at, f.1) == Some(true)) {
                 Some(&(length, anchor)) => self.corners[n] = Corner { at, length, anchor },
                 None => self.exact &= feet.len() <= TRIED,
@@ -132,8 +158,8 @@ impl Ways {
     }
 
     /// The shortest way from a place, straight or by way of a corner, if its first stretch, to a point, may be gone.
-    fn shortest(&self, plan: &Plan, x: Point, may: impl Fn(Point) -> bool) -> Option<Walk> {
-        let feet = plan.feet(x);
+    fn shortest(&self, plan: &Plan, holds: &Holds, x: Point, may: impl Fn(Point) -> bool) -> Option<Walk> {
+        let feet = holds.feet(x);
         let near = *feet.first()?;
         let straight = feet.into_iter().map(|(length, anchor)| (length, anchor, anchor));
         let round = self.corners.iter().filter(|c| c.length.is_finite());
@@ -148,15 +174,32 @@ impl Ways {
     }
 }
 
+impl Holds {
+    /// The nearest hold, as the crow flies.
+    fn straight(&self, x: Point) -> Option<Walk> {
+        let feet = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p));
+        let nearest = feet.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(length, anchor)| Walk { least: length, most: length, anchor })
+    }
+
+    /// The nearest points of all that holds, the nearest first, with their distances.
+    fn feet(&self, x: Point) -> Vec<(f64, Point)> {
+        let mut feet: Vec<(f64, Point)> = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
+        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+        feet
+    }
+}
+
 impl Plan {
-    /// How far a place inside the region is from its anchors; `None` if it has none.
-    pub(super) fn walk(&self, x: Point) -> Option<Walk> {
-        self.straight(x).filter(|w| self.sees(x, w.anchor)).or_else(|| self.ways().shortest(self, x, |_| true))
+    /// How far a place inside the region is from what holds it; `None` if nothing does.
+    pub(super) fn walk(&self, x: Point, holds: &Holds) -> Option<Walk> {
+        let straight = holds.straight(x).filter(|w| self.sees(x, w.anchor));
+        straight.or_else(|| holds.ways(self).shortest(self, holds, x, |_| true))
     }
 
     /// The longest of the shortest ways from the places of a side within `reach` of x: an upper bound. They go along the side, to
     /// the place nearest to x and on from there, or to one of its ends.
-    pub(super) fn walk_along(&self, side: usize, x: Point, reach: f64) -> f64 {
+    pub(super) fn walk_along(&self, side: usize, x: Point, reach: f64, holds: &Holds) -> f64 {
         let Some(s) = self.sides().get(side) else { return f64::INFINITY };
         if s.anchored {
             return 0.0;
@@ -164,43 +207,27 @@ impl Plan {
         let nearest = foot(x, s);
         let (whole, middle) = (length(s.from, s.to), length(s.from, nearest));
         let (first, last) = ((middle - reach).max(0.0), (middle + reach).min(whole));
-        let [from_a, from_b] = match [s.from, s.to].map(|end| self.straight_inside(end)) {
+        let [from_a, from_b] = match [s.from, s.to].map(|end| self.straight_inside(end, holds)) {
             [Some(a), Some(b)] => [a.most, b.most],
-            _ => self.ways().ends_lengths(side),
+            _ => holds.ways(self).ends_lengths(side),
         };
         // The farthest place is where the ways to both ends are equally long.
         let even = if from_a.is_finite() && from_b.is_finite() { 0.5 * (whole + from_b - from_a) } else { last };
         let t = even.clamp(first, last);
         let by_ends = (t + from_a).min(whole - t + from_b);
-        let way =
-            self.straight_inside(nearest).or_else(|| self.ways().shortest(self, nearest, |p| self.joins(nearest, p)));
+        let round = || holds.ways(self).shortest(self, holds, nearest, |p| self.joins(nearest, p));
+        let way = self.straight_inside(nearest, holds).or_else(round);
         by_ends.min(way.map_or(f64::INFINITY, |w| w.most + reach))
     }
 
-    /// The way from a place of the boundary straight to its nearest anchor, if it lies inside the region and nothing stands in it.
-    fn straight_inside(&self, from: Point) -> Option<Walk> {
-        self.straight(from).filter(|w| w.most == 0.0 || (self.sees(from, w.anchor) && self.joins(from, w.anchor)))
+    /// The way from a place of the boundary straight to its nearest hold, if it lies inside the region and nothing stands in it.
+    fn straight_inside(&self, from: Point, holds: &Holds) -> Option<Walk> {
+        holds.straight(from).filter(|w| w.most == 0.0 || (self.sees(from, w.anchor) && self.joins(from, w.anchor)))
     }
 
     /// Whether the region lies about the middle between two points of its boundary that see each other.
     fn joins(&self, a: Point, b: Point) -> bool {
         self.holds([0, 1].map(|n| 0.5 * (a[n] + b[n])))
-    }
-
-    /// The nearest anchor, as the crow flies.
-    fn straight(&self, x: Point) -> Option<Walk> {
-        let feet = self.sides().iter().filter(|s| s.anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p));
-        let nearest = feet.min_by(|a, b| a.0.total_cmp(&b.0));
-        nearest.map(|(length, anchor)| Walk { least: length, most: length, anchor })
-    }
-
-    /// The nearest points of all anchored sides, the nearest first, with their distances.
-    fn feet(&self, x: Point) -> Vec<(f64, Point)> {
-        let anchored = |s: &&Side| s.anchored;
-        let mut feet: Vec<(f64, Point)> =
-            self.sides().iter().filter(anchored).map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
-        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
-        feet
     }
 
     /// Whether the way from a point to one of the boundary crosses no side before, and touches no corner: a way that does is

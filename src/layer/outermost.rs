@@ -1,0 +1,122 @@
+//! Strands beyond which nothing is bridged, and squares of a region all of which sees what holds it.
+
+use super::line::{Side, Turned, chords, foot, length};
+use super::plan::{Cell, Plan};
+use super::section::Point;
+use super::walk::Holds;
+
+/// Squares that more sides cross are split rather than bounded by what is left of them.
+const CROSSED: usize = 8;
+/// A strand that another leaves no more than so many times what is not seen is covered by it.
+const COVERED: f64 = 16.0;
+
+impl Plan {
+    /// The strands from anchor to anchor that bound what such strands cover: those beside a corner of the boundary that no strand on the
+    /// other side of it covers.
+    ///
+    /// Between the corners the strands of a direction sweep trapezoids, so what they cover is bounded by anchors and by these.
+    ///
+    /// # Cost
+    /// O(directions · sides · (log + sides that a line meets)).
+    pub(super) fn outermost(&self) -> Vec<Side> {
+        let mut found = Vec::new();
+        for &d in self.lines() {
+            let origin = self.sides().first().map_or([0.0; 2], |s| s.from);
+            let mut turned: Vec<Turned> = self.sides().iter().map(|s| Turned::new(s, origin, d)).collect();
+            turned.sort_by(|a, b| a.lo().total_cmp(&b.lo()));
+            let mut corners: Vec<f64> = turned.iter().flat_map(|s| s.across).collect();
+            corners.sort_by(f64::total_cmp);
+            corners.dedup_by(|a, b| *a - *b < 0.5 * self.tiny());
+            let place = |t: f64, o: f64| [origin[0] + t * d[0] - o * d[1], origin[1] + t * d[1] + o * d[0]];
+            let (mut at_hand, mut next): (Vec<Turned>, usize) = (Vec::new(), 0);
+            for corner in corners {
+                let beside = [corner - self.tiny(), corner + self.tiny()];
+                while let Some(s) = turned.get(next).filter(|s| s.lo() < beside[1]) {
+                    at_hand.push(*s);
+                    next += 1;
+                }
+                at_hand.retain(|s| s.hi() >= beside[0]);
+                let strands = beside.map(|o| anchored(&at_hand, o, self.tiny()));
+                for (own, other) in [(0, 1), (1, 0)] {
+                    let bare = strands[own].iter().filter(|s| !is_covered(s, &strands[other], COVERED * self.tiny()));
+                    let ends = bare.map(|s| s.map(|t| place(t, beside[own])));
+                    found.extend(ends.map(|[from, to]| Side { from, to, anchored: true }));
+                }
+            }
+        }
+        found
+    }
+
+    /// An upper bound of the ways from the region's places in a square to its nearest hold; infinite where not all of them are known
+    /// to see it.
+    ///
+    /// Let M be the sides that the square's circle meets. If each has the others in front of it, so has it all of the region in the
+    /// circle: a place behind a side could be reached from it inside the circle only by coming in through another, which would have the
+    /// first one behind it. What the half-planes leave of the square is a convex polygon Q. A straight way from a place in Q to its foot
+    /// on the hold that leaves the region by a free side ends behind that side; if all free sides as near have the feet of Q in front of
+    /// them, there is no such way, and one that leaves by an anchored side has found a nearer hold. The distance to a segment is
+    /// convex: none in Q has more than Q's corners.
+    ///
+    /// # Cost
+    /// O(sides + holds).
+    pub(super) fn in_sight(&self, cell: &Cell, met: &[usize], holds: &Holds) -> f64 {
+        let x = cell.centre;
+        let distance = |s: &&Side| length(x, foot(x, s));
+        let Some(hold) = holds.by().iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
+            return f64::INFINITY;
+        };
+        let crossing: Vec<&Side> = met.iter().filter_map(|&n| self.sides().get(n)).collect();
+        let faces = |s: &Side, o: &Side| self.is_before(s, o.from) && self.is_before(s, o.to);
+        if crossing.len() > CROSSED || !crossing.iter().all(|s| crossing.iter().all(|o| faces(s, o))) {
+            return f64::INFINITY;
+        }
+        let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let mut left: Vec<Point> = square.map(|s| [x[0] + s[0] * cell.half, x[1] + s[1] * cell.half]).to_vec();
+        crossing.iter().for_each(|s| left = self.cut(&left, s));
+        let feet: Vec<Point> = left.iter().map(|&p| foot(p, hold)).collect();
+        let reach = left.iter().chain(&feet).map(|&p| length(x, p)).fold(0.0, f64::max);
+        let mut near = self.sides().iter().filter(|s| !s.anchored && distance(s) <= reach);
+        match near.all(|s| feet.iter().all(|&p| self.is_before(s, p))) {
+            true => left.iter().zip(&feet).map(|(&p, &q)| length(p, q)).fold(0.0, f64::max),
+            false => f64::INFINITY,
+        }
+    }
+
+    /// Whether a point lies on the region's side of a side's line, or on the line.
+    fn is_before(&self, s: &Side, p: Point) -> bool {
+        self.ahead(s, p) >= -1e-9 * self.extent()
+    }
+
+    /// What lies on the region's side of a side's line of a convex polygon.
+    fn cut(&self, polygon: &[Point], s: &Side) -> Vec<Point> {
+        let mut left = Vec::with_capacity(polygon.len() + 1);
+        for (n, &p) in polygon.iter().enumerate() {
+            let q = polygon[(n + 1) % polygon.len()];
+            let [a, b] = [p, q].map(|p| self.ahead(s, p));
+            if a >= 0.0 {
+                left.push(p);
+            }
+            if (a < 0.0) != (b < 0.0) {
+                let t = a / (a - b);
+                left.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
+            }
+        }
+        left
+    }
+}
+
+/// The stretches of a line from anchor to anchor.
+fn anchored(sides: &[Turned], offset: f64, tiny: f64) -> Vec<[f64; 2]> {
+    let mut crossings: Vec<_> = sides.iter().filter_map(|s| s.met_by(offset)).collect();
+    let mut found = Vec::new();
+    chords(&mut crossings, tiny, |c| {
+        if c.anchored {
+            found.push(c.t);
+        }
+    });
+    found
+}
+
+fn is_covered(strand: &[f64; 2], others: &[[f64; 2]], slack: f64) -> bool {
+    others.iter().any(|o| o[0] <= strand[0] + slack && strand[1] <= o[1] + slack)
+}
