@@ -52,12 +52,13 @@ pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
 
 /// Whether a rod is judged by its diameter.
 ///
-/// A pin has a free end, or is a ring, and is at least as high as wide; a strut held at both ends is a wall. A blind hole is at least as deep
+/// A pin has a free end, or is a ring, and is at least as high as wide; a strut held at both ends is a wall, unless no two of its sides face
+/// each other, as in one of three or five sides. A blind hole is at least as deep
 /// as wide; a passage may be short. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
 pub fn is_judged(side: Side, rod: &Rod) -> bool {
     let closed = rod.ends.contains(&End::Closed);
     let least = if side == Side::Void && !closed { SHORTEST } else { 1.0 };
-    let held = side == Side::Material && rod.ends == [End::Open; 2];
+    let held = side == Side::Material && rod.ends == [End::Open; 2] && rod.narrowest.is_faced;
     !held
         && !rod.ends.contains(&End::Point)
         && rod.length >= (least - 1e-3) * rod.diameter()

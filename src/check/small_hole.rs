@@ -76,6 +76,7 @@ impl Check for SmallHole {
 fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
     let kind = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
+        _ if rod.ends.contains(&End::Ring) => "a closed ring",
         0 => "through",
         1 => "blind",
         _ => "closed at both ends",

@@ -29,7 +29,7 @@ static META: Meta = Meta {
           What is judged here is not judged as a wall.",
     limits: "Diameters that differ from the limit by less than twice the sagitta of a circle's facets are equal to it. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
-             held at both ends. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
+             held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
              A pin none of whose facets has its middle on it is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
 };
@@ -58,7 +58,8 @@ impl Check for ThinPin {
             f.fix = remedy(part, process, Side::Material, &pins, f);
         }
         let mut cover = looked(&found, pins.len(), "pins");
-        let struts = found.rods.iter().filter(|r| r.ends == [End::Open; 2] && r.length >= r.diameter()).count();
+        let is_wall = |r: &&Rod| r.ends == [End::Open; 2] && r.narrowest.is_faced && r.length >= r.diameter();
+        let struts = found.rods.iter().filter(is_wall).count();
         if struts > 0 {
             cover.push_str(&format!(" {struts} struts held at both ends are judged as walls."));
         }
@@ -107,6 +108,7 @@ fn form(rod: &Rod) -> String {
     let held = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",
         _ if rod.ends.contains(&End::Narrower) => "stepped",
+        0 => "held at both ends",
         1 => "free at one end",
         _ => "loose",
     };

@@ -17,8 +17,19 @@ const STATIONS: usize = 400;
 const ALIKE: f64 = 0.05;
 /// A rod that thins to this share of the width searched for runs out to a point.
 const POINT: f64 = 0.05;
-/// An end this near, in diameters, closes the rod.
-const CLOSED: f64 = 0.75;
+/// An end this near, in diameters, closes the rod, be it a point, where nothing before it is wider.
+const CLOSED: f64 = 4.0;
+/// Where that is looked at, in shares of the way to the end: at first near to where the sections stop being alike.
+const BEFORE: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// Planes that are tried for a section.
+const TURNS: usize = 10;
+/// Where the facets of a bend meet, a section this near across its grain, in radians, is one: its area is 0.05 % too large.
+const JUMP: f64 = 0.03;
+
+/// A section without sides that face each other is no wall's or slot's up to this ratio of circumscribed to inscribed diameter: that of
+/// an equilateral triangle is 2.
+const UNFACED: f64 = 2.2;
 
 /// How a rod ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +97,7 @@ pub struct Wanted {
     pub side: Side,
     /// Largest equal-area diameter, millimetres.
     pub within: f64,
-    /// Largest ratio of circumscribed to inscribed diameter: 1.5 takes squares and hexagons and no slots.
+    /// Largest ratio of circumscribed to inscribed diameter: 1.5 takes squares and hexagons and no slots. Triangles are taken always.
     pub elongation: f64,
 }
 
@@ -196,7 +207,8 @@ impl Search<'_> {
     fn settled(&self, point: Vec3, axis: Vec3) -> Option<Section> {
         let (mut point, mut axis) = (point, axis);
         let within = 0.5 * self.wanted.elongation * self.wanted.within;
-        for turn in 0..6 {
+        let mut nearest: Option<(f64, Section)> = None;
+        for turn in 0..TURNS {
             let (_, start) = self.distance.first_hit(point, across(axis)[0], 0.0, within)?;
             let found = section(self.mesh, self.next, Plane { point, normal: axis }, start, 1.5 * within)?;
             let off = angle(found.grain, axis);
@@ -206,15 +218,20 @@ impl Search<'_> {
             if off > 0.9 {
                 return None;
             }
-            (point, axis) = (found.centre, found.grain);
+            // Between two rings of a bend's facets the grain jumps: from the third turn on less and less of it is gone.
+            (point, axis) = (found.centre, unit(along(scale(axis, turn.saturating_sub(1) as f64), found.grain, 1.0)));
+            if nearest.as_ref().is_none_or(|n| off < n.0) {
+                nearest = Some((off, found));
+            }
         }
-        None
+        nearest.filter(|n| n.0 < JUMP).map(|n| n.1).filter(|found| self.is_rod(found))
     }
 
     /// Whether a section is round enough, small enough and full.
     fn is_rod(&self, s: &Section) -> bool {
         let w = &self.wanted;
-        if s.diameter() > w.within || s.elongation() > w.elongation || s.taper > TAPER {
+        let most = if s.is_faced { w.elongation } else { w.elongation.max(UNFACED) };
+        if s.diameter() > w.within || s.elongation() > most || s.taper > TAPER {
             return false;
         }
         let [u, v] = across(s.axis);
@@ -245,8 +262,10 @@ impl Search<'_> {
                 return None;
             }
             let far = self.cap(end, outward)?;
-            let closed =
-                kind == End::Open && !self.widens(along(end.centre, outward, 0.5 * far.min(0.2 * end.diameter())), end);
+            let at_first = 0.5 * far.min(0.2 * end.diameter());
+            let beyond = BEFORE.map(|share| share * far).into_iter().filter(|t| *t > at_first);
+            let widens = |t: f64| self.widens(along(end.centre, outward, t), end);
+            let closed = kind == End::Open && ![at_first].into_iter().chain(beyond).any(widens);
             closed.then_some((along(end.centre, outward, far), end.diameter()))
         });
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
@@ -270,8 +289,9 @@ impl Search<'_> {
     /// Distance from the end of a rod to a face across it, if one is near.
     fn cap(&self, end: &Section, outward: Vec3) -> Option<f64> {
         let [u, v] = across(end.axis);
-        // Beside the axis: a fan of facets has its tip on it, where rays slip through.
-        let hits = [(0.05, 0.011), (-0.031, 0.043), (-0.017, -0.05)].into_iter().filter_map(|(a, b)| {
+        // Beside the axis: a fan of facets has its tip on it, where rays slip through. The nearer ones reach into a point.
+        let beside = [(0.002, 0.003), (0.05, 0.011), (-0.031, 0.043), (-0.017, -0.05)];
+        let hits = beside.into_iter().filter_map(|(a, b)| {
             let from = [0, 1, 2].map(|x| end.centre[x] + end.inscribed * (a * u[x] + b * v[x]));
             self.distance.first_hit(from, outward, 0.0, CLOSED * end.diameter()).map(|(far, _)| far)
         });
@@ -375,6 +395,98 @@ mod tests {
         assert!((rod.diameter() - 2.0).abs() < 0.002 && rod.narrowest.circumscribed >= 2.0 - 1e-9, "{rod:?}");
         assert!((rod.length - 9.0).abs() < 1e-6 && rod.ends == [End::Closed; 2], "{} {:?}", rod.length, rod.ends);
         assert!(rods_of(&mesh, Side::Void, 3.0).is_empty() && rods_of(&mesh, Side::Material, 1.9).is_empty());
+    }
+
+    /// A wire of `sides` along a line of places with unit directions, closed at its ends or joined to a ring.
+    fn wire(line: &[(Vec3, Vec3)], radius: f64, sides: usize, ring: bool) -> TriangleMesh {
+        let hoop = |k: usize| {
+            let (c, d) = line[k % line.len()];
+            let [u, v] = [unit(cross(d, [0.31, 0.47, 0.83])), cross(d, unit(cross(d, [0.31, 0.47, 0.83])))];
+            (0..sides).map(move |n| {
+                let (s, co) = (std::f64::consts::TAU * n as f64 / sides as f64).sin_cos();
+                [0, 1, 2].map(|a| c[a] + radius * (co * u[a] + s * v[a]))
+            })
+        };
+        let hoops: Vec<Vec<Vec3>> = (0..line.len()).map(|k| hoop(k).collect()).collect();
+        let mut facets = Vec::new();
+        for k in 0..line.len() - usize::from(!ring) {
+            let (a, b) = (&hoops[k], &hoops[(k + 1) % line.len()]);
+            for n in 0..sides {
+                let m = (n + 1) % sides;
+                facets.extend([[a[n], a[m], b[m]], [a[n], b[m], b[n]]]);
+            }
+        }
+        if !ring {
+            for n in 0..sides {
+                let (first, last, m) = (&hoops[0], &hoops[line.len() - 1], (n + 1) % sides);
+                facets.extend([[line[0].0, first[m], first[n]], [line[line.len() - 1].0, last[n], last[m]]]);
+            }
+        }
+        let mesh = TriangleMesh::weld(facets);
+        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
+    }
+
+    #[test]
+    fn what_bends_is_one_rod() {
+        let turn = |k: usize, of: usize| (std::f64::consts::TAU * k as f64 / of as f64).sin_cos();
+        for (rings, sides) in [(96, 48), (50, 12), (200, 30)] {
+            let only = |line: &[(Vec3, Vec3)], ring: bool, ends: [End; 2], length: f64| {
+                let rods = rods_of(&wire(line, 0.7, sides, ring), Side::Material, 2.0);
+                assert!(
+                    rods.len() == 1 && rods[0].ends == ends,
+                    "{rings} {sides}: {:?}",
+                    rods.iter().map(|r| (r.ends, r.length)).collect::<Vec<_>>()
+                );
+                // The line of stations cuts the bend short by its sagitta, and a ring's last step may be home early.
+                assert!((rods[0].length - length).abs() < 0.01 * length, "{} {length}", rods[0].length);
+            };
+            let ring: Vec<_> =
+                (0..rings).map(|k| turn(k, rings)).map(|(s, c)| ([5.0 * c, 5.0 * s, 0.1], [-s, c, 0.0])).collect();
+            only(&ring, true, [End::Ring; 2], 10.0 * std::f64::consts::PI);
+            // An elbow: 6 mm, a quarter of a round of 4 mm, 6 mm.
+            let q = rings / 4;
+            let mut elbow: Vec<(Vec3, Vec3)> = vec![([4.0, -6.0, 0.0], [0.0, 1.0, 0.0])];
+            elbow.extend((0..=q).map(|k| turn(k, 4 * q)).map(|(s, c)| ([4.0 * c, 4.0 * s, 0.0], [-s, c, 0.0])));
+            elbow.push(([-6.0, 4.0, 0.0], [-1.0, 0.0, 0.0]));
+            only(&elbow, false, [End::Closed; 2], 12.0 + 2.0 * std::f64::consts::PI);
+            let (around, rise) = (std::f64::consts::TAU / rings as f64, 3.0 / rings as f64);
+            let coil = |k: usize| {
+                let (s, c) = turn(k, rings);
+                ([4.0 * c, 4.0 * s, rise * k as f64], unit([-4.0 * s * around, 4.0 * c * around, rise]))
+            };
+            let helix: Vec<(Vec3, Vec3)> = (0..3 * rings).map(coil).collect();
+            only(&helix, false, [End::Closed; 2], (3 * rings - 1) as f64 * (4.0 * around).hypot(rise));
+        }
+    }
+
+    #[test]
+    fn three_and_five_sides_make_a_rod_that_no_wall_rule_sees() {
+        for (sides, faced) in [(3, false), (4, true), (5, false), (6, true), (7, true), (9, true)] {
+            let rods =
+                rods_of(&revolved(&[[0.0, 0.0], [0.5, 0.0], [0.5, 6.0], [0.0, 6.0]], sides), Side::Material, 2.0);
+            assert!(rods.len() == 1 && rods[0].narrowest.is_faced == faced, "{sides}: {rods:?}");
+            let area = 0.125 * sides as f64 * (std::f64::consts::TAU / sides as f64).sin();
+            assert!((rods[0].narrowest.area - area).abs() < 1e-9, "{sides}: {rods:?}");
+        }
+    }
+
+    #[test]
+    fn a_pointed_end_is_an_end() {
+        // Half angles of 20° and 53°, past what a rod may taper.
+        for (tip, sides) in [(1.1, 64), (0.3, 64), (1.1, 16)] {
+            let pin = revolved(&[[0.0, 0.0], [0.4, 0.0], [0.4, 6.0], [0.0, 6.0 + tip]], sides);
+            let rods = rods_of(&pin, Side::Material, 2.0);
+            assert!(rods.len() == 1 && rods[0].ends == [End::Closed; 2], "{tip}: {rods:?}");
+            assert!((rods[0].length - 6.0 - tip).abs() < 0.05 * tip + 0.05, "{tip}: {}", rods[0].length);
+        }
+        // A nozzle opens again behind its throat, and a stem on a head does not end there.
+        let nozzle = [[0.0, 0.0], [0.4, 0.0], [0.4, 6.0], [0.2, 6.6], [3.0, 8.0], [3.0, 9.0], [0.0, 9.0]];
+        let rods = rods_of(&revolved(&nozzle, 64), Side::Material, 2.0);
+        assert!(
+            rods.iter().all(|r| r.ends.contains(&End::Open)),
+            "{:?}",
+            rods.iter().map(|r| r.ends).collect::<Vec<_>>()
+        );
     }
 
     #[test]

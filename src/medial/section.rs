@@ -1,6 +1,7 @@
 //! Plane sections of a surface: the closed curve around a point.
 
 use super::axes::least_axis;
+use super::chord::WALL_SEPARATION;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use rayon::prelude::*;
@@ -69,6 +70,8 @@ pub struct Section {
     pub circumscribed: f64,
     /// Corners of the curve that bend by more than a degree.
     pub corners: usize,
+    /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
+    pub is_faced: bool,
     /// The direction to which the normals along the curve are most nearly at right angles.
     pub grain: Vec3,
     /// Root mean square of the sine of the angle between the surface along the curve and that direction.
@@ -162,6 +165,7 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
     let outer = flat.iter().map(|&p| to(p)).fold(0.0, f64::max);
     let mut m = [[0.0; 3]; 3];
     let (mut corners, mut around) = (0, 0.0);
+    let mut sides: Vec<Vec3> = Vec::new();
     for i in 0..n {
         // Facet i+1 holds the stretch from point i to point i+1.
         let f = facets[(i + 1) % n] as usize;
@@ -169,8 +173,12 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
         (0..3).for_each(|r| (0..3).for_each(|c| m[r][c] += length * normal[r] * normal[c]));
         around += length;
         let before = mesh.normal(facets[i] as usize);
-        corners += usize::from(angle(before, normal) > 1f64.to_radians());
+        if angle(before, normal) > 1f64.to_radians() {
+            corners += 1;
+            sides.push(normal);
+        }
     }
+    let faces = |a: &Vec3| sides.iter().any(|b| angle(*a, *b) >= WALL_SEPARATION);
     let grain = least_axis(m);
     let grain = if dot(grain, plane.normal) < 0.0 { scale(grain, -1.0) } else { grain };
     let form = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
@@ -181,6 +189,7 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
         inscribed: 2.0 * inner,
         circumscribed: 2.0 * outer,
         corners,
+        is_faced: corners >= ROUND_CORNERS || sides.iter().any(faces),
         grain,
         taper: (form / around).max(0.0).sqrt(),
         facet: facets[0],
