@@ -55,16 +55,40 @@ impl<'a> Cuts<'a> {
         let (on_edge, segments, on_others) = Default::default();
         let mut cuts = Cuts { mesh, tolerance, points, on_edge, segments, on_others };
         pairs.into_iter().for_each(|pair| cuts.cut(pair.map(|f| Facet::of(mesh, f))));
-        for points in cuts.on_edge.values_mut() {
-            points.sort_unstable();
-            points.dedup();
-        }
+        cuts.share_along_needles();
         cuts
     }
 
     /// The numbers of the facets that have points of others on them.
     pub(super) fn is_cut(&self, facet: u32) -> bool {
         self.segments.contains_key(&facet) || edges(self.triangle(facet)).iter().any(|e| self.on_edge.contains_key(e))
+    }
+
+    /// Whether a facet is no wider than the tolerance: its sides are one and the same line, and it falls into no pieces.
+    pub(super) fn is_needle(&self, facet: u32) -> bool {
+        Facet::of(self.mesh, facet).is_needle(self.tolerance)
+    }
+
+    /// Notes what is on one side of a needle on its other sides, and so on over all needles beside it.
+    fn share_along_needles(&mut self) {
+        let all = (0..self.mesh.triangles.len() as u32).map(|f| Facet::of(self.mesh, f));
+        let needles: Vec<Facet> = all.filter(|f| f.is_needle(self.tolerance)).collect();
+        loop {
+            let before: usize = self.on_edge.values().map(Vec::len).sum();
+            for needle in &needles {
+                let sides = edges(needle.vertices);
+                let on_sides = sides.iter().filter_map(|e| self.on_edge.get(e)).flatten();
+                let points: Vec<u32> = on_sides.chain(&needle.vertices).copied().collect();
+                points.into_iter().for_each(|point| self.note_on_edges(needle, point));
+            }
+            self.on_edge.values_mut().for_each(|points| {
+                points.sort_unstable();
+                points.dedup();
+            });
+            if self.on_edge.values().map(Vec::len).sum::<usize>() == before {
+                return;
+            }
+        }
     }
 
     fn triangle(&self, facet: u32) -> [u32; 3] {
@@ -82,37 +106,33 @@ impl<'a> Cuts<'a> {
         if norm(line) < PARALLEL {
             return;
         }
-        let line = unit(line);
+        let met = self.common([&f, &g], heights, unit(line));
+        let on_both = |p: &Vec3| {
+            [&f, &g].iter().all(|facet| distance(closest_point(*p, facet.corners), *p) <= 2.0 * self.tolerance)
+        };
+        // A corner that is near the plane of the other, but beside it, is not met.
+        let met = met.filter(|ends| ends.iter().all(on_both)).or_else(|| {
+            let exact = [f.heights_over(&g, 0.0), g.heights_over(&f, 0.0)];
+            self.common([&f, &g], exact, unit(line))
+        });
+        let Some(ends) = met else { return };
+        self.note([&f, &g], ends);
+        self.note([&g, &f], ends);
+    }
+
+    /// The ends of what two facets have in common along the line in which their planes meet, by the heights of their corners over those.
+    fn common(&self, [f, g]: [&Facet; 2], heights: [[f64; 3]; 2], line: Vec3) -> Option<[Vec3; 2]> {
         let ordered = |mut ends: [Vec3; 2]| {
             if dot(ends[0], line) > dot(ends[1], line) {
                 ends.reverse();
             }
             ends
         };
-        let (Some(a), Some(b)) = (self.crossed(&f, heights[0]), self.crossed(&g, heights[1])) else { return };
-        let ([a, b], far) = ([ordered(a), ordered(b)], |p: Vec3| dot(p, line));
+        let [a, b] = [ordered(f.crossed(heights[0])?), ordered(g.crossed(heights[1])?)];
+        let far = |p: Vec3| dot(p, line);
         let from = if far(a[0]) >= far(b[0]) { a[0] } else { b[0] };
         let to = if far(a[1]) <= far(b[1]) { a[1] } else { b[1] };
-        if far(to) - far(from) < -self.tolerance {
-            return;
-        }
-        self.note([&f, &g], [from, to]);
-        self.note([&g, &f], [from, to]);
-    }
-
-    /// Where the boundary of a facet passes through a plane that its corners have such heights over.
-    fn crossed(&self, f: &Facet, heights: [f64; 3]) -> Option<[Vec3; 2]> {
-        let mut ends: Vec<Vec3> = (0..3).filter(|&i| heights[i] == 0.0).map(|i| f.corners[i]).collect();
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            if heights[i] * heights[j] < 0.0 {
-                // From the lesser vertex, so that both facets of the edge find the same point.
-                let (i, j) = if f.vertices[i] < f.vertices[j] { (i, j) } else { (j, i) };
-                let share = heights[i] / (heights[i] - heights[j]);
-                ends.push(along(f.corners[i], sub(f.corners[j], f.corners[i]), share));
-            }
-        }
-        Some([*ends.first()?, *ends.last()?])
+        (far(to) - far(from) >= -self.tolerance).then_some([from, to])
     }
 
     /// Cuts the second of two facets in one plane along what the edges of the first have in it.
@@ -162,6 +182,28 @@ impl Facet {
         Facet { number, vertices, corners: mesh.corners(facet), normal: mesh.normal(facet) }
     }
 
+    /// Whether it is no wider than the tolerance.
+    fn is_needle(&self, tolerance: f64) -> bool {
+        let [a, b, c] = self.corners;
+        let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+        norm(cross(sub(b, a), sub(c, a))) <= tolerance * longest
+    }
+
+    /// Where the boundary of a facet passes through a plane that its corners have such heights over.
+    fn crossed(&self, heights: [f64; 3]) -> Option<[Vec3; 2]> {
+        let mut ends: Vec<Vec3> = (0..3).filter(|&i| heights[i] == 0.0).map(|i| self.corners[i]).collect();
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            if heights[i] * heights[j] < 0.0 {
+                // From the lesser vertex, so that both facets of the edge find the same point.
+                let (i, j) = if self.vertices[i] < self.vertices[j] { (i, j) } else { (j, i) };
+                let share = heights[i] / (heights[i] - heights[j]);
+                ends.push(along(self.corners[i], sub(self.corners[j], self.corners[i]), share));
+            }
+        }
+        Some([*ends.first()?, *ends.last()?])
+    }
+
     /// The heights of the corners over the plane of another facet; 0 within the tolerance.
     fn heights_over(&self, other: &Facet, tolerance: f64) -> [f64; 3] {
         self.corners.map(|p| {
@@ -178,7 +220,7 @@ pub(super) fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
 
 /// Whether two facets may cut each other, by their planes; neighbours over an edge only if one is folded onto the other.
 fn may_cut([f, g]: [Facet; 2], tolerance: f64) -> bool {
-    if f.normal == [0.0; 3] || g.normal == [0.0; 3] {
+    if [f, g].iter().any(|f| f.is_needle(tolerance)) {
         return false;
     }
     let heights = [f.heights_over(&g, tolerance), g.heights_over(&f, tolerance)];

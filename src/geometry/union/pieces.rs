@@ -25,6 +25,9 @@ impl Pieces {
     pub(super) fn of(mesh: &TriangleMesh, cuts: &mut Cuts, tolerance: f64) -> Option<Self> {
         let mut pieces = Pieces::default();
         for (facet, &triangle) in (0u32..).zip(&mesh.triangles) {
+            if cuts.is_needle(facet) {
+                continue;
+            }
             if !cuts.is_cut(facet) {
                 pieces.triangles.push(triangle);
                 pieces.facet.push(facet);

@@ -17,12 +17,17 @@ const INSIDE: f64 = 0.5;
 /// How far beside a piece the winding number is asked at most, millimetres.
 const OFF_MM: f64 = 1e-3;
 
+/// A lesser tolerance, millimetres, and still far above what rounding does to where facets cross.
+const TIGHTER_MM: f64 = 1e-7;
+
 /// The mesh of `{ x : w(x) ≥ ½ }`, w the winding number of a closed surface: the union of its bodies, where they overlap or touch, and of
 /// what passes through itself; `None` if that is no surface that bounds a solid and meets itself nowhere.
 ///
 /// Facets are cut along the segments in which they meet others, what is nearer than `tolerance_mm` being met. The winding number on
-/// both sides of a piece is the same for all pieces joined over edges along which nothing was cut, and is asked at the largest of them.
+/// both sides of a piece is the same for all pieces joined over edges along which nothing was cut, and is asked at the widest of them.
 /// Of pieces that lie on each other one stays. Points move by no more than the tolerance. Vertices that nothing uses are left out.
+/// Where no such surface comes of it, facets are cut as they stand, by next to no tolerance; what comes of that is held to `tolerance_mm`
+/// all the same: facets that cross or lie on each other within it are refused.
 ///
 /// # Cost
 /// O(T log T), a triangulation for each facet that is met, and two winding numbers for each region between cuts.
@@ -37,13 +42,20 @@ const OFF_MM: f64 = 1e-3;
 /// assert!((union.signed_volume() - 15.0).abs() < 1e-9);
 /// ```
 pub fn united(mesh: &TriangleMesh, tolerance_mm: f64) -> Option<TriangleMesh> {
+    let tighter = TIGHTER_MM.min(tolerance_mm);
+    let again = || (tighter < tolerance_mm).then(|| united_within(mesh, tighter, tolerance_mm)).flatten();
+    united_within(mesh, tolerance_mm, tolerance_mm).or_else(again)
+}
+
+/// The union by cuts along what is nearer than a tolerance, if no two facets of it cross or lie on each other within `apart_mm`.
+fn united_within(mesh: &TriangleMesh, tolerance_mm: f64, apart_mm: f64) -> Option<TriangleMesh> {
     let mesh = &snapped(mesh, tolerance_mm);
     let tree = MeshDistance::new(mesh);
     let mut cuts = Cuts::of(mesh, &tree, tolerance_mm);
     let pieces = Pieces::of(mesh, &mut cuts, tolerance_mm)?;
     let made = TriangleMesh { vertices: cuts.points.places().to_vec(), triangles: pieces.triangles.clone() };
     let region = regions(&pieces);
-    let bounds = bounding(mesh, &made, &region);
+    let bounds = bounding((mesh, &tree), &made, &region, tolerance_mm);
     let doubled = doubled(mesh, &made, (&pieces, &cuts), &region, tolerance_mm);
     let slivers = slivers(&made, &region, tolerance_mm);
     let surface = |left_out: &BTreeSet<u32>| {
@@ -55,11 +67,11 @@ pub fn united(mesh: &TriangleMesh, tolerance_mm: f64) -> Option<TriangleMesh> {
     };
     // Of what is thinner than the tolerance the winding number tells no sides: the surface closes without it, or with it.
     let without = surface(&slivers);
-    if is_sound(&without, tolerance_mm) {
+    if is_sound(&without, apart_mm) {
         return Some(without);
     }
     let with = (!slivers.is_empty()).then(|| surface(&BTreeSet::new()));
-    with.filter(|union| is_sound(union, tolerance_mm))
+    with.filter(|union| is_sound(union, apart_mm))
 }
 
 /// The mesh with vertices that are nearer than the tolerance as one; facets that shrink to less than a triangle are left out.
@@ -91,17 +103,24 @@ fn regions(pieces: &Pieces) -> Vec<u32> {
     (0..pieces.triangles.len() as u32).map(|piece| sets.root(piece)).collect()
 }
 
-/// The largest piece of each region.
-fn largest(made: &TriangleMesh, region: &[u32]) -> BTreeMap<u32, usize> {
-    let mut largest: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
+/// The widest piece of each region.
+fn widest(made: &TriangleMesh, region: &[u32]) -> BTreeMap<u32, usize> {
+    let mut widest: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
     for (piece, &of) in region.iter().enumerate() {
-        let area = made.facet_area(piece);
-        let known = largest.entry(of).or_insert((area, piece));
-        if area > known.0 {
-            *known = (area, piece);
+        let radius = inradius(made, piece);
+        let known = widest.entry(of).or_insert((radius, piece));
+        if radius > known.0 {
+            *known = (radius, piece);
         }
     }
-    largest.into_iter().map(|(of, (_, piece))| (of, piece)).collect()
+    widest.into_iter().map(|(of, (_, piece))| (of, piece)).collect()
+}
+
+/// The radius of the circle that touches the sides of a piece.
+fn inradius(made: &TriangleMesh, piece: usize) -> f64 {
+    let [a, b, c] = made.corners(piece);
+    let around = distance(a, b) + distance(b, c) + distance(c, a);
+    if around > 0.0 { 2.0 * made.facet_area(piece) / around } else { 0.0 }
 }
 
 /// The regions that are nowhere wider than the tolerance.
@@ -111,19 +130,26 @@ fn slivers(made: &TriangleMesh, region: &[u32], tolerance: f64) -> BTreeSet<u32>
         let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
         2.0 * made.facet_area(piece) <= 2.0 * tolerance * longest
     };
-    largest(made, region).into_iter().filter(|&(_, piece)| narrow(piece)).map(|(of, _)| of).collect()
+    widest(made, region).into_iter().filter(|&(_, piece)| narrow(piece)).map(|(of, _)| of).collect()
 }
 
 /// The regions behind which is material and before which is none.
-fn bounding(mesh: &TriangleMesh, made: &TriangleMesh, region: &[u32]) -> BTreeSet<u32> {
+fn bounding(
+    (mesh, tree): (&TriangleMesh, &MeshDistance),
+    made: &TriangleMesh,
+    region: &[u32],
+    tolerance: f64,
+) -> BTreeSet<u32> {
     let winding = Winding::new(mesh);
-    let largest: Vec<(u32, usize)> = largest(made, region).into_iter().collect();
-    let inside = |p: Vec3| winding.at(p) >= INSIDE;
-    let asked = largest.par_iter().filter(|(_, piece)| {
+    let widest: Vec<(u32, usize)> = widest(made, region).into_iter().collect();
+    let asked = widest.par_iter().filter(|(_, piece)| {
         let (middle, normal) = (made.centroid(*piece), made.normal(*piece));
-        // Nearer than any other surface can be seen from the middle of the piece, and far enough for what rounding does.
-        let off = (0.05 * made.facet_area(*piece).sqrt()).min(OFF_MM);
-        inside(along(middle, normal, -off)) && !inside(along(middle, normal, off))
+        // Beyond what lies on the piece, and halfway to what is next.
+        let inside = |side: Vec3| {
+            let next = tree.first_hit(middle, side, 2.0 * tolerance, 2.0 * OFF_MM).map_or(2.0 * OFF_MM, |hit| hit.0);
+            winding.at(along(middle, side, 0.5 * next.max(4.0 * tolerance))) >= INSIDE
+        };
+        inside(normal.map(|x| -x)) && !inside(normal)
     });
     asked.map(|(of, _)| *of).collect()
 }
@@ -143,7 +169,7 @@ fn doubled(
         }
     }
     let mut doubled = BTreeSet::new();
-    for (of, piece) in largest(made, region) {
+    for (of, piece) in widest(made, region) {
         let facet = pieces.facet[piece];
         let Some(others) = cuts.on_others.get(&facet) else { continue };
         let middle = made.centroid(piece);
@@ -246,5 +272,46 @@ mod tests {
             let p = random.point(-6.0, 6.0);
             assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}");
         }
+    }
+
+    #[test]
+    fn bodies_that_are_flush_but_for_a_thousandth_and_less_are_united() {
+        let mut random = Lcg(44);
+        let big = cuboid([0.0; 3], [4.0, 4.0, 2.0]);
+        for turn in 0..60 {
+            let most = [1e-3, 1e-4, 1e-7][turn % 3];
+            let [[t, u, lift], [x, y, _]] = [random.point(-most, most), random.point(0.0, 1.0)];
+            let lean = [[1.0, 0.0, t], [0.0, 1.0, u], [-t, -u, 1.0]];
+            // Its top and its bottom cross those of the other, or lie within the tolerance of them.
+            let at = [3.5 + x, 1.0 + 2.0 * y, lift];
+            let both = big.clone().joined(&cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 2.0]).transformed(lean, at));
+            let union = united(&both, 1e-6).unwrap_or_else(|| panic!("{turn}: {lean:?} {at:?}"));
+            let volume = 32.0 + 4.0 * (at[0] + 1.0 - 4.0);
+            assert!((union.signed_volume() - volume).abs() < 40.0 * most + 1e-5, "{} {volume}", union.signed_volume());
+            let (plain, made) = (Winding::new(&both), Winding::new(&union));
+            for _ in 0..200 {
+                let p = random.point(-1.0, 6.0);
+                assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_facet_without_area_in_an_edge_hands_on_where_others_cross_it() {
+        let mut plate = cuboid([0.0; 3], [4.0, 4.0, 2.0]);
+        let on_edge = |v: u32| plate.vertices[v as usize][1] == 0.0 && plate.vertices[v as usize][2] == 2.0;
+        let sides = |t: [u32; 3]| (0..3).map(move |k| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]]);
+        let mut all = plate.triangles.iter().enumerate().flat_map(|(f, &t)| sides(t).map(move |s| (f, s)));
+        let (facet, [a, b, c]) = all.find(|(_, [a, b, _])| on_edge(*a) && on_edge(*b)).unwrap();
+        // A vertex within the edge on one side of it, and a facet of no width between.
+        let m = plate.vertices.len() as u32;
+        plate.vertices.push([2.2, 0.0, 2.0]);
+        plate.triangles[facet] = [a, m, c];
+        plate.triangles.extend([[m, b, c], [a, b, m]]);
+        let through = cuboid([1.0, 1.0, 1.0], [2.0, 5.0, 3.0]).joined(&cuboid([1.5, -1.0, 1.5], [3.5, 0.5, 2.5]));
+        // 32 mm³, and what stands out of them at the back, on top and before the edge.
+        let union = united(&plate.joined(&through), 1e-6).unwrap();
+        assert!((union.signed_volume() - (32.0 + 5.0 + 2.5)).abs() < 1e-5, "{}", union.signed_volume());
+        assert!(Health::of(&union).is_watertight());
     }
 }
