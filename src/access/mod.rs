@@ -6,6 +6,7 @@
 
 mod direction;
 mod disc;
+mod flat_end;
 mod measure;
 mod meridian;
 mod obstacle;

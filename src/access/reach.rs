@@ -293,4 +293,27 @@ mod tests {
         let (height, at) = strike(tool.meridian().unwrap(), &setup, [0.0, 0.0, 8.0]).unwrap();
         assert!((height - 6.0).abs() <= 0.5 && (at[2] - 14.0).abs() < 0.5, "{height} {at:?}");
     }
+
+    #[test]
+    fn a_floor_wider_than_the_cutter_is_short_by_what_the_holder_stands_off() {
+        // The holder of 12 mm meets the rim of a hole of 10 mm, 13 mm above its floor, 8 mm above the tip of a cutter of 6 mm.
+        let profile = [[0.0, 0.0], [9.0, 0.0], [9.0, 21.0], [5.0, 21.0], [5.0, 8.0], [0.0, 8.0]];
+        let mesh = revolved(&profile, 192);
+        let tool = pin(6.0, 8.0);
+        let judged = Judged::new(&mesh, tool.clone(), &axis_directions()[..1]);
+        let setup = Setup::cast(&mesh, InsideRule::Crossings, [0.0, 0.0, 1.0], H, Length::mm(4.0)).unwrap();
+        // Beside the wall the cutter is known to be free only a cube off it.
+        let on_floor = |p: &Patch| floor(p) && p.at[2] > 7.9 && p.at[0].hypot(p.at[1]) < 4.4;
+        let mut seen = 0;
+        for (p, short) in judged.patches.iter().zip(&judged.reach.short).filter(|(p, _)| on_floor(p)) {
+            let (by, standing) = short.expect("not reached");
+            seen += 1;
+            assert!((5.0..=5.5).contains(&by), "{by} at {:?}", p.at);
+            let away = (standing.tip[0] - p.at[0]).hypot(standing.tip[1] - p.at[1]);
+            assert!(away <= 3.0 && (standing.tip[2] - 8.0).abs() < 1e-6, "the end covers the place: {standing:?}");
+            let (height, at) = strike(tool.meridian().unwrap(), &setup, standing.tip).expect("the holder");
+            assert!((height - 8.0).abs() < 0.5 && (at[2] - 16.0).abs() < 0.5, "{height} {at:?}");
+        }
+        assert!(seen > 100, "{seen}");
+    }
 }

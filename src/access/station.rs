@@ -1,6 +1,7 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
-use super::meridian::Meridian;
+use super::flat_end::Covering;
+use super::meridian::{Meridian, Support};
 use super::pose::{Rotation, Turns, product, quarter_turns, transposed};
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
@@ -202,13 +203,43 @@ impl<'a> Station<'a> {
 
     /// How far along its axis the tool has to be drawn back from touching a patch until it is free, if that is less than `below`,
     /// and the tip that would touch.
+    ///
+    /// A flat end touches what it lies on with any of its points: of all tips of the grid at which it covers the middle of the patch, the
+    /// one that is drawn back least, of equals the nearest to it. Any other tool is drawn back from the poses in which the points that
+    /// touch such a plane lie there.
     pub fn retreat(&self, patch: &Patch, below: f64) -> Option<(f64, Vec3)> {
-        self.retreat_from(patch, &self.contacts(self.frame.map(|r| dot(r, patch.normal))), below)
+        let normal = self.frame.map(|r| dot(r, patch.normal));
+        // Nearly level counts as level, since coordinates are rounded.
+        let lies_flat = normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3;
+        match self.tool.flat_end().filter(|_| lies_flat) {
+            Some(end) => self.retreat_of_end(patch, end, below),
+            None => self.retreat_from(patch, &self.contacts(normal), below),
+        }
     }
 
     /// As [`Station::retreat`], from standing with the tip in the patch.
     pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
         self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY)
+    }
+
+    fn retreat_of_end(&self, patch: &Patch, end: Support, below: f64) -> Option<(f64, Vec3)> {
+        let grid = self.hit.grid();
+        let middle = sub(self.frame.map(|r| dot(r, patch.at)), [0.0, 0.0, end.height]);
+        let (at, layers) = (grid.continuous_index(middle)[2], grid.dims()[2]);
+        let short = |layer: f64| ((layer - at) * grid.h()).max(0.0);
+        let covering = Covering::of(grid, middle, end.flat);
+        let back = transposed(self.frame);
+        let steps = ((at - 1e-9).ceil().max(0.0) as usize..layers).take_while(|&k| short(k as f64) < below);
+        let found = steps.into_iter().find(|&k| covering.any_clear(&self.hit, k));
+        let (by, tip) = match found.and_then(|k| covering.nearest_clear(&self.hit, k)) {
+            Some(index) => {
+                let [x, y, _] = grid.position(index);
+                (short(index[2] as f64), [x, y, middle[2]])
+            }
+            // Above the grid nothing is in the way.
+            None => (short(layers as f64 - 0.5), middle),
+        };
+        (by < below).then(|| (by, back.map(|row| dot(row, tip))))
     }
 
     fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64) -> Option<(f64, Vec3)> {
@@ -224,14 +255,13 @@ impl<'a> Station<'a> {
             // other holds all tips at which it can meet the part.
             None => self.tool.meridian().is_none() || grid.continuous_index(p)[2] >= above,
         };
-        let from = |contact: &Vec3| {
-            let tip = sub(at, *contact);
+        let nearer = |best: Option<(f64, Vec3)>, contact: &Vec3| {
+            let (tip, below) = (sub(at, *contact), best.map_or(below, |b| b.0));
             let back_by = (0..=longest).map(|s| grid.h() * s as f64).take_while(|s| *s < below);
-            let first = back_by.into_iter().find(|&s| free(along(tip, axis, s)));
-            first.map(|s| (s, back.map(|row| dot(row, tip))))
+            back_by.into_iter().find(|&s| free(along(tip, axis, s))).map(|s| (s, tip)).or(best)
         };
-        // The points of a flat end are alike: its rim and its middle stand for all.
-        contacts.iter().take(2).filter_map(from).min_by(|a, b| a.0.total_cmp(&b.0))
+        let found = contacts.iter().fold(None, nearer);
+        found.map(|(s, tip)| (s, back.map(|row| dot(row, tip))))
     }
 
     /// Points of the cutter, from the tip, by which it may touch a plane of this normal.

@@ -1,6 +1,6 @@
 //! Tools from their descriptions.
 
-use super::meridian::{Meridian, Outline, Piece, Role};
+use super::meridian::{Meridian, Outline, Piece, Role, Support};
 use crate::error::{Error, Place, Result, ToolFault, escaped, printable};
 use crate::geometry::vector::Vec3;
 use crate::geometry::{Health, TriangleMesh, revolved};
@@ -182,6 +182,11 @@ impl Tool {
             return Err(Error::Tool { tool: self.name.clone(), fault });
         }
         Ok(())
+    }
+
+    /// The flat end of a coaxial tool that may touch with all of it.
+    pub(super) fn flat_end(&self) -> Option<Support> {
+        self.meridian().filter(|_| self.sharp.is_empty())?.support(0.0, 1.0).filter(|s| s.flat > 0.0)
     }
 
     /// The outline of a coaxial tool.

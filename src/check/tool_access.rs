@@ -45,6 +45,10 @@ static META: Meta = Meta {
 
 /// Unreachable pieces below this are only counted, in the worst value and the cover line, mm².
 const LEAST_AREA: f64 = 0.01;
+/// So many patches of a piece are asked what holds the tools off.
+const MOST_ASKED: usize = 128;
+/// What holds the tools off from less than this share of a piece is not told apart.
+const LEAST_SHARE: f64 = 0.2;
 /// Separate findings, worst first; what remains is gathered in one.
 const MOST_FINDINGS: usize = 4;
 
@@ -176,6 +180,20 @@ fn gathered(rest: &[Region]) -> Option<Region> {
     Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, patches, extent: (lo, hi) })
 }
 
+/// How the tool that comes nearest to a patch is held off, in words.
+struct Obstructed {
+    /// `end-mill-6` and `+z`.
+    tool: String,
+    from: String,
+    stops: f64,
+    /// `, held off by its holder`.
+    by: String,
+    /// `open a way at least 28 mm wide and 5.4 mm deep from +z`, where it is known what strikes.
+    way: Option<String>,
+    /// The touching tip, and where it strikes, in the frame of the file.
+    points: Vec<Vec3>,
+}
+
 struct Judged<'a> {
     part: &'a Part,
     context: &'a Context,
@@ -285,26 +303,72 @@ impl Judged<'_> {
             f.message += &format!("; {stays}");
         }
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
-        if let Some((stops, by)) = self.found.short[region.worst] {
-            let (tool, setup) = (&self.tooling.tools[by.tool], &self.tooling.setups[by.setup]);
-            let from = direction_in_file(self.part, setup.direction);
-            f.message += &format!("; at worst {} stops {} mm short of it, from {from}", tool.name, short(round(stops)));
-            let struck = tool.meridian().and_then(|m| strike(m, setup, by.tip).map(|s| (m, s)));
-            let mut points = vec![reported(self.part, at), reported(self.part, by.tip)];
-            if let Some((m, (height, place))) = struck {
-                f.message += &format!(", held off by its {}", m.role_at(height).word());
-                let wide = 2.0 * m.largest_within(-1.0, stops + self.tooling.spacing).unwrap_or(m.cutter_radius());
-                f.fix = format!(
-                    "open a way at least {} mm wide and {} mm deep from {from}, or let {} stay as printed",
-                    short(round(wide)),
-                    short(round(stops)),
-                    area(region.area)
-                );
-                points.push(reported(self.part, place));
-            }
-            f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
+        let Some(worst) = self.obstructed(region.worst) else { return f };
+        let otherwise = if count == 1 { self.otherwise(region, &worst) } else { None };
+        let (tool, from, stops) = (&worst.tool, &worst.from, short(round(worst.stops)));
+        f.message += &match &otherwise {
+            Some((share, o)) => format!(
+                "; {} stops {} mm short of some {:.0} % of it, from {}{}; at worst {tool} stops {stops} mm short, from {from}{}",
+                o.tool,
+                short(round(o.stops)),
+                100.0 * share,
+                o.from,
+                o.by,
+                worst.by
+            ),
+            None => format!("; at worst {tool} stops {stops} mm short of it, from {from}{}", worst.by),
+        };
+        let stay = format!("let {} stay as printed", area(region.area));
+        match (otherwise.and_then(|(_, o)| o.way), &worst.way) {
+            (Some(way), _) => f.fix = format!("{way}, and a wider one where it stops {stops} mm short, or {stay}"),
+            (None, Some(way)) => f.fix = format!("{way}, or {stay}"),
+            (None, None) => {}
         }
+        let points = [vec![reported(self.part, at)], worst.points].concat();
+        f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
         f
+    }
+
+    /// The share of a piece that something else holds the tools off from than at its worst place, and how a middling patch of that share
+    /// is: a floor by the holder, where its corners are by the cutter.
+    fn otherwise(&self, region: &Region, worst: &Obstructed) -> Option<(f64, Obstructed)> {
+        let asked = region.patches.iter().step_by(region.patches.len().div_ceil(MOST_ASKED).max(1));
+        let (mut all, mut other) = (0.0, Vec::new());
+        for &p in asked {
+            let area = self.surface[p].area;
+            all += area;
+            let known = self.obstructed(p).filter(|o| !o.by.is_empty() && o.by != worst.by);
+            other.extend(known.map(|o| (area, o)));
+        }
+        other.sort_by(|a, b| a.1.stops.total_cmp(&b.1.stops));
+        let theirs = other.iter().map(|o| o.0).fold(0.0, f64::add);
+        let mut nearer = 0.0;
+        let middling = other.into_iter().find(|o| {
+            nearer += o.0;
+            2.0 * nearer >= theirs
+        });
+        let (_, o) = middling.filter(|(_, o)| theirs >= LEAST_SHARE * all && o.stops < worst.stops)?;
+        Some((theirs / all, o))
+    }
+
+    /// How the tool that comes nearest to a patch is held off.
+    fn obstructed(&self, p: usize) -> Option<Obstructed> {
+        let (stops, standing) = self.found.short[p]?;
+        let (tool, setup) = (&self.tooling.tools[standing.tool], &self.tooling.setups[standing.setup]);
+        let from = direction_in_file(self.part, setup.direction).to_string();
+        let points = vec![reported(self.part, standing.tip)];
+        let mut found = Obstructed { tool: tool.name.clone(), from, stops, by: String::new(), way: None, points };
+        let spacing = self.tooling.spacing;
+        if let Some((m, (height, place))) = tool.meridian().and_then(|m| Some((m, strike(m, setup, standing.tip)?))) {
+            // A layer strikes with what is widest in it.
+            found.by = format!(", held off by its {}", m.role_at(height + 0.5 * spacing).word());
+            // What is still outside where it strikes has to get in.
+            let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
+            let [wide, deep] = [wide, stops].map(|v| short(round(v)));
+            found.way = Some(format!("open a way at least {wide} mm wide and {deep} mm deep from {}", found.from));
+            found.points.push(reported(self.part, place));
+        }
+        Some(found)
     }
 
     fn names(&self) -> String {
