@@ -42,19 +42,18 @@ impl<'a> Cuts<'a> {
         let found = leaves(tree.tree()).map_init(Vec::new, |stack, run| {
             let mut pairs = Vec::new();
             near_pairs(tree.tree(), &|f| tree.corners(f), run.unwrap_or_default(), tolerance, stack, |f, g| {
-                if may_cut([f, g].map(|f| Facet::of(mesh, f)), tolerance) {
-                    pairs.push([f, g]);
-                }
+                let met = met([f, g].map(|f| Facet::of(mesh, f)), tolerance);
+                pairs.extend(met.map(|met| ([f, g], met)));
             });
             pairs
         });
-        let mut pairs: Vec<[u32; 2]> = found.flatten_iter().collect();
+        let mut pairs: Vec<([u32; 2], Met)> = found.flatten_iter().collect();
         // Points are numbered in the order of the facets, whatever the tree.
-        pairs.par_sort_unstable();
+        pairs.par_sort_unstable_by_key(|(pair, _)| *pair);
         let points = Points::new(&mesh.vertices, tolerance);
         let (on_edge, segments, on_others) = Default::default();
         let mut cuts = Cuts { mesh, tolerance, points, on_edge, segments, on_others };
-        pairs.into_iter().for_each(|pair| cuts.cut(pair.map(|f| Facet::of(mesh, f))));
+        pairs.into_iter().for_each(|(pair, met)| cuts.cut(pair.map(|f| Facet::of(mesh, f)), met));
         cuts.share_along_needles();
         cuts
     }
@@ -95,44 +94,17 @@ impl<'a> Cuts<'a> {
         self.mesh.triangles.get(facet as usize).copied().unwrap_or_default()
     }
 
-    fn cut(&mut self, [f, g]: [Facet; 2]) {
-        let heights = [f.heights_over(&g, self.tolerance), g.heights_over(&f, self.tolerance)];
-        if heights.contains(&[0.0; 3]) {
-            self.cut_in_plane([&f, &g]);
-            self.cut_in_plane([&g, &f]);
-            return;
-        }
-        let line = cross(f.normal, g.normal);
-        if norm(line) < PARALLEL {
-            return;
-        }
-        let met = self.common([&f, &g], heights, unit(line));
-        let on_both = |p: &Vec3| {
-            [&f, &g].iter().all(|facet| distance(closest_point(*p, facet.corners), *p) <= 2.0 * self.tolerance)
-        };
-        // A corner that is near the plane of the other, but beside it, is not met.
-        let met = met.filter(|ends| ends.iter().all(on_both)).or_else(|| {
-            let exact = [f.heights_over(&g, 0.0), g.heights_over(&f, 0.0)];
-            self.common([&f, &g], exact, unit(line))
-        });
-        let Some(ends) = met else { return };
-        self.note([&f, &g], ends);
-        self.note([&g, &f], ends);
-    }
-
-    /// The ends of what two facets have in common along the line in which their planes meet, by the heights of their corners over those.
-    fn common(&self, [f, g]: [&Facet; 2], heights: [[f64; 3]; 2], line: Vec3) -> Option<[Vec3; 2]> {
-        let ordered = |mut ends: [Vec3; 2]| {
-            if dot(ends[0], line) > dot(ends[1], line) {
-                ends.reverse();
+    fn cut(&mut self, [f, g]: [Facet; 2], met: Met) {
+        match met {
+            Met::InOnePlane => {
+                self.cut_in_plane([&f, &g]);
+                self.cut_in_plane([&g, &f]);
             }
-            ends
-        };
-        let [a, b] = [ordered(f.crossed(heights[0])?), ordered(g.crossed(heights[1])?)];
-        let far = |p: Vec3| dot(p, line);
-        let from = if far(a[0]) >= far(b[0]) { a[0] } else { b[0] };
-        let to = if far(a[1]) <= far(b[1]) { a[1] } else { b[1] };
-        (far(to) - far(from) >= -self.tolerance).then_some([from, to])
+            Met::Along(ends) => {
+                self.note([&f, &g], ends);
+                self.note([&g, &f], ends);
+            }
+        }
     }
 
     /// Cuts the second of two facets in one plane along what the edges of the first have in it.
@@ -218,19 +190,57 @@ pub(super) fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[u, v]| [u.min(v), u.max(v)])
 }
 
-/// Whether two facets may cut each other, by their planes; neighbours over an edge only if one is folded onto the other.
-fn may_cut([f, g]: [Facet; 2], tolerance: f64) -> bool {
+/// How two facets meet.
+#[derive(Clone, Copy)]
+enum Met {
+    InOnePlane,
+    /// In a segment or a point.
+    Along([Vec3; 2]),
+}
+
+/// How two facets cut each other, if they do: not in a corner that is theirs, and neighbours over an edge only if one is folded onto the
+/// other.
+fn met([f, g]: [Facet; 2], tolerance: f64) -> Option<Met> {
     if [f, g].iter().any(|f| f.is_needle(tolerance)) {
-        return false;
+        return None;
     }
     let heights = [f.heights_over(&g, tolerance), g.heights_over(&f, tolerance)];
     let apart = |h: [f64; 3]| h.iter().all(|x| *x > 0.0) || h.iter().all(|x| *x < 0.0);
     if heights.into_iter().any(apart) {
-        return false;
+        return None;
     }
-    let common = f.vertices.iter().filter(|v| g.vertices.contains(v)).count();
-    let in_one_plane = heights.contains(&[0.0; 3]);
-    common < 2 || in_one_plane && (common == 3 || folded(&f, &g))
+    let shared = f.vertices.iter().filter(|v| g.vertices.contains(v)).count();
+    if heights.contains(&[0.0; 3]) {
+        return (shared < 2 || shared == 3 || folded(&f, &g)).then_some(Met::InOnePlane);
+    }
+    let line = cross(f.normal, g.normal);
+    if shared > 1 || norm(line) < PARALLEL {
+        return None;
+    }
+    let common = |heights| common([&f, &g], heights, unit(line), tolerance);
+    let on_both =
+        |p: &Vec3| [&f, &g].iter().all(|facet| distance(closest_point(*p, facet.corners), *p) <= 2.0 * tolerance);
+    // A corner that is near the plane of the other, but beside it, is not met.
+    let ends = common(heights)
+        .filter(|ends| ends.iter().all(on_both))
+        .or_else(|| common([f.heights_over(&g, 0.0), g.heights_over(&f, 0.0)]))?;
+    let own = |p: Vec3| shared == 1 && f.corners.contains(&p) && g.corners.contains(&p);
+    (!ends.into_iter().all(own)).then_some(Met::Along(ends))
+}
+
+/// The ends of what two facets have in common along the line in which their planes meet, by the heights of their corners over those.
+fn common([f, g]: [&Facet; 2], heights: [[f64; 3]; 2], line: Vec3, tolerance: f64) -> Option<[Vec3; 2]> {
+    let ordered = |mut ends: [Vec3; 2]| {
+        if dot(ends[0], line) > dot(ends[1], line) {
+            ends.reverse();
+        }
+        ends
+    };
+    let [a, b] = [ordered(f.crossed(heights[0])?), ordered(g.crossed(heights[1])?)];
+    let far = |p: Vec3| dot(p, line);
+    let from = if far(a[0]) >= far(b[0]) { a[0] } else { b[0] };
+    let to = if far(a[1]) <= far(b[1]) { a[1] } else { b[1] };
+    (far(to) - far(from) >= -tolerance).then_some([from, to])
 }
 
 /// Whether two facets in one plane with a common edge lie on the same side of it.

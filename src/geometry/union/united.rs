@@ -185,12 +185,25 @@ fn doubled(
 
 /// Whether a surface bounds a solid and meets itself nowhere.
 fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
+    if !is_closed(union) {
+        return false;
+    }
     let health = Health::of(union);
     if !health.is_solid() || health.duplicate_facets.count > 0 || health.open_edges.count > 0 {
         return false;
     }
     let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
     found.crossing.count + found.overlapping.count == 0
+}
+
+/// Whether as many facets run along each edge one way as the other: what is quickly seen, before all else is asked.
+fn is_closed(union: &TriangleMesh) -> bool {
+    let key = |a: u32, b: u32| (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a < b);
+    let of_facet = |t: &[u32; 3]| [key(t[0], t[1]), key(t[1], t[2]), key(t[2], t[0])];
+    let mut edges: Vec<(u64, bool)> = union.triangles.par_iter().flat_map_iter(of_facet).collect();
+    edges.par_sort_unstable();
+    let forwards = |of: &[(u64, bool)]| of.iter().filter(|e| e.1).count();
+    !edges.is_empty() && edges.chunk_by(|a, b| a.0 == b.0).all(|of| 2 * forwards(of) == of.len())
 }
 
 #[cfg(test)]
