@@ -13,7 +13,7 @@ use crate::process::Process;
 use crate::units::{enough, report_digits, short};
 use std::borrow::Cow;
 
-/// A pin's section is at most this elongated, circumscribed over inscribed: 1 × 1.5 mm is still a pin.
+/// A pin's section is at most this elongated, greatest over least width: 1 × 1.5 mm is still a pin.
 const PIN: f64 = 1.81;
 /// A hole's section: squares and hexagons are holes, slots are not.
 const HOLE: f64 = 1.5;

@@ -4,8 +4,9 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
+use crate::geometry::Hull;
 use crate::geometry::vector::Vec3;
-use crate::layer::{Hull, TallFeature as Feature, section_points, tall_features};
+use crate::layer::{TallFeature as Feature, section_points, tall_features};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;

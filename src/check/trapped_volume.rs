@@ -40,7 +40,7 @@ static META: Meta = Meta {
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
              Rooms narrower than the limit, down to a quarter of it or to what the grid tells, only warn, because limits for ways out are \
              written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
-             bodies cross or touch, or a shell crosses itself, only the grid tells. Volumes of chambers with a way out end at the throat and are estimates; \
+             bodies cross or touch, or a shell crosses itself, and could not be united (a note says so), only the grid tells. Volumes of chambers with a way out end at the throat and are estimates; \
              what the plate closes is counted down to the plate, by the void in each cube, with a bracket of the cubes that may belong to it.",
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
              Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",

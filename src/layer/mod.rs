@@ -25,7 +25,7 @@ pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use island::{Island, islands};
 pub use passage::Crown;
 pub use plan::Search;
-pub use section::{Hull, Point, section_area, section_points};
+pub use section::{Point, section_area, section_points};
 pub use sight::hidden_from_outside;
 pub use stretch::{lifted, stretch};
 pub use support::{Supports, supports};

@@ -1,9 +1,9 @@
 //! Features that stand tall on little: height over least width, from the top down.
 
-use super::section::{Hull, Point, section_points};
+use super::section::{Point, section_points};
 use crate::field::Indicator;
 use crate::geometry::vector::Vec3;
-use crate::geometry::{DisjointSets, TriangleMesh};
+use crate::geometry::{DisjointSets, Hull, TriangleMesh};
 
 /// A piece of the part above some layer, and the section it stands on.
 #[derive(Debug, Clone, PartialEq)]

@@ -27,10 +27,6 @@ const TURNS: usize = 10;
 /// Where the facets of a bend meet, a section this near across its grain, in radians, is one: its area is 0.05 % too large.
 const JUMP: f64 = 0.03;
 
-/// A section without sides that face each other is no wall's or slot's up to this ratio of circumscribed to inscribed diameter: that of
-/// an equilateral triangle is 2.
-const UNFACED: f64 = 2.2;
-
 /// How a rod ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
@@ -97,7 +93,7 @@ pub struct Wanted {
     pub side: Side,
     /// Largest equal-area diameter, millimetres.
     pub within: f64,
-    /// Largest ratio of circumscribed to inscribed diameter: 1.5 takes squares and hexagons and no slots. Triangles are taken always.
+    /// Largest ratio of a section's greatest width to its least: 1.5 takes triangles, squares, hexagons and D-shapes, and no slots.
     pub elongation: f64,
 }
 
@@ -230,8 +226,7 @@ impl Search<'_> {
     /// Whether a section is round enough, small enough and full.
     fn is_rod(&self, s: &Section) -> bool {
         let w = &self.wanted;
-        let most = if s.is_faced { w.elongation } else { w.elongation.max(UNFACED) };
-        if s.diameter() > w.within || s.elongation() > most || s.taper > TAPER {
+        if s.diameter() > w.within || s.elongation > w.elongation || s.taper > TAPER {
             return false;
         }
         let [u, v] = across(s.axis);
@@ -468,6 +463,45 @@ mod tests {
             let area = 0.125 * sides as f64 * (std::f64::consts::TAU / sides as f64).sin();
             assert!((rods[0].narrowest.area - area).abs() < 1e-9, "{sides}: {rods:?}");
         }
+    }
+
+    #[test]
+    fn a_shaft_with_a_flat_and_a_hole_with_a_key_are_rods_of_equal_area_and_a_star_and_a_slot_are_none() {
+        let arc = |from: f64, to: f64| {
+            (0..=48).map(move |k| (from + (to - from) * f64::from(k) / 48.0).sin_cos()).map(|(s, c)| [0.5 * c, 0.5 * s])
+        };
+        let flat: f64 = (0.2f64 / 0.5).acos();
+        let shaft: Vec<[f64; 2]> = arc(flat, std::f64::consts::TAU - flat).collect();
+        let key = (0.15f64 / 0.5).asin();
+        let mut keyed: Vec<[f64; 2]> = arc(key, std::f64::consts::TAU - key).collect();
+        keyed.extend([[0.7, -0.15], [0.7, 0.15]]);
+        let star = (0..12).map(|k| (f64::from(k) * 30f64.to_radians(), if k % 2 == 0 { 0.7 } else { 0.3 }));
+        let star: Vec<[f64; 2]> = star.map(|(t, r)| [r * t.cos(), r * t.sin()]).collect();
+        let slot = vec![[-0.5, -0.25], [0.5, -0.25], [0.5, 0.25], [-0.5, 0.25]];
+        for (outline, is_rod) in [(shaft, true), (keyed, true), (star, false), (slot, false)] {
+            let n = outline.len();
+            let fan: Vec<[usize; 3]> = (0..n).map(|k| [k, (k + 1) % n, n]).collect();
+            let outline: Vec<[f64; 2]> = outline.into_iter().chain([[0.0; 2]]).collect();
+            let rods = rods_of(&extruded_with_middle(&outline, &fan, 6.0), Side::Material, 2.0);
+            assert_eq!(rods.len() == 1, is_rod, "{n}: {:?}", rods.iter().map(|r| &r.narrowest).collect::<Vec<_>>());
+            let area =
+                (0..n).map(|k| (outline[k], outline[(k + 1) % n])).map(|(p, q)| 0.5 * (p[0] * q[1] - p[1] * q[0]));
+            let area: f64 = area.sum();
+            assert!(rods.iter().all(|r| (r.narrowest.area - area).abs() < 1e-9 && (r.length - 6.0).abs() < 1e-6));
+        }
+    }
+
+    /// An outline, star-shaped about its last point, made a prism.
+    fn extruded_with_middle(outline: &[[f64; 2]], fan: &[[usize; 3]], height: f64) -> TriangleMesh {
+        let n = outline.len() - 1;
+        let at = |k: usize, z: f64| [outline[k][0], outline[k][1], z];
+        let caps = fan.iter().flat_map(|t| {
+            [[at(t[0], height), at(t[1], height), at(t[2], height)], [at(t[1], 0.0), at(t[0], 0.0), at(t[2], 0.0)]]
+        });
+        let sides = (0..n).map(|k| (k, (k + 1) % n));
+        let sides = sides
+            .flat_map(|(k, m)| [[at(k, 0.0), at(m, 0.0), at(m, height)], [at(k, 0.0), at(m, height), at(k, height)]]);
+        TriangleMesh::weld(caps.chain(sides))
     }
 
     #[test]

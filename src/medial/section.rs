@@ -2,8 +2,8 @@
 
 use super::axes::least_axis;
 use super::chord::WALL_SEPARATION;
-use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
+use crate::geometry::{Hull, TriangleMesh};
 use rayon::prelude::*;
 
 /// Facets that a curve may cross before it is given up.
@@ -12,6 +12,11 @@ const LONGEST_CURVE: usize = 20_000;
 const ROUND_CORNERS: usize = 8;
 /// A round curve's circumscribed circle is at most this much larger than its inscribed one (an octagon: 1.082).
 const ROUND: f64 = 1.09;
+
+/// Curves whose circles differ by no more than this ratio are not looked at further.
+const NEARLY_ROUND: f64 = 1.4;
+/// A curve that fills less of its convex hull is a star, or bent: its widths say nothing of what is in it.
+const FULL: f64 = 0.75;
 
 /// The facet across each edge of each facet.
 pub struct Adjacency {
@@ -70,6 +75,9 @@ pub struct Section {
     pub circumscribed: f64,
     /// Corners of the curve that bend by more than a degree.
     pub corners: usize,
+    /// Greatest over least width of the curve's convex hull; the ratio of the circumscribed to the inscribed diameter, which is no less, where
+    /// that is up to 1.4, or where the curve fills less than three quarters of its hull.
+    pub elongation: f64,
     /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
     pub is_faced: bool,
     /// The direction to which the normals along the curve are most nearly at right angles.
@@ -86,14 +94,9 @@ impl Section {
         2.0 * (self.area / std::f64::consts::PI).sqrt()
     }
 
-    /// Circumscribed over inscribed diameter: 1 for a circle, 1.41 for a square, large for a slot.
-    pub fn elongation(&self) -> f64 {
-        self.circumscribed / self.inscribed.max(1e-12)
-    }
-
     /// What the facets of a circle take from its diameter: twice their sagitta; 0 for what is no circle.
     pub fn sagitta(&self) -> f64 {
-        let round = self.corners >= ROUND_CORNERS && self.elongation() <= ROUND;
+        let round = self.corners >= ROUND_CORNERS && self.circumscribed <= ROUND * self.inscribed;
         if round { self.circumscribed - self.inscribed } else { 0.0 }
     }
 }
@@ -189,11 +192,22 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
         inscribed: 2.0 * inner,
         circumscribed: 2.0 * outer,
         corners,
+        elongation: elongation(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12)),
         is_faced: corners >= ROUND_CORNERS || sides.iter().any(faces),
         grain,
         taper: (form / around).max(0.0).sqrt(),
         facet: facets[0],
     })
+}
+
+/// How much longer than wide a curve is, from the ratio of its circles.
+fn elongation(curve: &[[f64; 2]], area: f64, ratio: f64) -> f64 {
+    if ratio <= NEARLY_ROUND {
+        return ratio;
+    }
+    let hull = Hull::of(curve.iter().copied());
+    let (least, greatest) = hull.widths();
+    if area >= FULL * hull.area() && least > 0.0 { greatest / least } else { ratio }
 }
 
 /// The point of the segment pq nearest to c.
