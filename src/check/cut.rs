@@ -1,7 +1,7 @@
 //! Sharp edges cut back before it is advised: a blunt face across the wedge, and how thick the material is there and behind it.
 
 use super::rods::plain;
-use crate::geometry::vector::{Vec3, along, cross, dot, sub, unit};
+use crate::geometry::vector::{Vec3, add, along, cross, dot, scale, sub, unit};
 use crate::medial::crease::{Crease, inward, length};
 use crate::part::Part;
 use crate::units::short;
@@ -156,7 +156,9 @@ impl Place {
     fn on(part: &Part, crease: &Crease, off: f64, wall: f64) -> Option<Place> {
         let [a, b] = crease.ends.map(|v| part.mesh().vertices.get(v as usize).copied());
         let (a, run) = (a?, unit(sub(b?, a?)));
-        let (at, inward) = (along(a, run, off), inward(part.mesh(), crease)?);
+        // In the middle of a blunt edge.
+        let aside = scale(part.mesh().normal(*crease.facets.first()? as usize), -0.5 * crease.blunt);
+        let (at, inward) = (add(along(a, run, off), aside), inward(part.mesh(), crease)?);
         let far = (DEPTHS.0 as f64 * DEPTHS.1 + 2.0) * wall;
         let hit = part.distance().first_hit(at, inward, 4.0 * part.step() + 1e-4 * wall, far);
         let (across, slope) = (unit(cross(run, inward)), (0.5 * crease.angle).tan());
@@ -193,13 +195,17 @@ impl Place {
 mod tests {
     use super::*;
     use crate::geometry::extruded;
-    use crate::medial::crease::creases;
+    use crate::medial::crease::{Sharpness, creases};
     use crate::part::Up;
+
+    fn sought(wall: f64) -> Sharpness {
+        Sharpness { widest: std::f64::consts::FRAC_PI_3, thick: wall, blunt: 0.05 * wall, step: 1e-6 }
+    }
 
     /// What cutting back the only sharp edge of a prism along y of 12 mm shows, with its depth.
     fn cut(outline: &[[f64; 2]], facets: &[[usize; 3]], wall: f64) -> (Cut, f64) {
         let part = Part::new(extruded(outline, facets, 12.0), Up::PlusZ, 1e-6, 1.0).unwrap();
-        let found = creases(part.mesh(), part.distance(), part.adjacency(), (std::f64::consts::FRAC_PI_3, wall, 1e-6));
+        let found = creases(part.mesh(), part.distance(), part.adjacency(), sought(wall));
         let line: Vec<&Crease> = found.iter().collect();
         assert_eq!(line.len(), 1, "{line:?}");
         (Cut::of_line(&part, &line, line[0].depth, wall), line[0].depth)
@@ -226,6 +232,20 @@ mod tests {
     }
 
     #[test]
+    fn a_blunt_edge_is_cut_back_from_its_face() {
+        let half = 20.0 * 10f64.to_radians().tan();
+        let outline = [[0.0, -0.01], [20.0, -half - 0.01], [20.0, half + 0.01], [0.0, 0.01]];
+        let (cut, depth) = cut(&outline, &[[0, 1, 3], [1, 2, 3]], 0.8);
+        assert_eq!((cut.tried, cut.holding, cut.flush, cut.round), (8, 8, 0, 8), "{cut:?}");
+        let wide = 0.02 + 2.0 * cut.depths[0] * 10f64.to_radians().tan();
+        assert!(
+            // The middle of the face is met to a tenth of its width.
+            cut.depths[0] >= depth && cut.depths[0] < depth + 0.011 && (cut.thickness - wide).abs() < 2e-3,
+            "{cut:?}"
+        );
+    }
+
+    #[test]
     fn a_blade_thinner_than_a_wall_is_not_helped() {
         // A wedge that goes on as a sheet of 0.5 mm.
         let outline = [[0.0, 0.0], [1.0, -0.25], [30.0, -0.25], [30.0, 0.25], [1.0, 0.25]];
@@ -239,7 +259,7 @@ mod tests {
         // A rhombus 1 mm thick in the middle: what is left of either edge is no wall.
         let outline = [[0.0, 0.0], [1.6, -0.5], [3.2, 0.0], [1.6, 0.5]];
         let part = Part::new(extruded(&outline, &[[0, 1, 3], [1, 2, 3]], 12.0), Up::PlusZ, 1e-6, 1.0).unwrap();
-        let found = creases(part.mesh(), part.distance(), part.adjacency(), (std::f64::consts::FRAC_PI_3, 0.8, 1e-6));
+        let found = creases(part.mesh(), part.distance(), part.adjacency(), sought(0.8));
         let cut = Cut::of_line(&part, &[&found[0]], found[0].depth, 0.8);
         assert_eq!(cut.holding, 0, "{cut:?} {found:?}");
     }

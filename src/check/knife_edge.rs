@@ -5,9 +5,10 @@ use super::cut::Cut;
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::plain;
+use super::sheet_shape::RUN_OUT;
 use crate::error::Result;
 use crate::geometry::vector::bounds;
-use crate::medial::crease::{Crease, Ridge, creases, length, ridges};
+use crate::medial::crease::{Crease, Ridge, Sharpness, creases, length, ridges};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -30,12 +31,13 @@ static META: Meta = Meta {
     what: "Measures the angle of the material at every sharp edge, and how far in from the edge it is thinner than the wall limit.",
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
     how: "The angle between the two facets of each edge is exact. The depth is where a ball on the bisector, measured on the mesh, first is as \
-          thick as the wall limit. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
+          thick as the wall limit. A face or a rounding \
+          between the sides, up to a twentieth of the wall limit that warns, makes it no less of an edge. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
           along them: it stays within the material, and a wall as thick as the limit is left at the blunt face and behind it. Walls and wedges share the rule that a ball with contacts \
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
           up to 60 degrees that runs out to an edge of the mesh is measured here.",
     limits: "A convex right angle, a chamfer and a thread of 60 degrees are no knife edges. What is shorter than the wall limit or never as thick as a \
-             quarter of it is counted and not judged. A wedge blunted by a narrow face is a wall as thick as that face where its sides lean by less \
+             quarter of it is counted and not judged. A wedge blunted by a face or a rounding wider than a twentieth of the wall limit that warns is a wall as thick as that face where its sides lean by less \
              than 30 degrees; from 30 to 60 degrees it is duller than the 30 degrees that every built-in process asks of a sharp edge, and it is only \
              counted, in the cover line of thin-wall: a profile with a wider limit here does not reach it.",
     source: "Limits: see the profile.",
@@ -54,7 +56,10 @@ impl Check for KnifeEdge {
         let Some(wall) = wall.filter(|w| *w > 0.0) else {
             return Ok(Outcome::NotApplicable("the process sets no wall limit to measure the edge by".into()));
         };
-        let found = creases(part.mesh(), part.distance(), part.adjacency(), (WIDEST.to_radians(), wall, part.step()));
+        // What thin-wall takes for a wedge is one here, be it blunt.
+        let thin = limits_of(process, "thin-wall").and_then(|l| l.warn).unwrap_or(wall).max(wall);
+        let sought = Sharpness { widest: WIDEST.to_radians(), thick: wall, blunt: RUN_OUT * thin, step: part.step() };
+        let found = creases(part.mesh(), part.distance(), part.adjacency(), sought);
         let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max).to_radians();
         let is_deep = |c: &Crease| c.thickness >= NICK * wall && c.doubt < DOUBTFUL.to_radians();
         let deep: Vec<&Crease> = found.iter().filter(|c| is_deep(c)).collect();
@@ -131,8 +136,9 @@ fn sharp(
     f.witness = Some(Witness { kind: "edge".into(), points_mm: points.to_vec() });
     f.area_mm2 = Some(report_digits(area));
     f.message = format!(
-        "edge of {}°, {} mm long: up to {} mm in from it the material is thinner than {} mm",
+        "edge of {}°{}, {} mm long: up to {} mm in from it the material is thinner than {} mm",
         short((f.value * 10.0).round() / 10.0),
+        if sharpest.blunt > 0.0 { format!(", blunted to {} mm", plain(sharpest.blunt)) } else { String::new() },
         plain(long),
         plain(depth),
         plain(wall)

@@ -6,7 +6,7 @@ use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::principal_extents;
 
 /// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
-const RUN_OUT: f64 = 0.05;
+pub const RUN_OUT: f64 = 0.05;
 
 /// What the middle surface of a sheet looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

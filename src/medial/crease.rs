@@ -1,6 +1,8 @@
 //! Sharp edges of the surface: where two facets meet in a wedge of material, exactly.
 
+use super::chord::PARALLEL;
 use super::section::Adjacency;
+use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
@@ -16,11 +18,30 @@ const LEAST_SINE: f64 = 0.0044;
 /// A ball this much smaller than the wedge's own was stopped by something else, and the wedge ends there.
 const ENDED: f64 = 0.9;
 
-/// An edge between two facets that meet at a sharp angle.
+/// Narrow facets of a blunt edge that are crossed at most, from one side of the wedge to the other.
+const CROSSED: usize = 32;
+
+/// Which edges are sought, lengths in millimetres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sharpness {
+    /// The greatest angle of the material, radians.
+    pub widest: f64,
+    /// The depth is told to where the material is as thick as this.
+    pub thick: f64,
+    /// A face or a rounding up to this wide between the sides of a wedge makes it no less of an edge.
+    pub blunt: f64,
+    /// Coordinates are good to this.
+    pub step: f64,
+}
+
+/// An edge between two facets that meet at a sharp angle, or would but for a narrow face between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crease {
+    /// The edge, that of the first facet where it is blunt.
     pub ends: [u32; 2],
     pub facets: [u32; 2],
+    /// How far the second facet is from the middle of the edge; 0 where they meet.
+    pub blunt: f64,
     /// Angle of the material between the two facets, radians.
     pub angle: f64,
     /// What a step of the coordinates may do to it, radians: step over height, for both facets.
@@ -38,41 +59,87 @@ pub struct Ridge {
     pub creases: Vec<usize>,
 }
 
-/// The edges whose material angle is at most `widest` (radians), with the depth over which they are thinner than `thick`; coordinates are good
-/// to `step`.
+/// The edges whose material angle is at most [`Sharpness::widest`], with the depth over which they are thinner than asked.
 ///
 /// At a distance s from an edge of angle φ a wedge is 2 s·sin(φ/2) thick, the diameter of the ball about the point s inwards on the
-/// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends.
+/// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends. An edge is blunt where its sides
+/// are no further apart than `blunt` and only facets that stay as near to it lie between them; it is told once, and its depth counts from
+/// the face. Sides within 4° of parallel are a plate's, and no wedge's.
 ///
 /// # Cost
-/// One walk over the edges; some tens of nearest points for each that is sharp.
-pub fn creases(
-    mesh: &TriangleMesh,
-    surface: &MeshDistance,
-    next: &Adjacency,
-    (widest, thick, step): (f64, f64, f64),
-) -> Vec<Crease> {
+/// One walk over the edges; some tens of nearest points for each that is sharp, and up to 32 facets for each beside a narrow one.
+pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, sought: Sharpness) -> Vec<Crease> {
+    let normal = |f: u32| mesh.normal(f as usize);
+    let wedge = |[f, h]: [u32; 2], ends: [u32; 2]| {
+        let (m, n) = (normal(f), normal(h));
+        let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+        let inner = PI - angle(m, n);
+        let convex = dot(cross(m, n), sub(b, a)) > 0.0 || inner < 1e-6;
+        (inner <= sought.widest && convex && m != [0.0; 3] && n != [0.0; 3]).then_some(inner)
+    };
+    let crease = |facets: [u32; 2], ends: [u32; 2], inner: f64| {
+        let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+        let middle = along(a, sub(b, a), 0.5);
+        let inward = bisector(mesh, facets, ends, facets.map(normal))?;
+        let shared = facets.iter().all(|&f| ends.iter().all(|v| mesh.triangles[f as usize].contains(v)));
+        let opposite = if shared { middle } else { closest_point(middle, mesh.corners(facets[1] as usize)) };
+        let from = along(middle, sub(opposite, middle), 0.5);
+        let (depth, thickness) = thinner_than(surface, from, inward, inner, sought.thick);
+        let doubt = facets.iter().map(|&f| sought.step * distance(a, b) / norm(mesh.area_vector(f as usize))).sum();
+        let blunt = distance(middle, opposite);
+        Some(Crease { ends, facets, blunt, angle: inner, doubt, depth, thickness })
+    };
+    let of_edge = |f: u32, e: usize| {
+        let g = next.across(f, e)?;
+        let t = mesh.triangles[f as usize];
+        let ends = [t[e], t[(e + 1) % 3]];
+        if let Some(inner) = wedge([f, g], ends) {
+            return (g > f).then(|| crease([f, g], ends, inner)).flatten();
+        }
+        let h = beyond(mesh, next, (f, g), ends, sought)?;
+        let inner = wedge([f, h], ends).filter(|inner| *inner > PI - PARALLEL)?;
+        // From one side only, and from the same one all along.
+        let first = normal(f).iter().zip(normal(h)).map(|(m, n)| m.total_cmp(&n)).find(|o| o.is_ne());
+        first.is_some_and(|o| o.is_lt()).then(|| crease([f, h], ends, inner)).flatten()
+    };
     (0..mesh.triangles.len() as u32)
         .into_par_iter()
-        .flat_map_iter(|f| {
-            let over = move |e: usize| next.across(f, e).filter(|&g| g > f).map(|g| (e, g));
-            (0..3).filter_map(over).filter_map(move |(e, g)| {
-                let (m, n) = (mesh.normal(f as usize), mesh.normal(g as usize));
-                let t = mesh.triangles[f as usize];
-                let ends = [t[e], t[(e + 1) % 3]];
-                let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
-                let inner = PI - angle(m, n);
-                let convex = dot(cross(m, n), sub(b, a)) > 0.0 || inner < 1e-6;
-                if inner > widest || !convex || m == [0.0; 3] || n == [0.0; 3] {
-                    return None;
-                }
-                let inward = bisector(mesh, [f, g], ends, [m, n])?;
-                let (depth, thickness) = thinner_than(surface, along(a, sub(b, a), 0.5), inward, inner, thick);
-                let doubt = [f, g].map(|f| step * distance(a, b) / norm(mesh.area_vector(f as usize))).iter().sum();
-                Some(Crease { ends, facets: [f, g], angle: inner, doubt, depth, thickness })
-            })
-        })
+        .flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e)))
         .collect()
+}
+
+/// The facet on the other side of a blunt edge: the first that makes a wedge with the one before the edge, lies opposite its middle and
+/// is reached over facets that stay near it.
+fn beyond(mesh: &TriangleMesh, next: &Adjacency, (f, g): (u32, u32), ends: [u32; 2], sought: Sharpness) -> Option<u32> {
+    let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+    let (middle, run) = (along(a, sub(b, a), 0.5), unit(sub(b, a)));
+    let off = |p: Vec3| {
+        let d = sub(p, a);
+        norm(sub(d, scale(run, dot(d, run))))
+    };
+    let is_narrow = |h: u32| mesh.corners(h as usize).into_iter().all(|p| off(p) <= sought.blunt);
+    if sought.blunt <= 0.0 || !is_narrow(g) || is_narrow(f) {
+        return None;
+    }
+    let (mut known, mut at) = (vec![g], 0);
+    while let Some(&narrow) = known.get(at).filter(|_| at < CROSSED) {
+        at += 1;
+        for h in (0..3).filter_map(|e| next.across(narrow, e)) {
+            if h == f || known.contains(&h) {
+                continue;
+            }
+            if is_narrow(h) {
+                known.push(h);
+                continue;
+            }
+            let opposite = closest_point(middle, mesh.corners(h as usize));
+            let faces = angle(mesh.normal(f as usize), mesh.normal(h as usize)) >= PI - sought.widest;
+            if faces && distance(middle, opposite) <= sought.blunt {
+                return Some(h);
+            }
+        }
+    }
+    None
 }
 
 /// The direction from a sharp edge into the material, at right angles to it; `None` if its facets have no corner off it.
@@ -145,6 +212,51 @@ mod tests {
     use super::*;
     use crate::geometry::extruded;
 
+    const SOUGHT: Sharpness = Sharpness { widest: PI / 3.0, thick: 0.8, blunt: 0.06, step: 1e-9 };
+
+    #[test]
+    fn a_wedge_with_a_narrow_face_or_a_rounding_at_its_edge_is_one_edge_as_deep_from_there() {
+        for (degrees, radius) in [(20.0f64, 0.01), (20.0, 0.025), (40.0, 0.02), (8.0, 0.001)] {
+            let half = 0.5 * degrees.to_radians();
+            for turns in [1, 2, 7] {
+                // The arc that touches both sides, of so many chords, its apex at x = 0.
+                let turn =
+                    |k: i32| (half - std::f64::consts::FRAC_PI_2) * (1.0 - 2.0 * f64::from(k) / f64::from(turns));
+                let arc = (0..=turns).map(|k| turn(k).sin_cos()).map(|(s, c)| [radius * (1.0 - c), radius * s]);
+                let back = 10.0 * half.tan() + radius / half.cos() - radius * half.tan();
+                let outline: Vec<[f64; 2]> = arc.chain([[10.0, back], [10.0, -back]]).collect();
+                let n = outline.len();
+                let fan: Vec<[usize; 3]> = (1..n - 1).map(|k| [0, k, k + 1]).collect();
+                let mesh = extruded(&outline, &fan, 8.0);
+                let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+                let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+                assert_eq!(found.len(), 1, "{degrees} {radius} {turns}: {found:?}");
+                // Where the sides touch the arc they are 2·r·cos(φ/2) apart.
+                let apart = 2.0 * radius * half.cos();
+                assert!(
+                    (found[0].angle.to_degrees() - degrees).abs() < 1e-6 && (found[0].blunt / apart - 1.0).abs() < 0.1,
+                    "{found:?}"
+                );
+                // A ball of 0.8 mm has its middle 0.4 / sin(φ/2) from where the sides would meet, which is r / sin(φ/2) − r·sin(φ/2) before the face.
+                let depth = (0.4 - radius) / half.sin() + radius * half.sin();
+                assert!((found[0].depth / depth - 1.0).abs() < 0.02, "{degrees} {radius} {turns}: {found:?} {depth}");
+                assert_eq!(ridges(&found, |_| true).len(), 1);
+            }
+        }
+        // A blunt edge wider than that is none, nor is a plate.
+        for (x, half) in [(0.0, 0.05), (9.5, 0.02)] {
+            let outline = [
+                [x, -half],
+                [10.0, if x > 1.0 { -half } else { -2.0 }],
+                [10.0, if x > 1.0 { half } else { 2.0 }],
+                [x, half],
+            ];
+            let mesh = extruded(&outline, &[[0, 1, 2], [0, 2, 3]], 8.0);
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+            assert!(found.is_empty(), "{found:?}");
+        }
+    }
+
     /// A prism along y whose section is an isosceles triangle of the given angle at the origin and depth 10.
     fn wedge(degrees: f64) -> TriangleMesh {
         let half = 10.0 * (0.5 * degrees).to_radians().tan();
@@ -156,7 +268,7 @@ mod tests {
         for degrees in [5.0, 20.0, 45.0, 59.0] {
             let mesh = wedge(degrees);
             let next = Adjacency::of(&mesh, |_| true);
-            let found = creases(&mesh, &MeshDistance::new(&mesh), &next, (PI / 3.0, 0.8, 1e-9));
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &next, SOUGHT);
             assert_eq!(found.len(), 1, "{found:?}");
             let depth = 0.4 / (0.5 * degrees.to_radians()).sin();
             assert!((found[0].angle.to_degrees() - degrees).abs() < 1e-9);
@@ -167,7 +279,7 @@ mod tests {
         }
         let mesh =
             crate::geometry::Primitive::parse("box:3x2x1mm").expect("a shape").mesh(crate::units::Length::mm(0.1));
-        let none = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), (PI / 3.0, 0.8, 1e-9));
+        let none = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
         assert!(none.is_empty());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use amcheck::geometry::{MeshDistance, TriangleMesh, cuboid, extruded, revolved};
-use amcheck::medial::crease::creases;
+use amcheck::medial::crease::{Sharpness, creases};
 use amcheck::medial::rod::{End, Rod, Search, Wanted};
 use amcheck::medial::section::Adjacency;
 use amcheck::medial::{Cover, Features, Question, Shape, Side};
@@ -127,7 +127,8 @@ fn wedges_have_their_angle_and_depth() {
         let mesh = r.moved(&extruded(&[[0.0, 0.0], [10.0, -half], [10.0, half]], &[[0, 1, 2]], 8.0));
         let thick = r.between(0.1, 0.2);
         let next = Adjacency::of(&mesh, |_| true);
-        let found = creases(&mesh, &MeshDistance::new(&mesh), &next, (PI / 3.0, thick, 1e-9));
+        let sought = Sharpness { widest: PI / 3.0, thick, blunt: 0.05 * thick, step: 1e-9 };
+        let found = creases(&mesh, &MeshDistance::new(&mesh), &next, sought);
         assert_eq!(found.len(), 1, "{case}: {degrees}");
         assert!((found[0].angle.to_degrees() - degrees).abs() < 1e-6, "{case}: {degrees} {found:?}");
         let depth = 0.5 * thick / (0.5 * degrees.to_radians()).sin();
