@@ -17,10 +17,13 @@ const STATIONS: usize = 400;
 const ALIKE: f64 = 0.05;
 /// A rod that thins to this share of the width searched for runs out to a point.
 const POINT: f64 = 0.05;
-/// An end this near, in diameters, closes the rod, be it a point, where nothing before it is wider.
-const CLOSED: f64 = 4.0;
-/// Where that is looked at, in shares of the way to the end: at first near to where the sections stop being alike.
+/// An end this near, in diameters, closes the rod.
+const CLOSED: f64 = 0.75;
+/// A point so far, in diameters, does if the sides draw together all the way, more steeply than a rod's.
+const POINTED: f64 = 4.0;
+/// Where that is looked at, in shares of the way, and the least sine.
 const BEFORE: [f64; 3] = [0.25, 0.5, 0.75];
+const DRAWN_IN: f64 = 0.8 * TAPER;
 
 /// Planes that are tried for a section.
 const TURNS: usize = 10;
@@ -257,10 +260,11 @@ impl Search<'_> {
                 return None;
             }
             let far = self.cap(end, outward)?;
-            let at_first = 0.5 * far.min(0.2 * end.diameter());
-            let beyond = BEFORE.map(|share| share * far).into_iter().filter(|t| *t > at_first);
-            let widens = |t: f64| self.widens(along(end.centre, outward, t), end);
-            let closed = kind == End::Open && ![at_first].into_iter().chain(beyond).any(widens);
+            let beyond = |t: f64| along(end.centre, outward, t);
+            let is_near = far <= CLOSED * end.diameter();
+            let closed = kind == End::Open
+                && !self.widens(beyond(0.5 * far.min(0.2 * end.diameter())), end)
+                && (is_near || BEFORE.iter().all(|share| self.draws_in(beyond(share * far), end, outward)));
             closed.then_some((along(end.centre, outward, far), end.diameter()))
         });
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
@@ -288,20 +292,30 @@ impl Search<'_> {
         let beside = [(0.002, 0.003), (0.05, 0.011), (-0.031, 0.043), (-0.017, -0.05)];
         let hits = beside.into_iter().filter_map(|(a, b)| {
             let from = [0, 1, 2].map(|x| end.centre[x] + end.inscribed * (a * u[x] + b * v[x]));
-            self.distance.first_hit(from, outward, 0.0, CLOSED * end.diameter()).map(|(far, _)| far)
+            self.distance.first_hit(from, outward, 0.0, POINTED * end.diameter()).map(|(far, _)| far)
         });
         hits.reduce(f64::max)
     }
 
+    /// What is met from a point beyond the end of a rod, straight aside in eight directions, as far as the rod is wide and a little more.
+    fn beside(&self, beyond: Vec3, end: &Section) -> [Option<u32>; 8] {
+        let [u, v] = across(end.axis);
+        [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
+            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
+            self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).map(|(_, facet)| facet)
+        })
+    }
+
     /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.
     fn widens(&self, beyond: Vec3, end: &Section) -> bool {
-        let [u, v] = across(end.axis);
-        let free = (0..8).filter(|k| {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * *k as f64 + 0.1).sin_cos();
-            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
-            self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).is_none()
-        });
-        free.count() >= 3
+        self.beside(beyond, end).iter().filter(|met| met.is_none()).count() >= 3
+    }
+
+    /// Whether the sides about a point beyond the end of a rod draw together, more steeply than those of a rod.
+    fn draws_in(&self, beyond: Vec3, end: &Section, outward: Vec3) -> bool {
+        let leans = |f: u32| self.wanted.side.sign() * dot(self.distance.normal(f), outward) >= DRAWN_IN;
+        self.beside(beyond, end).into_iter().all(|met| met.is_some_and(leans))
     }
 
     /// Sections after a seed in one direction, to where they stop being alike.
@@ -513,6 +527,20 @@ mod tests {
             assert!(rods.len() == 1 && rods[0].ends == [End::Closed; 2], "{tip}: {rods:?}");
             assert!((rods[0].length - 6.0 - tip).abs() < 0.05 * tip + 0.05, "{tip}: {}", rods[0].length);
         }
+        // Discs on top of each other are no point, whatever they look like from afar.
+        let mut stack: Vec<[f64; 2]> = vec![[0.0, 0.0]];
+        stack.extend(
+            (0..6).flat_map(|n| {
+                [[0.6 - 0.1 * f64::from(n), f64::from(n)], [0.6 - 0.1 * f64::from(n), f64::from(n) + 1.0]]
+            }),
+        );
+        stack.push([0.0, 6.0]);
+        let rods = rods_of(&revolved(&stack, 64), Side::Material, 2.0);
+        assert!(
+            rods.len() > 3 && rods.iter().all(|r| r.length < 1.01),
+            "{:?}",
+            rods.iter().map(|r| (r.ends, r.length)).collect::<Vec<_>>()
+        );
         // A nozzle opens again behind its throat, and a stem on a head does not end there.
         let nozzle = [[0.0, 0.0], [0.4, 0.0], [0.4, 6.0], [0.2, 6.6], [3.0, 8.0], [3.0, 9.0], [0.0, 9.0]];
         let rods = rods_of(&revolved(&nozzle, 64), Side::Material, 2.0);

@@ -241,6 +241,21 @@ mod tests {
     }
 
     #[test]
+    fn a_crease_just_beside_samples_is_met_where_it_is() {
+        // A side of the smaller box is a three hundredth of a spacing off a plane of samples: along them, towards the crease, the distance
+        // hardly changes before it.
+        let h = 30.0 / 128.0;
+        for sides in [[4.0, 5.0, 7.5], [5.0, 7.5, 7.5], [10.0, 6.0, 7.5]] {
+            let half = sides.map(|s: f64| 0.5 * s);
+            let made = offset(&cuboid(half.map(|x| -x), half), Length::mm(-1.0), Length::mm(h)).unwrap().mesh;
+            let beyond = |p: &[f64; 3]| (0..3).map(|a| p[a].abs() - (half[a] - 1.0)).fold(f64::MIN, f64::max);
+            let worst = made.vertices.iter().map(beyond).fold(0.0f64, |m, x| m.max(x.abs()));
+            // Single precision, and what Newton's last step leaves.
+            assert!(worst < 1e-3 * h, "{sides:?}: {worst}");
+        }
+    }
+
+    #[test]
     fn vertices_where_round_parts_leave_flat_ones_lie_on_the_level() {
         let (h, by) = (0.5, 1.5);
         let (mut vertices, mut worst) = (0, 0.0f64);

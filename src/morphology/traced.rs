@@ -125,6 +125,14 @@ impl Traced {
     }
 }
 
+/// Newton's step along an edge from its end that is farther from the surface, if it stays on the edge: on the crossing itself where the
+/// surface is flat up to a crease between there and the nearer end.
+fn newton_from_farther_end([a, b]: [f64; 2], slopes: [Option<f64>; 2]) -> Option<f64> {
+    let (end, value, slope) = if a.abs() > b.abs() { (0.0, a, slopes[0]?) } else { (1.0, b, slopes[1]?) };
+    let t = end - value / slope;
+    (slope * (b - a) > 0.0 && (0.0..=1.0).contains(&t)).then_some(t)
+}
+
 impl Sheets for Traced {
     /// The normal, if it was taken near the crossing.
     type Note = Option<Vec3>;
@@ -144,14 +152,16 @@ impl Sheets for Traced {
             return (t, Some(normal));
         }
         let slope = |index, value| self.level_of(index)?.slope(index, value);
-        if let (Some(m), Some(n)) = (slope(edge.from, a), slope(next, b)) {
+        let slopes = [slope(edge.from, a), slope(next, b)];
+        if let [Some(m), Some(n)] = slopes {
             let ends = [m, n].map(|slope| h * slope[edge.axis]);
             if ends.iter().all(|slope| (slope - (b - a)).abs() < SMOOTH_SLOPE * h) {
                 let root = root_of_cubic([a, b], ends, t);
                 return (root, Some(unit(add(scale(m, 1.0 - root), scale(n, root)))));
             }
         }
-        self.stepped_crossing(edge, t, [a, b])
+        let along_edge = slopes.map(|slope| slope.map(|slope| h * slope[edge.axis]));
+        self.stepped_crossing(edge, newton_from_farther_end([a, b], along_edge).unwrap_or(t), [a, b])
     }
 
     /// Known unless those seen beside the points tell that the surface is not creased there.
