@@ -16,7 +16,7 @@ const ROUND: f64 = 1.09;
 /// Curves whose circles differ by no more than this ratio are not looked at further.
 const NEARLY_ROUND: f64 = 1.4;
 /// A curve that fills less of its convex hull is a star, or bent: its widths say nothing of what is in it.
-const FULL: f64 = 0.75;
+const FULL: f64 = 0.92;
 
 /// The facet across each edge of each facet.
 pub struct Adjacency {
@@ -76,7 +76,7 @@ pub struct Section {
     /// Corners of the curve that bend by more than a degree.
     pub corners: usize,
     /// Greatest over least width of the curve's convex hull; the ratio of the circumscribed to the inscribed diameter, which is no less, where
-    /// that is up to 1.4, or where the curve fills less than three quarters of its hull.
+    /// that is up to 1.4, or where the curve fills less than 0.92 of its hull.
     pub elongation: f64,
     /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
     pub is_faced: bool,
