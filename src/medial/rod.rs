@@ -285,7 +285,7 @@ impl Search<'_> {
         beyond.is_some_and(|s| s.diameter() < 0.9 * end.diameter())
     }
 
-    /// Distance from the end of a rod to a face across it, if one is near.
+    /// Distance from the end of a rod to a face across it, if one is near, else to a point.
     fn cap(&self, end: &Section, outward: Vec3) -> Option<f64> {
         let [u, v] = across(end.axis);
         // Beside the axis: a fan of facets has its tip on it, where rays slip through. The nearer ones reach into a point.
@@ -294,7 +294,10 @@ impl Search<'_> {
             let from = [0, 1, 2].map(|x| end.centre[x] + end.inscribed * (a * u[x] + b * v[x]));
             self.distance.first_hit(from, outward, 0.0, POINTED * end.diameter()).map(|(far, _)| far)
         });
-        hits.reduce(f64::max)
+        let hits: Vec<f64> = hits.collect();
+        // What slips through near the axis does not open an end.
+        let near = hits.iter().copied().filter(|far| *far <= CLOSED * end.diameter()).reduce(f64::max);
+        near.or_else(|| hits.into_iter().reduce(f64::max))
     }
 
     /// What is met from a point beyond the end of a rod, straight aside in eight directions, as far as the rod is wide and a little more.

@@ -221,6 +221,12 @@ mod tests {
         union
     }
 
+    /// What lies inside the one lies inside the other.
+    fn holds_the_same(meshes: [&TriangleMesh; 2], places: impl Iterator<Item = Vec3>) {
+        let [plain, made] = meshes.map(Winding::new);
+        places.for_each(|p| assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}"));
+    }
+
     fn turned(mesh: &TriangleMesh, random: &mut Lcg) -> TriangleMesh {
         let [x, y] = [random.point(-1.0, 1.0), random.point(-1.0, 1.0)].map(unit);
         let z = unit(crate::geometry::vector::cross(x, y));
@@ -280,11 +286,7 @@ mod tests {
         let union = united(&both, 1e-6).unwrap();
         let health = Health::of(&union);
         assert!(health.is_solid() && union.signed_volume() <= both.signed_volume());
-        let (plain, made) = (Winding::new(&both), Winding::new(&union));
-        for _ in 0..2000 {
-            let p = random.point(-6.0, 6.0);
-            assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}");
-        }
+        holds_the_same([&both, &union], (0..2000).map(|_| random.point(-6.0, 6.0)));
     }
 
     #[test]
@@ -301,11 +303,7 @@ mod tests {
             let union = united(&both, 1e-6).unwrap_or_else(|| panic!("{turn}: {lean:?} {at:?}"));
             let volume = 32.0 + 4.0 * (at[0] + 1.0 - 4.0);
             assert!((union.signed_volume() - volume).abs() < 40.0 * most + 1e-5, "{} {volume}", union.signed_volume());
-            let (plain, made) = (Winding::new(&both), Winding::new(&union));
-            for _ in 0..200 {
-                let p = random.point(-1.0, 6.0);
-                assert_eq!(plain.at(p) >= 0.5, made.at(p) >= 0.5, "{p:?}");
-            }
+            holds_the_same([&both, &union], (0..200).map(|_| random.point(-1.0, 6.0)));
         }
     }
 
