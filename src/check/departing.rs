@@ -1,11 +1,11 @@
 //! Places that are not printed as drawn: sheets and slots by their widths, and what else a lattice of the whole part shows.
 
-use super::as_printed::LAMBDA;
 use super::budget::Budget;
 use super::contract::Context;
 use super::departure::{Departure, Place, Volumes};
-use super::detail::{Between, Detail, Found, Sought, Thin, raised_width};
+use super::detail::{Between, Detail};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
+use super::least_width::LeastWidth;
 use super::place::locate;
 use super::trial::Trial;
 use crate::error::Result;
@@ -13,7 +13,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, sub};
 use crate::medial::Side;
 use crate::morphology::{AsPrinted, Bead};
-use crate::part::{Part, bead_of, spread_of};
+use crate::part::{Part, bead_of};
 use crate::process::Process;
 use crate::topology::{Adjacency, components};
 use crate::units::{Length, report_digits, short};
@@ -39,8 +39,7 @@ pub(super) struct Seeker<'a> {
     side: Side,
     limits: Limits,
     bead: Bead,
-    /// How far a face spreads.
-    spread: Length,
+    least: LeastWidth<'a>,
 }
 
 /// A place that may not be printed as drawn.
@@ -69,7 +68,8 @@ pub(super) struct Searched {
 
 impl<'a> Seeker<'a> {
     pub fn new(part: &'a Part, process: &'a Process, context: &'a Context, (side, limits): (Side, Limits)) -> Self {
-        Seeker { part, process, context, side, limits, bead: bead_of(process), spread: spread_of(process) }
+        let least = LeastWidth::new(part, process, context, side);
+        Seeker { part, process, context, side, limits, bead: bead_of(process), least }
     }
 
     fn kind(&self) -> &'static str {
@@ -80,43 +80,17 @@ impl<'a> Seeker<'a> {
         Departure::of_outline(self.side, self.process)
     }
 
-    /// The thickness from which on a flat sheet with such a normal is printed, or a flat slot stays open.
-    ///
-    /// The middle of the element holds λ of it within as much; a slot closes that two faces cover, each moved as far as the element
-    /// reaches beyond it when the share of it that is laid lies in the part. Slanting faces move up to a quarter farther than upright
-    /// ones, beyond the gap that closes in the process: such slots are not held to close.
-    fn least_width(&self, normal: Vec3) -> f64 {
-        match self.side {
-            Side::Material => {
-                let cut = self.bead.depth_of(normal, 0.5 * (1.0 - LAMBDA));
-                self.bead.width_along(normal).as_mm() - 2.0 * cut.as_mm()
-            }
-            Side::Void => {
-                let beyond = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread);
-                let moved = self.bead.depth_of(normal, beyond.min(1.0 - LAMBDA));
-                2.0 * moved.as_mm().min(self.spread.as_mm())
-            }
-        }
-    }
-
-    /// Whether what is so thin along a direction is worth finding [`Seeker::least_width`] for: no less of the element lies in its
-    /// middle than in any part of it as wide.
-    fn may_depart(&self, thin: &Thin) -> bool {
-        let across = self.bead.width_along(thin.direction()).as_mm();
-        thin.diameter < if self.side == Side::Material { LAMBDA * across } else { across }
-    }
-
     /// The places that may depart, largest first: all sheets and slots that are narrow enough, and what else a lattice of the whole part
     /// shows, if there is one.
     ///
     /// # Errors
     /// As [`Part::deposited`].
     pub fn places(&self, made: Option<&AsPrinted>) -> Result<(Vec<Candidate>, Searched)> {
-        let found = self.searched();
-        let tie = self.part.tie();
-        let thin = found.sheets(|t| self.may_depart(t) && t.diameter < self.least_width(t.direction()) - tie);
-        // Samples on edges alone are the rim of another place: between them there is no volume.
-        let mut places: Vec<Candidate> = thin.iter().filter(|d| d.area > 0.0).map(|d| self.candidate(d)).collect();
+        let found = self.least.narrow(match self.side {
+            Side::Material => Between::SidesOfABody,
+            Side::Void => Between::Surfaces,
+        });
+        let mut places: Vec<Candidate> = found.places.iter().map(|d| self.candidate(d)).collect();
         let mut words = format!(
             "{} {} narrow enough to be {}, all sought down to {} mm across.",
             places.len(),
@@ -142,15 +116,6 @@ impl<'a> Seeker<'a> {
         Ok((places, Searched { evaluations: found.evaluations, words }))
     }
 
-    fn searched(&self) -> Found<'a> {
-        let (width, between) = match self.side {
-            Side::Material => (raised_width(self.process), Between::SidesOfABody),
-            Side::Void => (2.0 * self.spread.as_mm(), Between::Surfaces),
-        };
-        let (part, process, context, side) = (self.part, self.process, self.context, self.side);
-        Sought { part, process, context, side, between, width }.search()
-    }
-
     fn candidate(&self, detail: &Detail) -> Candidate {
         Candidate {
             about: detail.volume,
@@ -165,7 +130,10 @@ impl<'a> Seeker<'a> {
                 ("rod", Side::Void) => "hole",
                 (_, Side::Void) => "pit",
             }),
-            patches: if self.side == Side::Void { detail.patches.clone() } else { Vec::new() },
+            patches: match self.side {
+                Side::Void => detail.patches.iter().map(|patch| patch.extent).collect(),
+                Side::Material => Vec::new(),
+            },
             flat: detail.noun() == "sheet"
                 && (self.side == Side::Material || detail.spans[1] >= BROAD * self.bead.width.as_mm()),
         }
@@ -271,7 +239,7 @@ impl<'a> Seeker<'a> {
 
     /// By how much a place is narrower than what would be printed as drawn.
     fn missing(&self, place: &Candidate) -> f64 {
-        (self.least_width(place.direction) - place.width).max(0.0)
+        (self.least.along(place.direction) - place.width).max(0.0)
     }
 
     fn place<'p>(&'p self, place: &'p Candidate) -> Place<'p> {
@@ -307,7 +275,7 @@ impl<'a> Seeker<'a> {
                 format!("{verb} by {} mm; checked{place}: none of it is {} then", rounded(by), self.kind())
             }
             None => {
-                let needed = self.least_width(place.direction);
+                let needed = self.least.along(place.direction);
                 format!("less than {} mm across is {} here", rounded(needed), self.kind())
             }
         };

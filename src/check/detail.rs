@@ -73,8 +73,17 @@ pub struct Detail {
     pub facet: u32,
     /// The body, where it is one altogether: then its volume is exact.
     pub whole: Option<u32>,
-    /// Boxes around the patches of its samples and what lies opposite.
-    pub patches: Vec<(Vec3, Vec3)>,
+    /// The patches of its samples and what lies opposite.
+    pub patches: Vec<Patch>,
+}
+
+/// A patch of surface and what lies opposite.
+#[derive(Debug, Clone, Copy)]
+pub struct Patch {
+    /// Box around both.
+    pub extent: (Vec3, Vec3),
+    /// Unit vector from side to side.
+    pub across: Vec3,
 }
 
 /// A ball between two opposing sides.
@@ -176,17 +185,19 @@ fn summed(samples: &[Sample]) -> Option<Detail> {
     })
 }
 
-fn patch(sample: &Sample) -> (Vec3, Vec3) {
+fn patch(sample: &Sample) -> Patch {
     let ([a, b], reach) = (sample.contacts, 0.5 * sample.area.sqrt());
-    ([0, 1, 2].map(|x| a[x].min(b[x]) - reach), [0, 1, 2].map(|x| a[x].max(b[x]) + reach))
+    let extent = ([0, 1, 2].map(|x| a[x].min(b[x]) - reach), [0, 1, 2].map(|x| a[x].max(b[x]) + reach));
+    Patch { extent, across: Thin::from(sample).direction() }
 }
 
 impl From<&ThinBody> for Detail {
     fn from(b: &ThinBody) -> Self {
         let mut spans = [0, 1, 2].map(|a| b.extent.1[a] - b.extent.0[a]);
         spans.sort_by(|a, b| b.total_cmp(a));
+        let thinnest = Thin { centre: b.middle, contacts: b.sides(), diameter: b.width };
         Detail {
-            thinnest: Thin { centre: b.middle, contacts: b.sides(), diameter: b.width },
+            thinnest,
             low: 0.0,
             area: b.volume / b.width,
             volume: b.volume,
@@ -194,7 +205,7 @@ impl From<&ThinBody> for Detail {
             spans,
             facet: b.facet,
             whole: Some(b.body),
-            patches: vec![b.extent],
+            patches: vec![Patch { extent: b.extent, across: thinnest.direction() }],
         }
     }
 }

@@ -18,14 +18,19 @@ const ACROSS: Vec3 = [1.0, 0.0, 0.0];
 /// three cells on either side do not do it.
 pub type Growth = Option<f64>;
 
-/// Lets a place grow until printing leaves it as it is; `None` if the place is too large to try.
+/// Lets a place grow by at least what it lacks until printing leaves it as it is; `None` if the place is too large to try.
 ///
 /// # Errors
 /// As [`Part::deposited`].
-pub fn growth(part: &Part, process: &Process, side: Side, extent: (Vec3, Vec3)) -> Result<Option<Growth>> {
+pub fn growth(
+    part: &Part,
+    process: &Process,
+    side: Side,
+    (extent, missing): ((Vec3, Vec3), f64),
+) -> Result<Option<Growth>> {
     let departure = Departure::of_outline(side, process);
     let Some(trial) = Trial::around(part, bead_of(process), extent, departure)? else { return Ok(None) };
-    let steps = trial.remedied(ACROSS, 0.0)?;
+    let steps = trial.remedied(ACROSS, missing)?;
     Ok(Some(steps.map(|n| n as f64 * trial.step_along(ACROSS))))
 }
 
@@ -58,10 +63,14 @@ mod tests {
     fn a_thin_wall_is_printed_once_it_has_grown_and_a_closing_slot_stays_open() {
         let process = Process::named("fdm").unwrap();
         let wall = part(cuboid([0.0; 3], [0.1, 3.0, 3.0]));
-        let by = growth(&wall, &process, Side::Material, ([0.0, 1.0, 1.0], [0.1, 2.0, 2.0])).unwrap().unwrap().unwrap();
+        let by = growth(&wall, &process, Side::Material, (([0.0, 1.0, 1.0], [0.1, 2.0, 2.0]), 0.0))
+            .unwrap()
+            .unwrap()
+            .unwrap();
         assert!(by > 0.05 && by < 0.7, "{by}");
         let slot = part(cuboid([0.0; 3], [2.0, 3.0, 3.0]).joined(&cuboid([2.1, 0.0, 0.0], [4.1, 3.0, 3.0])));
-        let by = growth(&slot, &process, Side::Void, ([2.0, 1.0, 1.0], [2.1, 2.0, 2.0])).unwrap().unwrap().unwrap();
+        let by =
+            growth(&slot, &process, Side::Void, (([2.0, 1.0, 1.0], [2.1, 2.0, 2.0]), 0.0)).unwrap().unwrap().unwrap();
         assert!(by > 0.05 && by < 0.7, "{by}");
     }
 

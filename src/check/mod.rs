@@ -26,6 +26,7 @@ mod finding;
 mod hanging;
 mod island;
 mod knife_edge;
+mod least_width;
 mod lost_feature;
 mod mend;
 mod mesh;

@@ -2,7 +2,9 @@
 
 use super::apart::{self, can_part};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
+use super::detail::{Between, Detail};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
+use super::least_width::LeastWidth;
 use super::mend::{self, TRIED, growth};
 use super::place::{locate, reported};
 use super::room::Growth;
@@ -32,7 +34,8 @@ static META: Meta = Meta {
     why: "A hinge that fuses, a hole that closes or a wall that opens is another part than the one that was designed, however small \
           the volume that makes the difference.",
     how: "Bodies fuse where they stand nearer than the gap that closes in the process, by their exact distance. \
-          For the rest the part is printed on a lattice as by as-printed. First what is not \
+          For the rest the part is printed on a lattice as by as-printed; what the mesh shows to be too thin to be printed, or too narrow \
+          to stay open, is lost or closed wherever the lattice stands. First what is not \
           printed is taken away from the design, then what is printed beside it is added. Of either, all samples that change no Betti \
           number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
           characteristic and by union-find. The changes add up to the differences of the Betti numbers. What is to be thickened or widened \
@@ -60,7 +63,7 @@ impl Check for Topology {
         let fuse = !events.is_empty();
         match part.as_printed(process, LAMBDA)? {
             Some(printed) => {
-                let [before, after] = whole(part, &printed, &mut events)?;
+                let [before, after] = whole(part, &Printed::new(part, process, context, &printed)?, &mut events)?;
                 let wide = printed.designed.cells.wide;
                 measured.cover =
                     format!("Laid down with {wide} cells across the element: {} as designed", words(before));
@@ -95,12 +98,56 @@ impl Check for Topology {
     }
 }
 
-/// All changes from the design to the print on one lattice, and the numbers before and after.
-fn whole(part: &Part, printed: &AsPrinted, events: &mut Vec<Event>) -> Result<[Betti; 2]> {
-    let designed = without_specks(part, printed);
+/// The part as printed on a lattice, whose sheets that are too thin are lost and whose slots that are too narrow are filled wherever the
+/// lattice stands.
+struct Printed<'a> {
+    on_lattice: &'a AsPrinted,
+    centres: Indicator,
+    /// What is too narrow of material and of void.
+    narrow: [Vec<Narrow>; 2],
+}
+
+/// A sheet or a slot, and how much it lacks of what would be printed as drawn, millimetres.
+struct Narrow {
+    extent: (Vec3, Vec3),
+    missing: f64,
+}
+
+impl<'a> Printed<'a> {
+    fn new(part: &Part, process: &Process, context: &Context, on_lattice: &'a AsPrinted) -> Result<Self> {
+        let mut centres = on_lattice.centres.clone();
+        let mut narrow = [Side::Material, Side::Void].map(|_| Vec::new());
+        for side in [Side::Material, Side::Void] {
+            let least = LeastWidth::new(part, process, context, side);
+            let places = least.narrow(Between::SidesOfABody).places;
+            if places.is_empty() {
+                continue;
+            }
+            let cells = least.cells(&places, &on_lattice.designed)?;
+            centres = if side == Side::Material { centres.difference(&cells)? } else { centres.union(&cells)? };
+            let lacks = |d: &Detail| Narrow {
+                extent: d.extent,
+                missing: least.along(d.thinnest.direction()) - d.thinnest.diameter,
+            };
+            narrow[side as usize] = places.iter().map(lacks).collect();
+        }
+        Ok(Printed { on_lattice, centres, narrow })
+    }
+
+    /// The most that sheets lack which are lost in a box, or slots which are filled; 0 if none is there.
+    fn missing(&self, step: Step, extent: (Vec3, Vec3)) -> f64 {
+        let side = if step == Step::Lost { Side::Material } else { Side::Void };
+        let meets = |n: &&Narrow| (0..3).all(|a| n.extent.0[a] <= extent.1[a] && extent.0[a] <= n.extent.1[a]);
+        self.narrow[side as usize].iter().filter(meets).map(|n| n.missing).fold(0.0, f64::max)
+    }
+}
+
+/// All changes from the design to the print, and the numbers before and after.
+fn whole(part: &Part, printed: &Printed, events: &mut Vec<Event>) -> Result<[Betti; 2]> {
+    let designed = without_specks(part, printed.on_lattice);
     let seen = betti(&designed, Adjacency::Face)?;
     // Where the lattice sees another part than the mesh describes, what is smaller than an element is not told.
-    let cells = &printed.designed.cells;
+    let cells = &printed.on_lattice.designed.cells;
     let least = if of_mesh(part).is_some_and(|b| b != seen) { (cells.wide * cells.wide) as u64 } else { 0 };
     let both = designed.intersection(&printed.centres)?;
     let lost = changes(&both, &designed, Adjacency::Face)?.into_iter().map(|c| (c, Step::Lost));
@@ -110,6 +157,7 @@ fn whole(part: &Part, printed: &AsPrinted, events: &mut Vec<Event>) -> Result<[B
         events_of(part, cells, &change, step, &mut own);
         // What happens between bodies is told by their distance.
         own.retain(|e| change.samples >= least && e.bodies.len() < 2);
+        own.iter_mut().for_each(|e| e.missing = printed.missing(step, e.extent));
         events.extend(own);
     }
     Ok([seen, betti(&printed.centres, Adjacency::Face)?])
@@ -142,6 +190,7 @@ fn fused(part: &Part, process: &Process) -> Vec<Event> {
         at: p.middle(),
         extent: bounds(p.points).unwrap_or_default(),
         bodies: p.bodies.map(|b| u64::from(b) + 1).to_vec(),
+        missing: 0.0,
     })
     .collect()
 }
@@ -162,6 +211,8 @@ struct Event {
     extent: (Vec3, Vec3),
     /// The bodies that meet here, counted from 1.
     bodies: Vec<u64>,
+    /// By how much the place is narrower than what would be printed as drawn, millimetres, where its sides tell.
+    missing: f64,
 }
 
 /// Kind, words for one, words for many, and what to let grow: the material, or the void.
@@ -215,6 +266,7 @@ fn events_of(part: &Part, cells: &Cells, c: &Change, step: Step, events: &mut Ve
             at: place(c.at),
             extent: (corner(c.extent[0], -1.0), corner(c.extent[1], 1.0)),
             bodies: bodies_at(part, c.meets.iter().map(|&at| place(at))),
+            missing: 0.0,
         });
     }
 }
@@ -314,7 +366,7 @@ impl Judge<'_> {
             "fused" => self.parted(&order),
             _ => {
                 let tried = order.iter().take(TRIED);
-                let grown = tried.map(|e| growth(self.part, self.process, side, e.extent));
+                let grown = tried.map(|e| growth(self.part, self.process, side, (e.extent, e.missing)));
                 let grown = grown.collect::<Result<Vec<_>>>()?;
                 let tries: Vec<mend::Growth> = grown.into_iter().flatten().collect();
                 mend::words(remedy, &tries, order.len())
@@ -342,6 +394,7 @@ impl Judge<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::least_width::tests::webbed;
     use super::*;
 
     fn change(pieces: i64, tunnels: i64, voids: i64) -> Change {
@@ -358,5 +411,18 @@ mod tests {
         assert_eq!(kinds(change(-1, 0, 0), Step::Lost), [("split", 1)]);
         assert_eq!(kinds(change(0, -1, 0), Step::Lost), [("hole-opened", 1)]);
         assert_eq!(kinds(change(0, 1, 1), Step::Lost), [("loop-cut", 1), ("void-opened", 1)]);
+    }
+
+    #[test]
+    fn a_web_that_alone_joins_two_blocks_and_is_too_thin_leaves_them_apart() {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let apart: &[&str] = &["split"];
+        for (thick, long, wanted) in [(0.15, 6.0, apart), (0.35, 6.0, &[]), (0.15, 0.3, &[])] {
+            let part = webbed(thick, long);
+            let Outcome::Measured(measured) = Topology.run(&part, &process, &context).unwrap() else { panic!() };
+            let found: Vec<&str> = measured.findings.iter().map(|f| f.kind.as_str()).collect();
+            assert_eq!(found, wanted, "{thick} × {long}");
+        }
     }
 }

@@ -83,6 +83,14 @@ impl Designed {
         Designed { shape: Enclosure { inner, centres, outer }, ..self.clone() }
     }
 
+    /// Of a set of cells, those from which the element reaches no cell of another, wherever it stands on them.
+    ///
+    /// # Errors
+    /// As [`Indicator::difference`].
+    pub fn out_of_reach(&self, set: &Indicator, of: &Indicator) -> Result<Indicator> {
+        set.difference(&grown(of, self.cells.wide.max(self.cells.high)))
+    }
+
     /// Number of cells of the element.
     pub fn element_cells(&self) -> u64 {
         self.element.cells()
