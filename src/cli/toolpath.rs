@@ -46,7 +46,7 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let extent = [0, 1, 2].map(|a| hi[a] - lo[a] + 2.0 * half[a]);
     let spacing = spacing.unwrap_or_else(|| default_spacing(half, extent));
     Fitting::within(extent, spacing, BYTES_BY_DISTANCES, memory.least())?;
-    let made = deposit(&path.strokes, &bead.shape, spacing)?;
+    let made = deposit(&path, &bead.shape, spacing)?;
     let design = design.map(|d| d.mesh(spacing));
     let departure = design.as_ref().map(|mesh| made.departure(mesh)).transpose()?;
     let before: Vec<Before> = design.into_iter().map(|mesh| Before { mesh, title: "design".into() }).collect();

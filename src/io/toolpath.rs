@@ -5,12 +5,15 @@ use super::rows::strokes;
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vec3;
 use crate::notice::Notice;
+use crate::units::Length;
 
 /// A path as connected strokes, millimetres.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Toolpath {
     /// Polylines of at least two corners, in the order they are run.
     pub strokes: Vec<Vec<Vec3>>,
+    /// How far the path that is meant may run beside them: arcs beside their chords.
+    pub beside: Length,
     /// What has to be repeated in the report.
     pub notices: Vec<Notice>,
 }
@@ -57,7 +60,7 @@ pub fn read_points(bytes: &[u8]) -> Result<Toolpath> {
     let point = |point: Vec3| accept::point_problem(point).map_or(Ok(point), Err);
     let mut strokes = strokes(bytes, ONE_POINT, point)?;
     strokes.retain(|s| s.len() > 1);
-    Toolpath { strokes, notices: Vec::new() }.with_strokes("the list of points")
+    Toolpath { strokes, ..Toolpath::default() }.with_strokes("the list of points")
 }
 
 const ONE_POINT: &str = "write x, y and z of one point on each line, in millimetres";

@@ -12,7 +12,8 @@ use rayon::prelude::*;
 ///
 /// `points` are the samples in it, decided one by one; the cubes of `full` lie in it each under one copy of B, so their
 /// union is a lower bound of the volume that misses what two beads share within one cube; `touched` covers it but for what has no volume. The
-/// lattice is `h·(Z³ + phase)`. All hold up to a millionth of the spacing, which is less than the digits of a path tell.
+/// lattice is `h·(Z³ + phase)`. Both hold for every path that runs no farther `beside` the strokes. All hold up to a millionth of the spacing,
+/// which is less than the digits of a path tell.
 ///
 /// # Errors
 /// [`Error::Operand`] without a stroke of two points or for one that is not finite; [`Error::Unsupported`] for a cone.
@@ -24,17 +25,22 @@ use rayon::prelude::*;
 /// use amcheck::{geometry::Primitive, morphology::deposit, units::Length};
 /// let strokes = [vec![[0.0, 0.0, 0.0], [10.0, 0.0, 0.0]]];
 /// let bead = Primitive::parse("box:0.4x0.4x0.2mm")?;
-/// let made = deposit(&strokes, &bead, Length::mm(0.05), [0.5; 3])?;
+/// let made = deposit(&strokes, &bead, Length::mm(0.05), ([0.5; 3], Length::default()))?;
 /// // 10.4 mm × 0.4 mm × 0.2 mm.
 /// assert!((made.points.volume().as_mm3() / 0.832 - 1.0).abs() < 0.02);
 /// # Ok::<(), amcheck::Error>(())
 /// ```
-pub fn deposit(strokes: &[Vec<Vec3>], bead: &Primitive, spacing: Length, phase: [f64; 3]) -> Result<Sides> {
+pub fn deposit(
+    strokes: &[Vec<Vec3>],
+    bead: &Primitive,
+    spacing: Length,
+    (phase, beside): ([f64; 3], Length),
+) -> Result<Sides> {
     bead.validate()?;
     check(strokes)?;
     let h = spacing.as_mm();
     // A cube that only touches has no volume in common: the hair goes inwards there.
-    let grown = |by: f64, hair: f64| Grown::of(bead, 0.5 * h * by, 1e-6 * h * hair);
+    let grown = |by: f64, hair: f64| Grown::of(bead, 0.5 * h * by, 1e-6 * h * hair + by * beside.as_mm());
     let (full, point, touch) = (grown(-1.0, 1.0)?, grown(0.0, 1.0)?, grown(1.0, -1.0)?);
     let half = bead.half_extent();
     let all = || strokes.iter().flatten().copied();
@@ -194,6 +200,8 @@ mod tests {
     use super::*;
 
     const H: Length = Length::mm(0.1);
+    /// No arc beside its chords.
+    const EXACT: Length = Length::mm(0.0);
 
     fn bead(text: &str) -> Primitive {
         Primitive::parse(text).unwrap()
@@ -214,7 +222,7 @@ mod tests {
     fn samples_and_cubes_are_those_of_the_union_of_copies() {
         for text in ["ball:0.35mm", "box:0.6x0.4x0.5mm", "cylinder:r0.3h0.4mm"] {
             let bead = bead(text);
-            let made = deposit(&strokes(), &bead, H, [0.25, 0.6, 0.0]).unwrap();
+            let made = deposit(&strokes(), &bead, H, ([0.25, 0.6, 0.0], EXACT)).unwrap();
             assert!(made.full.is_subset(&made.points).unwrap() && made.points.is_subset(&made.touched).unwrap());
             assert!(made.full.count() > 0);
             let grid = *made.points.grid();
@@ -236,7 +244,7 @@ mod tests {
         // Three layers of 0.2 mm; bottoms on cube faces.
         let layer = |n: i32| vec![[0.0, 0.0, 0.2 * f64::from(n) + 0.1], [5.0, 0.0, 0.2 * f64::from(n) + 0.1]];
         let strokes: Vec<_> = (0..3).map(layer).collect();
-        let made = deposit(&strokes, &bead("box:0.4x0.4x0.2mm"), Length::mm(0.05), [0.5; 3]).unwrap();
+        let made = deposit(&strokes, &bead("box:0.4x0.4x0.2mm"), Length::mm(0.05), ([0.5; 3], EXACT)).unwrap();
         let truth = 5.4 * 0.4 * 0.6;
         for set in [&made.full, &made.points] {
             assert!((set.volume().as_mm3() - truth).abs() < 1e-9, "{:?}", set.volume());
@@ -247,9 +255,12 @@ mod tests {
     fn what_is_no_path_and_what_is_no_bead_is_refused() {
         let ball = bead("ball:0.3mm");
         for strokes in [vec![], vec![vec![[0.0; 3]]], vec![vec![[0.0; 3], [f64::NAN; 3]]]] {
-            assert!(matches!(deposit(&strokes, &ball, H, [0.0; 3]), Err(Error::Operand { .. })));
+            assert!(matches!(deposit(&strokes, &ball, H, ([0.0; 3], EXACT)), Err(Error::Operand { .. })));
         }
-        assert!(matches!(deposit(&strokes(), &bead("cone:r1r0h1mm"), H, [0.0; 3]), Err(Error::Unsupported { .. })));
-        assert!(deposit(&strokes(), &Primitive::Ball { radius: Length::mm(f64::NAN) }, H, [0.0; 3]).is_err());
+        assert!(matches!(
+            deposit(&strokes(), &bead("cone:r1r0h1mm"), H, ([0.0; 3], EXACT)),
+            Err(Error::Unsupported { .. })
+        ));
+        assert!(deposit(&strokes(), &Primitive::Ball { radius: Length::mm(f64::NAN) }, H, ([0.0; 3], EXACT)).is_err());
     }
 }

@@ -117,7 +117,7 @@ mod tests {
         }
         // Where there is material, a bead is within the reach of the kernel; where beads lie deeper than that, there is material.
         strokes.push(crossing);
-        let beads = deposit(&strokes, &bead, h, [0.5; 3]).unwrap();
+        let beads = deposit(&strokes, &bead, h, ([0.5; 3], Length::default())).unwrap();
         let cube = StructuringElement::cuboid([3; 3], h).unwrap();
         let near = dilate(&beads.points, &cube).unwrap().set;
         let deep = beads.points.complement();

@@ -3,9 +3,10 @@
 use super::shape::{Operated, checked, from_sandwich};
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::bounds;
 use crate::geometry::{InsideRule, Primitive, TriangleMesh, voxelize};
 use crate::grid::Grid;
+use crate::io::toolpath::Toolpath;
 use crate::morphology::{Sandwich, Sides, deposit as deposited};
 use crate::units::{Length, Volume};
 
@@ -27,10 +28,10 @@ pub struct Departure {
     pub over: [Volume; 3],
 }
 
-/// What a bead deposits along strokes, `∪ { p + B }`: the support of δ on the path convolved with the bead.
+/// What a bead deposits along a path, `∪ { p + B }`: the support of δ on the path convolved with the bead.
 ///
 /// The bead is centred on the path. A nozzle's path runs along the top of what it deposits, so a bead of G-code hangs
-/// below it: lower the strokes by half its height first.
+/// below it: lower its strokes by half its height first.
 ///
 /// # Errors
 /// As [`crate::morphology::deposit()`]; [`crate::Error::NoGeometry`] where the spacing is too large to see the bead.
@@ -41,18 +42,18 @@ pub struct Departure {
 /// ```
 /// use amcheck::{geometry::Primitive, io::gcode, operate::deposit, units::Length};
 /// let path = gcode::read(b"G1 Z0.2\nG1 X0 Y0\nG1 X5 E1\nG1 Y3 E2\n")?;
-/// let made = deposit(&path.strokes, &Primitive::parse("cylinder:r0.25h0.2mm")?, Length::mm(0.05))?;
+/// let made = deposit(&path, &Primitive::parse("cylinder:r0.25h0.2mm")?, Length::mm(0.05))?;
 /// // Two legs of 5 mm and 3 mm, round ends, once the common corner.
 /// let truth = 0.2 * (0.5 * 8.0 + std::f64::consts::PI * 0.25 * 0.25 * 1.25 - 0.25 * 0.25);
 /// let [low, high] = made.shape.bracket.map(|v| v.as_mm3());
 /// assert!(low < truth && truth < high);
 /// # Ok::<(), amcheck::Error>(())
 /// ```
-pub fn deposit(strokes: &[Vec<Vec3>], bead: &Primitive, spacing: Length) -> Result<Deposit> {
+pub fn deposit(path: &Toolpath, bead: &Primitive, spacing: Length) -> Result<Deposit> {
     // The lowest face of the deposit lies on faces of cubes, and with it every layer that is a multiple of the spacing.
-    let lowest = bounds(strokes.iter().flatten().copied()).map_or(0.0, |(lo, _)| lo[2] - bead.half_extent()[2]);
+    let lowest = bounds(path.strokes.iter().flatten().copied()).map_or(0.0, |(lo, _)| lo[2] - bead.half_extent()[2]);
     let phase = [0.25, 0.25, (lowest / spacing.as_mm() + 0.5).rem_euclid(1.0)];
-    let sides = deposited(strokes, bead, spacing, phase)?;
+    let sides = deposited(&path.strokes, bead, spacing, (phase, path.beside))?;
     let volume = [sides.full.volume(), sides.touched.volume()];
     let same = Sandwich { lower: sides.points.clone(), upper: sides.points.clone(), volume, paths: Vec::new() };
     let shape = Operated { path: "copies along the path, sample by sample".into(), ..from_sandwich(same)? };
@@ -121,7 +122,7 @@ mod tests {
     fn laid(code: &str, bead: &str, height: f64) -> Deposit {
         let mut path = gcode::read(code.as_bytes()).unwrap();
         path.strokes.iter_mut().flatten().for_each(|p| p[2] -= 0.5 * height);
-        deposit(&path.strokes, &Primitive::parse(bead).unwrap(), Length::mm(0.05)).unwrap()
+        deposit(&path, &Primitive::parse(bead).unwrap(), Length::mm(0.05)).unwrap()
     }
 
     fn encloses([estimate, low, high]: [Volume; 3], truth: f64) -> f64 {
@@ -164,5 +165,21 @@ mod tests {
         );
         let half = made.departure(&Primitive::parse("box:1x1x1mm").unwrap().mesh(Length::mm(1.0))).unwrap();
         assert!(encloses(half.over, 192.0 - 0.125) > 191.0);
+    }
+
+    #[test]
+    fn a_circle_holds_what_its_chords_miss() {
+        // Beads of 0.1 mm around a circle of 0.2 mm; the design is that ring, its 720 sides within a millionth.
+        let path = gcode::read(b"G1 X0.2 Z0.1\nG3 X0.2 I-0.2 J0 E1\n").unwrap();
+        assert!(path.beside.as_mm() > 0.0);
+        let bead = Primitive::parse("cylinder:r0.05h0.1mm").unwrap();
+        let made = deposit(&path, &bead, Length::mm(0.002)).unwrap();
+        let truth = std::f64::consts::PI * (0.25f64.powi(2) - 0.15f64.powi(2)) * 0.1;
+        let [low, high] = made.shape.bracket.map(|v| v.as_mm3());
+        assert!(low < truth && truth < high, "{truth} not in {low} … {high}");
+        // No cube that lies in the deposit for certain leaves the ring of the true circle.
+        let grid = made.sides.full.grid();
+        let farthest = made.sides.full.iter().map(|at| grid.position(grid.index(at))).map(|p| p[0].hypot(p[1]));
+        assert!(farthest.fold(0.0, f64::max) < 0.25 - 0.001);
     }
 }

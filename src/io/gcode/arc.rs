@@ -8,15 +8,15 @@ use crate::io::accept;
 use crate::units::short;
 
 /// Largest distance between an arc and its chords, mm.
-pub(super) const SAGITTA: f64 = 0.005;
+pub(super) const SAGITTA: f64 = 0.001;
 /// How far an arc may end off its circle: beyond the first always, beyond the second by this share of the radius, mm; as Grbl
 /// 1.1 has it, which slicers' rounding stays within.
 const OFF_CIRCLE: (f64, f64, f64) = (0.5, 0.005, 0.001);
 /// Most chords of one arc.
 const MOST_CHORDS: f64 = 10_000.0;
 
-/// The chords of an arc in the xy plane, `turn` +1 counter-clockwise and −1 clockwise; z goes evenly.
-pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, unit: f64) -> Result<Vec<Vec3>> {
+/// The chords of an arc in the xy plane, `turn` +1 counter-clockwise and −1 clockwise, and how far it runs beside them; z goes evenly.
+pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, unit: f64) -> Result<(Vec<Vec3>, f64)> {
     let (i, j, radius) = (words.get(b'I'), words.get(b'J'), words.get(b'R'));
     let centre = match (i, j, radius) {
         (None, None, Some(r)) => centre_of(from, to, r * unit, turn)
@@ -48,7 +48,7 @@ pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, uni
     };
     let inner = (1..chords as u32).map(|n| corner(f64::from(n)));
     // The last corner is the end as it is written, so that the next stroke starts there.
-    Ok(inner.chain(std::iter::once(to)).collect())
+    Ok((inner.chain(std::iter::once(to)).collect(), radius * (1.0 - (0.5 * sweep / chords).cos())))
 }
 
 /// The centre of an arc from its radius: the shorter arc for a positive one, the longer for a negative.

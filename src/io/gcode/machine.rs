@@ -9,6 +9,7 @@ use crate::io::accept;
 use crate::io::rows::rows_fit;
 use crate::io::toolpath::Toolpath;
 use crate::notice::Notice;
+use crate::units::Length;
 
 /// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling, the origin.
 const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 30.0, 31.0, 32.0, 92.0];
@@ -28,9 +29,10 @@ enum Mode {
 
 /// The path of a G-code file: its depositing moves, or its feed moves if it deposits nothing (milling).
 ///
-/// Read are G0 to G3 with arcs in the xy plane (I J or R), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
+/// Read are G0 to G3 with arcs in the xy plane (I J or R, of one turn at most), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
 /// move the tool along a path are passed over, with their numbers; those that move it in other ways, or change what
-/// coordinates mean, are refused. A G command of none of these kinds is passed over with a notice. Arcs become chords within 0.005 mm.
+/// coordinates mean, are refused. A G command of none of these kinds is passed over with a notice. Arcs become chords within 0.001 mm,
+/// which the path tells.
 ///
 /// M82 and M83 stand until the next of them; before the first, E follows G90 and G91. Where firmwares differ on that and
 /// a move depends on it, a notice says so.
@@ -83,6 +85,8 @@ struct Machine {
     motion: Option<u32>,
     deposits: Strokes,
     feeds: Strokes,
+    /// How far arcs run beside their chords at most, mm.
+    beside: f64,
 }
 
 /// Strokes under way: a move that starts where the last one ended goes on with it.
@@ -124,6 +128,7 @@ impl Machine {
             motion: None,
             deposits: Strokes::default(),
             feeds: Strokes::default(),
+            beside: 0.0,
         }
     }
 
@@ -132,7 +137,7 @@ impl Machine {
         if calls(line) {
             return Err(unsupported(number, "a subprogram, branch or loop (O)"));
         }
-        let mut motion = words.position().iter().any(Option::is_some).then_some(self.motion).flatten();
+        let mut motion = words.go_on().then_some(self.motion).flatten();
         for &(letter, code) in &words.commands {
             match (letter, code) {
                 (b'G', 0.0 | 1.0 | 2.0 | 3.0) => motion = Some(code as u32),
@@ -169,6 +174,7 @@ impl Machine {
             43.0..45.0 => return Err(unsupported(line, "an offset by the tool's length (G43, G44)")),
             52.0..54.0 | 55.0..60.0 => return Err(unsupported(line, "another origin (G52, G53, G55 to G59)")),
             70.0 | 71.0 => return Err(unsupported(line, "G70 or G71, a unit on some machines and a cycle on others,")),
+            92.1 | 92.2 | 92.3 => return Err(unsupported(line, "an origin cancelled or restored (G92.1 to G92.3)")),
             51.0 | 68.0..69.0 => return Err(unsupported(line, "turned or scaled coordinates (G51, G68)")),
             10.0 if words.get(b'L').is_some() => return Err(unsupported(line, "coordinates set by a table (G10 L)")),
             20.0 => self.unit = 25.4,
@@ -191,17 +197,25 @@ impl Machine {
         (self.extrusion, self.marlin) = (Some(mode), mode);
     }
 
-    /// What a move pushes out of the nozzle, mm of filament.
-    fn pushed(&mut self, line: u64, words: &Words) -> f64 {
+    /// What a move pushes out of the nozzle, mm of filament; what has been pushed is kept as it is written, so that the same number again
+    /// pushes nothing.
+    fn push(&mut self, line: u64, words: &Words) -> f64 {
         let Some(e) = words.get(b'E').map(|e| e * self.unit) else { return 0.0 };
         // Without M82 or M83 Marlin's E follows G91, others' stays absolute; with them, G90 and G91 reset Marlin's.
         let others = self.extrusion.unwrap_or(Mode::Absolute);
         if others != self.marlin {
             self.disputed.get_or_insert(line);
         }
+        let before = self.filament;
         match self.extrusion.unwrap_or(self.moves) {
-            Mode::Absolute => e - self.filament,
-            Mode::Relative => e,
+            Mode::Absolute => {
+                self.filament = e;
+                e - before
+            }
+            Mode::Relative => {
+                self.filament = before + e;
+                e
+            }
         }
     }
 
@@ -231,8 +245,12 @@ impl Machine {
 
     /// A move by G0 to G3.
     fn motion(&mut self, line: u64, motion: u32, words: &Words) -> Result<()> {
-        if let Some(axis) = [b'A', b'B', b'C'].into_iter().find(|&axis| words.get(axis).is_some()) {
+        if let Some(&axis) = b"ABCUVW".iter().find(|&&axis| words.get(axis).is_some()) {
             return Err(unsupported(line, &format!("the axis {}", char::from(axis))));
+        }
+        // Circles before the arc in Marlin, turns altogether in LinuxCNC.
+        if motion > 1 && words.get(b'P').is_some_and(|turns| turns != 0.0) {
+            return Err(unsupported(line, "the turns of an arc (P)"));
         }
         if let Some(letter) = words.twice {
             return Err(damaged(line, format!("a move with two numbers for {}", char::from(letter))));
@@ -247,13 +265,14 @@ impl Machine {
         if let Some(problem) = accept::point_problem(to) {
             return Err(damaged(line, problem));
         }
-        let pushed = self.pushed(line, words);
-        self.filament += pushed;
+        let pushed = self.push(line, words);
         self.at = to;
         let chords = if motion < 2 {
             vec![to]
         } else {
-            arc(line, from, to, if motion == 3 { 1.0 } else { -1.0 }, words, self.unit)?
+            let (chords, beside) = arc(line, from, to, if motion == 3 { 1.0 } else { -1.0 }, words, self.unit)?;
+            self.beside = self.beside.max(beside);
+            chords
         };
         let mut last = from;
         for corner in chords {
@@ -293,7 +312,7 @@ impl Machine {
         } else {
             self.deposits.done
         };
-        Toolpath { strokes, notices }.with_strokes("the G-code")
+        Toolpath { strokes, beside: Length::mm(self.beside), notices }.with_strokes("the G-code")
     }
 }
 
@@ -342,6 +361,18 @@ mod tests {
         let p =
             path("%\n(a pocket)\nG17 G21 G90\nM117 X5 Y5\nSTART_PRINT E=1\nG0 X1\nG1 X2 F100\nM3 S1000\nG1 X2 Y2\n");
         assert_eq!((p.strokes.len(), p.length_mm(), p.notices[0].code.as_str()), (1, 3.0, "no-extrusion"));
+    }
+
+    #[test]
+    fn what_has_been_pushed_out_is_what_was_written() {
+        let p = path("G92 E0\nG1 E-1.42\nG1 X10 E0.76521\nG1 Y50 E0.76521\nG1 X20 E5\n");
+        assert_eq!((p.strokes.len(), p.length_mm()), (2, 20.0));
+        // Lines that name only E, or only the centre of an arc, go on with the motion.
+        assert_eq!(path("G1 X10 E1\nE2\nX20 E2\nX25 E3\n").strokes.len(), 2);
+        let circles = path("G1 X10\nG3 X10 Y0 I-5 J0 E1\nI-3 J0 E2\nP0 I-3 J0 E3\n").length_mm();
+        assert!((circles - 22.0 * std::f64::consts::PI).abs() < 0.1, "{circles}");
+        // Numbers of other commands do not.
+        assert_eq!(path("G1 X10 E1\nM201 E5\nM106 S3 E9\nX20 E2\n").length_mm(), 20.0);
     }
 
     #[test]
@@ -423,6 +454,9 @@ mod tests {
             ("G41\n", 1),
             ("G68 X0 Y0 R30\n", 1),
             ("G1 X1 A30\n", 1),
+            ("G1 X1 U30\n", 1),
+            ("G1 X1 Z0\nG3 X1 Y0 I-1 J0 Z4 P4 E1\n", 2),
+            ("G92 X5\nG92.1\n", 2),
             ("G1 X1 E1\nG16\n", 2),
             ("G43 H1\n", 1),
             ("G55\n", 1),

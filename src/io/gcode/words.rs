@@ -8,7 +8,7 @@ use crate::io::words::Word;
 #[derive(Default)]
 pub(super) struct Words {
     pub(super) commands: Vec<(u8, f64)>,
-    values: [Option<f64>; 11],
+    values: [Option<f64>; LETTERS.len()],
     /// A letter that stands on the line with two numbers.
     pub(super) twice: Option<u8>,
 }
@@ -17,7 +17,7 @@ pub(super) struct Words {
 const BEFORE_MOTION: &[f64] = &[3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 82.0, 83.0];
 
 /// Letters whose numbers count.
-const LETTERS: &[u8; 11] = b"XYZEIJRLABC";
+const LETTERS: &[u8; 15] = b"XYZEIJRLPABCUVW";
 
 impl Words {
     /// The number behind a letter.
@@ -28,6 +28,13 @@ impl Words {
     /// The numbers behind X, Y and Z.
     pub(super) fn position(&self) -> [Option<f64>; 3] {
         [self.get(b'X'), self.get(b'Y'), self.get(b'Z')]
+    }
+
+    /// Whether a line without a G command goes on with the motion that is in force: what it names belongs to one, and nothing else.
+    pub(super) fn go_on(&self) -> bool {
+        let of_motion = |&letter: &u8| self.get(letter).is_some();
+        let by_axes = self.position().iter().any(Option::is_some);
+        by_axes || self.commands.iter().all(|c| c.0 == b'G') && b"EIJR".iter().any(of_motion)
     }
 }
 
