@@ -2,7 +2,7 @@
 
 mod sample;
 
-use amcheck::check::State;
+use amcheck::check::{Spot, State};
 use amcheck::report::baseline::{Delta, compare, text};
 use amcheck::report::terminal::Palette;
 use amcheck::report::{Report, badge, junit, markdown, sarif};
@@ -66,6 +66,31 @@ fn changes_are_matched_by_place_and_need_parted_brackets() {
     assert_eq!((c.count(Delta::Fixed), c.count(Delta::Unchecked)), (0, 2));
     let said = text(&c, Palette::Plain);
     assert!(said.contains("judged otherwise: trapped-volume.mouths: no limit → must"), "{said}");
+}
+
+#[test]
+fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
+    let old = sample::report("part.stl");
+    let mut new = old.clone();
+    let fins = &mut new.checks[at(&old, "thin-wall")].findings;
+    fins[0].count += 4;
+    let c = compare(&old, &new);
+    assert!(c.count(Delta::Worse) == 1 && c.count(Delta::New) == 0 && c.has_new_failure());
+    assert!(text(&c, Palette::Plain).contains("→ 5 places"), "{}", text(&c, Palette::Plain));
+    assert_eq!(compare(&new, &old).count(Delta::Better), 1);
+    // One of its places has a value of its own now, elsewhere.
+    let fins = &mut new.checks[at(&old, "thin-wall")].findings;
+    let mut left = fins[0].clone();
+    left.at_mm = [-20.0, 3.0, 1.0];
+    left.box_mm = [[-20.1, 2.9, 0.9], [-19.9, 3.1, 1.1]];
+    left.fingerprint = "elsewhere".into();
+    fins[0].places.push(Spot { at_mm: left.at_mm, value: left.value, low: left.low, high: left.high });
+    let grouped = new.clone();
+    new.checks[at(&old, "thin-wall")].findings[0].count -= 1;
+    left.count = 1;
+    new.checks[at(&old, "thin-wall")].findings.push(left);
+    assert_eq!(compare(&grouped, &new).count(Delta::New), 0);
+    assert_eq!(compare(&new, &grouped).count(Delta::Fixed), 0);
 }
 
 #[test]

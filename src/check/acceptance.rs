@@ -1,7 +1,7 @@
 //! Which findings somebody accepts, and which acceptances have ended.
 
 use super::contract::Meta;
-use super::finding::{Accepted, Finding, Sense};
+use super::finding::{Accepted, Finding, Sense, Spot};
 use super::registry;
 use crate::error::Result;
 use crate::notice::Notice;
@@ -20,6 +20,8 @@ enum Fate {
     Unasked,
     /// Its check ran and has no such finding.
     Unused,
+    /// There is such a finding, which stands for other places too.
+    Partial,
     Used,
     /// There is such a finding, and the entry no longer holds.
     Ended,
@@ -35,28 +37,35 @@ impl<'a> Acceptance<'a> {
         Ok(Acceptance { entries: waivers.iter().map(|w| (w, Fate::Unasked)).collect(), today })
     }
 
-    /// Marks the findings of a check that ran.
+    /// Marks the findings of a check that ran: those whose every place is covered by an entry, by one and the same or by several.
     pub fn apply(&mut self, meta: &Meta, findings: &mut [Finding]) {
-        for (waiver, fate) in &mut self.entries {
-            let own = waiver.check.trim();
-            if own != meta.name && !own.eq_ignore_ascii_case(meta.code) {
-                continue;
+        let today = self.today;
+        let mut own: Vec<&mut (&Waiver, Fate)> = self.entries.iter_mut().filter(|e| is_of(e.0, meta)).collect();
+        own.iter_mut().for_each(|e| e.1 = Fate::Unused.max(e.1));
+        let has_ended = |w: &Waiver| w.until.is_some_and(|end| today.is_none_or(|today| today > end));
+        for f in findings {
+            let places = places(f);
+            let touching: Vec<usize> =
+                (0..own.len()).filter(|&i| places.iter().any(|spot| holds(own[i].0, f, spot))).collect();
+            let (ended, valid): (Vec<usize>, Vec<usize>) = touching.iter().partition(|&&i| has_ended(own[i].0));
+            let covered =
+                |entries: &[usize]| covers(&entries.iter().map(|&i| own[i].0).collect::<Vec<_>>(), f, &places);
+            // One entry that holds is enough, whatever has ended beside it.
+            let (said, fate) = if covered(&valid) {
+                (&valid, Fate::Used)
+            } else if covered(&touching) {
+                (&ended, Fate::Ended)
+            } else {
+                (&touching, Fate::Partial)
+            };
+            let accepted = accepted(said.iter().map(|&i| own[i].0));
+            match fate {
+                Fate::Used => f.accepted = f.accepted.take().or(accepted),
+                Fate::Ended => f.acceptance_ended = f.acceptance_ended.take().or(accepted),
+                _ => {}
             }
-            *fate = Fate::Unused.max(*fate);
-            let ended = waiver.until.is_some_and(|end| self.today.is_none_or(|today| today > end));
-            for f in findings.iter_mut().filter(|f| covers(waiver, f)) {
-                let said = Accepted { reason: waiver.reason.clone(), until: waiver.until.map(|d| d.to_string()) };
-                if ended {
-                    *fate = Fate::Ended;
-                    f.acceptance_ended.get_or_insert(said);
-                } else {
-                    *fate = Fate::Used.max(*fate);
-                    f.accepted.get_or_insert(said);
-                }
-            }
+            said.iter().for_each(|&i| own[i].1 = fate.max(own[i].1));
         }
-        // One entry that holds is enough.
-        findings.iter_mut().filter(|f| f.accepted.is_some()).for_each(|f| f.acceptance_ended = None);
     }
 
     /// What the report has to say of entries that ended or accept nothing.
@@ -70,6 +79,10 @@ impl<'a> Acceptance<'a> {
                     "acceptance-unused",
                     format!("{entry} meets no finding: it was mended, has moved, or has become worse"),
                 ),
+                Fate::Partial => Notice::new(
+                    "acceptance-unused",
+                    format!("{entry} covers only some places of a finding: give one for each, or a box around all"),
+                ),
                 Fate::Unasked | Fate::Used => return None,
             };
             Some(match waiver.region {
@@ -81,24 +94,52 @@ impl<'a> Acceptance<'a> {
     }
 }
 
-/// Whether an entry covers every place that a finding stands for, at its value.
-fn covers(waiver: &Waiver, f: &Finding) -> bool {
-    let bearable = waiver.no_worse_than.is_none_or(|limit| match f.sense {
-        Sense::Min => f.low >= limit,
-        Sense::Max => f.high <= limit,
-    });
-    bearable
-        && match &waiver.region {
-            Region::Fingerprint(name) => *name == f.fingerprint,
-            region => {
-                // Places that are not listed one by one lie somewhere in the box.
-                let listed = f.count <= f.places.len().max(1) as u64;
-                let corners = if listed { Vec::new() } else { corners(f.box_mm) };
-                region.holds(f.at_mm)
-                    && f.places.iter().all(|s| region.holds(s.at_mm))
-                    && corners.into_iter().all(|p| region.holds(p))
-            }
+/// Whether an entry is of a check.
+fn is_of(waiver: &Waiver, meta: &Meta) -> bool {
+    let own = waiver.check.trim();
+    own == meta.name || own.eq_ignore_ascii_case(meta.code)
+}
+
+/// What the report repeats of entries that cover a finding together: their reasons, and the first day on which one ends.
+fn accepted<'w>(waivers: impl Iterator<Item = &'w Waiver> + Clone) -> Option<Accepted> {
+    let mut reasons: Vec<&str> = Vec::new();
+    for waiver in waivers.clone() {
+        if !reasons.contains(&waiver.reason.as_str()) {
+            reasons.push(&waiver.reason);
         }
+    }
+    let until = waivers.filter_map(|w| w.until).min();
+    (!reasons.is_empty()).then(|| Accepted { reason: reasons.join("; "), until: until.map(|d| d.to_string()) })
+}
+
+/// Every place that a finding tells of, its own among them.
+fn places(f: &Finding) -> Vec<Spot> {
+    let own = Spot { at_mm: f.at_mm, value: f.value, low: f.low, high: f.high };
+    f.places.iter().copied().chain([own]).collect()
+}
+
+/// Whether an entry covers one place of a finding, at the value there.
+fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
+    let bearable = |low: f64, high: f64| {
+        waiver.no_worse_than.is_none_or(|limit| match f.sense {
+            Sense::Min => low >= limit,
+            Sense::Max => high <= limit,
+        })
+    };
+    match &waiver.region {
+        Region::Fingerprint(name) => *name == f.fingerprint && bearable(f.low, f.high),
+        region => region.holds(spot.at_mm) && bearable(spot.low, spot.high),
+    }
+}
+
+/// Whether entries cover every place that a finding stands for; what is not listed one by one lies somewhere in its box, which one of
+/// them has to hold.
+fn covers(waivers: &[&Waiver], f: &Finding, places: &[Spot]) -> bool {
+    let listed = f.count <= f.places.len().max(1) as u64;
+    let holds_box = |w: &&Waiver| {
+        matches!(w.region, Region::Fingerprint(_)) || corners(f.box_mm).into_iter().all(|p| w.region.holds(p))
+    };
+    places.iter().all(|spot| waivers.iter().any(|w| holds(w, f, spot))) && (listed || waivers.iter().any(holds_box))
 }
 
 fn corners(box_mm: [[f64; 3]; 2]) -> Vec<[f64; 3]> {
@@ -107,7 +148,7 @@ fn corners(box_mm: [[f64; 3]; 2]) -> Vec<[f64; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::finding::{Basis, Bracket, Limits, Spot, State};
+    use super::super::finding::{Basis, Bracket, Limits, State};
     use super::*;
     use crate::process::waivers;
 
@@ -141,6 +182,18 @@ mod tests {
         assert_eq!(applied("at_mm = [0.5, 0, 0]", None, &mut group), ["acceptance-unused"]);
         assert!(applied("box_mm = [[-1, -1, -1], [6, 1, 1]]", None, &mut group).is_empty());
         assert_eq!((group[0].accepted.is_some(), group[0].state), (true, State::Fail));
+        // Two entries that cover one place each cover both; so does one by name, as long as there are no more.
+        let second = "[[accept]]\ncheck = \"AM101\"\nreason = \"too\"\nat_mm = [5, 0, 0]";
+        group[0].accepted = None;
+        assert!(applied(&format!("at_mm = [0.5, 0, 0]\n{second}"), None, &mut group).is_empty());
+        assert_eq!(group[0].accepted.take().unwrap().reason, "why; too");
+        let named = format!("fingerprint = \"{}/x2\"", group[0].fingerprint);
+        super::super::name_apart(&mut group);
+        assert!(applied(&named, None, &mut group).is_empty() && group[0].accepted.is_some());
+        let mut more = [finding(0.4, [0.0; 3])];
+        (more[0].count, more[0].places) = (3, vec![group[0].places[0]; 3]);
+        super::super::name_apart(&mut more);
+        assert_eq!(applied(&named, None, &mut more), ["acceptance-unused"]);
     }
 
     #[test]

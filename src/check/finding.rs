@@ -144,7 +144,7 @@ impl Limits {
 }
 
 /// One of several equal places of a grouped finding.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spot {
     pub at_mm: [f64; 3],
     pub value: f64,

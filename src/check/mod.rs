@@ -56,6 +56,7 @@ mod throat;
 mod tool_access;
 mod tooling;
 mod topology;
+mod topple;
 mod trapped_volume;
 mod trial;
 mod vent;

@@ -29,12 +29,16 @@ pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, e
     finding.places = vec![Spot { at_mm: finding.at_mm, value: finding.value, low: finding.low, high: finding.high }];
 }
 
-/// Gives findings of one check that share a name an ordinal, worst first, so that an acceptance by name means one of them.
+/// Ends the names of findings that stand for several places with their number, and gives those of one check that share a name an ordinal,
+/// worst first: an acceptance by name means one of them, and no place that joins it later.
 pub fn name_apart(findings: &mut [Finding]) {
     let mut worst: Vec<&mut Finding> = findings.iter_mut().collect();
     worst.sort_by(|a, b| Finding::worst_first(a, b));
     let mut seen: FxHashMap<String, usize> = FxHashMap::default();
     for f in worst.into_iter().filter(|f| !f.fingerprint.is_empty()) {
+        if f.count > 1 {
+            f.fingerprint.push_str(&format!("/x{}", f.count));
+        }
         let times = seen.entry(f.fingerprint.clone()).or_insert(0);
         *times += 1;
         if *times > 1 {

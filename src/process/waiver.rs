@@ -10,8 +10,8 @@ const WITHIN_MM: f64 = 1.0;
 
 /// One `[[accept]]` entry.
 ///
-/// A finding is accepted where its check is the entry's, every place it stands for lies in the entry's region, and its
-/// value is not worse than the entry allows. It is shown all the same, and does not count until the entry ends.
+/// A finding is accepted where its check is the entry's, and every place it stands for lies in the region of such an entry, with a
+/// value there that is not worse than the entry allows. It is shown all the same, and does not count until the entry ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waiver {
     /// Name or code of a check.

@@ -1,14 +1,15 @@
 //! Two reports of one part compared: what is new, fixed, worse, better or the same.
 //!
 //! Findings are matched by check, kind and place within a tolerance, because geometry moves. *Worse* and *better* need
-//! brackets that part: a change inside the uncertainty is no change.
+//! brackets that part, or another number of places: a change inside the uncertainty is no change.
 
 use super::phrase;
 use super::schema::{Axis3, Report};
 use super::terminal::Palette;
-use crate::check::{Finding, Sense, State};
+use crate::check::{Finding, Sense, Spot, State};
 use crate::error::printable;
 use serde::Serialize;
+use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 /// What became of a finding.
@@ -17,13 +18,13 @@ use std::collections::BTreeSet;
 pub enum Delta {
     /// Only in the new report.
     New,
-    /// In both; the new bracket lies wholly on the worse side of the old.
+    /// In both; the new bracket lies wholly on the worse side of the old, or it stands for more places.
     Worse,
     /// Only in the old report, and its check gave no answer in the new, or one by other limits: nobody knows.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
-    /// In both; the new bracket lies wholly on the better side of the old.
+    /// In both; the new bracket lies wholly on the better side of the old, or it stands for fewer places and is no worse.
     Better,
     /// Only in the old report, and its check gave an answer in the new by the same limits.
     Fixed,
@@ -96,7 +97,8 @@ impl Comparison {
 /// What changed from `old` to `new`.
 ///
 /// Findings of the same check and kind are paired nearest first, if their places lie within two samples of the coarser
-/// grid, or one's place lies in the other's box grown by as much; equal fingerprints pair wherever they are.
+/// grid, or one's place lies in the other's box grown by as much; equal fingerprints pair wherever they are. What was one place of a finding
+/// that stands for several is compared with that finding: it left it, or joined it.
 ///
 /// # Cost
 /// O(m·n) for m and n findings of one check.
@@ -121,13 +123,26 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
         if !old_taken[i] && !new_taken[j] {
             (old_taken[i], new_taken[j]) = (true, true);
             let (a, b) = (before[i].1, after[j].1);
-            changes.push(change(moved(a, b), before[i].0, Some(a), Some(b)));
+            changes.push(change(counted(a, b), before[i].0, Some(a), Some(b)));
         }
     }
+    let among = |f: &Finding, check: &str, others: &[(&'_ str, &Finding)]| {
+        let holds = |(other, g): &(&str, &Finding)| {
+            *other == check && g.kind == f.kind && g.count > 1 && stands_for(g, f.box_mm, tolerance_mm)
+        };
+        others.iter().position(holds)
+    };
     for (_, (check, f)) in after.iter().enumerate().filter(|(j, _)| !new_taken[*j]) {
-        changes.push(change(Delta::New, check, None, Some(f)));
+        changes.push(match among(f, check, &before) {
+            Some(i) => change(moved(before[i].1, f), check, Some(before[i].1), Some(f)),
+            None => change(Delta::New, check, None, Some(f)),
+        });
     }
     for (_, (check, f)) in before.iter().enumerate().filter(|(i, _)| !old_taken[*i]) {
+        if let Some(j) = among(f, check, &after) {
+            changes.push(change(moved(f, after[j].1), check, Some(f), Some(after[j].1)));
+            continue;
+        }
         let answered = new
             .checks
             .iter()
@@ -139,7 +154,7 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
         let of = |c: &Change| c.new.clone().or(c.old.clone());
         a.delta.cmp(&b.delta).then_with(|| match (of(a), of(b)) {
             (Some(x), Some(y)) => Finding::worst_first(&x, &y),
-            _ => std::cmp::Ordering::Equal,
+            _ => Ordering::Equal,
         })
     });
     Comparison { tolerance_mm, conditions: conditions(old, new), changes }
@@ -190,11 +205,14 @@ pub fn text(comparison: &Comparison, palette: Palette) -> String {
     out
 }
 
-/// Values before and after, and the place: `0.45 mm → 0.61 mm at 21.6, 0, 11`.
+/// Values before and after, and the place: `0.45 mm → 0.61 mm at 21.6, 0, 11`; with the number of places where that changed.
 pub fn from_to(c: &Change) -> String {
     let value = |f: &Finding| phrase::measured(f.value, f.low, f.high, &f.unit);
     let at = |f: &Finding| format!("at {}", phrase::point(f.at_mm));
     match (&c.old, &c.new) {
+        (Some(a), Some(b)) if a.count != b.count => {
+            format!("{} → {}, {} → {} places, {}", value(a), value(b), a.count, b.count, at(b))
+        }
         (Some(a), Some(b)) => format!("{} → {} {}", value(a), value(b), at(b)),
         (Some(f), None) | (None, Some(f)) => format!("{} {}", value(f), at(f)),
         (None, None) => String::new(),
@@ -231,6 +249,21 @@ fn moved(old: &Finding, new: &Finding) -> Delta {
         (Sense::Min, _, true) | (Sense::Max, true, _) => Delta::Better,
         _ => Delta::Same,
     }
+}
+
+/// The same for a pair that stands for all of its places: more of them are worse.
+fn counted(old: &Finding, new: &Finding) -> Delta {
+    match (moved(old, new), new.count.cmp(&old.count)) {
+        (Delta::Worse, _) | (_, Ordering::Greater) => Delta::Worse,
+        (Delta::Same, Ordering::Less) => Delta::Better,
+        (delta, _) => delta,
+    }
+}
+
+/// Whether one of the places that a finding stands for lies in a box.
+fn stands_for(f: &Finding, [lo, hi]: [Axis3; 2], tolerance: f64) -> bool {
+    let within = |s: &Spot| (0..3).all(|k| s.at_mm[k] >= lo[k] - tolerance && s.at_mm[k] <= hi[k] + tolerance);
+    f.places.iter().any(within)
 }
 
 fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {

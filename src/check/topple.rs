@@ -1,0 +1,202 @@
+//! Whether parts topple: their centres of mass over their footprints.
+
+use super::contract::{Context, limits_of};
+use super::finding::{Basis, Bracket, Finding, State, Witness};
+use super::place::{group_equal, locate, reported};
+use crate::geometry::vector::{Vec3, bounds, cross, dot};
+use crate::geometry::{DisjointSets, Hull, TriangleMesh};
+use crate::layer::section_points;
+use crate::part::Part;
+use crate::process::Process;
+use crate::units::short;
+
+/// How much deeper than asked the centre of mass lies over a foot that is advised, millimetres.
+const SPARE: f64 = 1.0;
+/// Feet that are tried, and sides of the polygon that one is.
+const FEET: usize = 8;
+const SIDES: usize = 32;
+
+/// What the topple rule of AM205 finds: bodies, or bodies that fuse, whose centre of mass lies too little inside their footprint.
+///
+/// A body without a section in the first layer stands on no footprint of its own, and is left to others.
+pub(super) fn topple(part: &Part, process: &Process, context: &Context) -> Vec<Finding> {
+    if !part.is_plain() || limits_of(process, "tall-feature.topple").is_none() {
+        return Vec::new();
+    }
+    let found = standing(part, process).into_iter().filter_map(|own| toppling(part, process, context, &own));
+    let mut findings: Vec<Finding> = found.collect();
+    findings.sort_by(Finding::worst_first);
+    let mut findings = group_equal(findings, part.tie());
+    for f in findings.iter_mut().filter(|f| f.count > 1) {
+        f.message = format!("{} bodies: {}", f.count, f.message);
+    }
+    findings
+}
+
+/// What is printed in one piece.
+struct Standing {
+    mesh: TriangleMesh,
+    /// Its bodies, counted from 1; none where they are all of the part.
+    bodies: Option<Vec<u64>>,
+}
+
+/// The pieces that a part is printed in: bodies nearer than the gap that closes fuse. Facets that bound no solid are left out.
+fn standing(part: &Part, process: &Process) -> Vec<Standing> {
+    let health = part.health();
+    let mut pieces = DisjointSets::new(health.bodies.len());
+    for pair in part.body_pairs().iter().filter(|p| p.distance < process.element.closing_gap_mm) {
+        let [a, b] = pair.bodies;
+        pieces.join(a, b);
+    }
+    let roots: Vec<u32> = (0..health.bodies.len() as u32).map(|body| pieces.root(body)).collect();
+    let mut own: Vec<u32> = roots.clone();
+    own.sort_unstable();
+    own.dedup();
+    let mesh = part.mesh();
+    let piece = |root: u32| {
+        let is_own = |f: usize| {
+            let body = health.facet_body.get(f).and_then(|&body| roots.get(body as usize));
+            (own.len() == 1 || body == Some(&root)) && part.bounds_solid(f)
+        };
+        let facets = mesh.triangles.iter().enumerate().filter(|(f, _)| is_own(*f));
+        let bodies = (1..).zip(&roots).filter(|(_, r)| **r == root).map(|(number, _)| number).collect();
+        Standing {
+            mesh: TriangleMesh { vertices: mesh.vertices.clone(), triangles: facets.map(|(_, t)| *t).collect() },
+            bodies: (own.len() > 1).then_some(bodies),
+        }
+    };
+    own.iter().map(|&root| piece(root)).collect()
+}
+
+/// How far the centre of mass lies inside the footprint, if that is too little.
+fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -> Option<Finding> {
+    let limits = limits_of(process, "tall-feature.topple")?;
+    let centre = centre_of_mass(&own.mesh)?;
+    let footprint = Hull::of(section_points(&own.mesh, 0.5 * process.layer_height_mm));
+    let depth = footprint.depth([centre[0], centre[1]]);
+    if !depth.is_finite() {
+        return None;
+    }
+    // The section moves by what half a layer and a coordinate step move it; what is within them is on the edge.
+    let mut f = Finding::judged("AM205", "topple", Bracket::exact(depth), Basis::Exact, limits, "mm", part.tie());
+    if f.state == State::Pass {
+        return None;
+    }
+    let corners = (0..own.mesh.triangles.len()).flat_map(|f| own.mesh.corners(f));
+    locate(&mut f, part, context, centre, bounds(corners)?);
+    f.bodies = own.bodies.clone();
+    f.witness = Some(Witness { kind: "centre-of-mass".into(), points_mm: vec![reported(part, centre)] });
+    let least = limits.warn.or(limits.fail).unwrap_or(0.0);
+    let what = match f.bodies.as_deref() {
+        None => "the part",
+        Some([_]) => "the body",
+        Some(_) => "what these bodies make",
+    };
+    f.message = if depth < 0.0 {
+        format!("the centre of mass lies {} mm outside the footprint: {what} topples", short(round(-depth)))
+    } else {
+        format!("the centre of mass lies only {} mm inside the footprint", short(round(depth)))
+    };
+    let volume = own.mesh.signed_volume();
+    f.fix = match broader_foot(&footprint, centre, volume, process.layer_height_mm, least + SPARE) {
+        Some((wider, inside)) => format!(
+            "give it a foot of one layer, {} mm broader on that side: measured again, the centre of mass lies {} mm inside",
+            short((100.0 * wider).ceil() / 100.0),
+            short((100.0 * inside).floor() / 100.0)
+        ),
+        None => "give it a broader foot, or lay it down".into(),
+    };
+    Some(f)
+}
+
+fn round(mm: f64) -> f64 {
+    (100.0 * mm).round() / 100.0
+}
+
+/// How far a foot has to reach beyond the footprint, and how deep inside it the centre of mass lies then: a foot of one layer under
+/// all within some distance of the centre of mass, whose own mass is counted.
+fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, layer: f64, least: f64) -> Option<(f64, f64)> {
+    let corners = || footprint.corners().iter().copied();
+    let (area, middle) = centroid(footprint);
+    let short_of = -footprint.depth([centre[0], centre[1]]);
+    let mut reach = least;
+    for _ in 0..FEET {
+        // Corners of a polygon about the circle, so that the circle lies within it.
+        let out = reach / (std::f64::consts::PI / SIDES as f64).cos();
+        let round = (0..SIDES).map(|n| {
+            let (s, c) = (std::f64::consts::TAU * n as f64 / SIDES as f64).sin_cos();
+            [centre[0] + out * c, centre[1] + out * s]
+        });
+        let broader = Hull::of(corners().chain(round));
+        let (whole, of_whole) = centroid(&broader);
+        let moved = [0, 1].map(|a| {
+            let moment = volume * centre[a] + layer * (whole * of_whole[a] - area * middle[a]);
+            moment / (volume + layer * (whole - area))
+        });
+        let inside = broader.depth(moved);
+        if inside >= least {
+            return Some((short_of + out, inside));
+        }
+        reach += 1.1 * (least - inside);
+    }
+    None
+}
+
+/// Area and centre of a hull.
+fn centroid(hull: &Hull) -> (f64, [f64; 2]) {
+    let corners = hull.corners();
+    let Some(&[x0, y0]) = corners.first() else { return (0.0, [0.0; 2]) };
+    let (mut area, mut moment) = (0.0, [0.0; 2]);
+    for w in corners.windows(2) {
+        let twice = (w[0][0] - x0) * (w[1][1] - y0) - (w[1][0] - x0) * (w[0][1] - y0);
+        area += 0.5 * twice;
+        (0..2).for_each(|a| moment[a] += twice / 6.0 * (corners[0][a] + w[0][a] + w[1][a]));
+    }
+    (area, if area > 0.0 { moment.map(|m| m / area) } else { [x0, y0] })
+}
+
+/// ∫ x dV / V of a closed mesh; `None` where it holds nothing.
+fn centre_of_mass(mesh: &TriangleMesh) -> Option<Vec3> {
+    let (mut volume, mut moment) = (0.0, [0.0; 3]);
+    for f in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(f);
+        let v = dot(a, cross(b, c)) / 6.0;
+        volume += v;
+        (0..3).for_each(|x| moment[x] += 0.25 * v * (a[x] + b[x] + c[x]));
+    }
+    (volume > 0.0).then(|| moment.map(|m| m / volume))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::part::Up;
+
+    #[test]
+    fn a_foot_carries_the_centre_of_mass_and_its_own_mass_is_counted() {
+        let square = Hull::of([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]]);
+        let (area, middle) = centroid(&square);
+        assert!(area == 100.0 && middle.iter().all(|c| (c - 5.0).abs() < 1e-12), "{area} {middle:?}");
+        // Three millimetres outside on +x: five have to be added to be two inside, and a little more for the foot's own mass.
+        let (wider, inside) = broader_foot(&square, [13.0, 5.0, 20.0], 1000.0, 0.2, 2.0).expect("a foot");
+        assert!(inside >= 2.0 && (5.0..5.2).contains(&wider), "{wider} {inside}");
+        let heavy = broader_foot(&square, [13.0, 5.0, 20.0], 10.0, 1.0, 2.0).expect("a foot");
+        assert!(heavy.1 >= 2.0, "{heavy:?}");
+    }
+
+    #[test]
+    fn every_body_stands_by_itself_unless_it_fuses_with_its_neighbour() {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        // A foot of 4 mm under an arm of 20 mm; a block under its end, apart or so near that it fuses.
+        let arm = cuboid([0.0; 3], [4.0, 4.0, 10.0]).joined(&cuboid([4.0, 0.0, 8.0], [24.0, 4.0, 10.0]));
+        for (gap, toppling) in [(3.0, 1), (0.1, 0)] {
+            let block = cuboid([18.0, 0.0, 0.0], [24.0, 4.0, 8.0 - gap]);
+            let part = Part::new(arm.clone().joined(&block), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let found = topple(&part, &process, &context);
+            assert_eq!(found.len(), toppling, "{gap}: {found:?}");
+            assert!(found.iter().all(|f| f.kind == "topple" && f.bodies.is_some()), "{found:?}");
+        }
+    }
+}
