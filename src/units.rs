@@ -141,6 +141,28 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// A number and the two that it lies between, for people: rounded outwards, at as many digits as tell a hundredth of the bracket, and four at least.
+///
+/// ```
+/// assert_eq!(amcheck::units::enclosed(1.35871e-5, [1.3412e-5, 1.3688e-5]), ["0.00001359", "0.00001341", "0.00001369"]);
+/// assert_eq!(amcheck::units::enclosed(38.5, [31.73, 38.95]), ["38.5", "31.73", "38.95"]);
+/// ```
+pub fn enclosed(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
+    let below = |x: f64| if x > 0.0 && x.is_finite() { (-x.log10().floor()) as i32 } else { 0 };
+    let largest = value.abs().max(low.abs()).max(high.abs());
+    let decimals = (below(high - low) + 2).max(below(largest) + 3).clamp(0, 15);
+    let scale = 10f64.powi(decimals);
+    let shown = |x: f64, round: fn(f64) -> f64| {
+        // A number of so many digits is itself, whatever the product of it is.
+        let (nearest, rounded) = ((x * scale).round(), round(x * scale));
+        let whole = if (x * scale - nearest).abs() <= 4.0 * f64::EPSILON * nearest.abs() { nearest } else { rounded };
+        let text = format!("{:.*}", decimals as usize, whole / scale);
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        if text == "-0" { "0".to_string() } else { text.to_string() }
+    };
+    [shown(value, f64::round), shown(low, f64::floor), shown(high, f64::ceil)]
+}
+
 /// By how many millimetres to change a length, in hundredths, rounded up so that the change is enough.
 ///
 /// ```

@@ -320,7 +320,7 @@ pub enum Operation {
         #[arg(long, value_name = "0.45x0.2mm", requires = "gcode", conflicts_with = "part")]
         bead: Option<String>,
         /// The design that the G-code came from, in its frame: what is missing and what is over is measured
-        #[arg(long, value_name = "PART", requires = "gcode")]
+        #[arg(long, value_name = "PART", requires = "gcode", conflicts_with = "along")]
         design: Option<PathBuf>,
         #[command(flatten)]
         how: How,

@@ -10,6 +10,7 @@ use crate::io::glb::{self, Scene};
 use crate::io::{Content, npy, nrrd, obj, ply, stl, threemf, vti, write_together};
 use crate::operate::Operated;
 use crate::report::render::{Panel, side_by_side};
+use crate::units::enclosed;
 use std::path::{Path, PathBuf};
 
 /// Suffixes that a mesh is written by.
@@ -98,9 +99,9 @@ impl Outputs {
 
 /// What there was before, each in a panel, and what was made.
 fn picture(made: &Operated, before: &[Before]) -> Vec<u8> {
-    let [low, high] = made.bracket;
-    let after = format!("{}, certified {low} to {high}", made.volume);
-    let caption = |b: &Before| format!("{}, {} facets", volume(&b.mesh), b.mesh.triangles.len());
+    let [volume, low, high] = enclosed(made.volume.as_mm3(), made.bracket.map(|v| v.as_mm3()));
+    let after = format!("{volume} mm³, certified {low} to {high} mm³");
+    let caption = |b: &Before| format!("{}, {} facets", volume_of(&b.mesh), b.mesh.triangles.len());
     let captions: Vec<String> = before.iter().map(caption).collect();
     let mut panels: Vec<Panel> =
         (before.iter().zip(&captions)).map(|(b, caption)| Panel { mesh: &b.mesh, title: &b.title, caption }).collect();
@@ -108,7 +109,7 @@ fn picture(made: &Operated, before: &[Before]) -> Vec<u8> {
     side_by_side(&panels, PANEL)
 }
 
-fn volume(mesh: &TriangleMesh) -> crate::units::Volume {
+fn volume_of(mesh: &TriangleMesh) -> crate::units::Volume {
     crate::units::Volume::mm3(mesh.signed_volume())
 }
 

@@ -3,7 +3,7 @@
 use super::complaint::{Answer, Complaint};
 use super::words::usage;
 use crate::error::{Error, Result};
-use crate::geometry::vector::norm;
+use crate::geometry::vector::{Vec3, norm};
 use crate::geometry::{Health, Primitive, TriangleMesh};
 use crate::io::Loaded;
 use crate::memory::Allowance;
@@ -53,9 +53,14 @@ impl Operand {
 
     /// Side lengths of its box, millimetres.
     pub fn extent(&self) -> [f64; 3] {
+        self.bounds().map_or([0.0; 3], |(lo, hi)| [0, 1, 2].map(|a| hi[a] - lo[a]))
+    }
+
+    /// Its box.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         match &self.element {
-            Element::BuiltIn(shape) => shape.half_extent().map(|x| 2.0 * x),
-            Element::Mesh(mesh) => mesh.bounds().map_or([0.0; 3], |(lo, hi)| [0, 1, 2].map(|a| hi[a] - lo[a])),
+            Element::BuiltIn(shape) => Some((shape.half_extent().map(|x| -x), shape.half_extent())),
+            Element::Mesh(mesh) => mesh.bounds(),
         }
     }
 

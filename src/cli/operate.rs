@@ -14,7 +14,7 @@ use crate::io::motion::{Motion, read_motion};
 use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::operate::{self, Element, Operated};
-use crate::units::{Length, short};
+use crate::units::{Length, enclosed, short};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +26,9 @@ const BYTES_BY_ROLLING: u128 = 32;
 
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
+
+/// The longest side of a result, millimetres.
+const LONGEST: f64 = 1e9;
 
 /// Samples of the default spacing along the longest side.
 const DEFAULT_SAMPLES: f64 = 128.0;
@@ -42,8 +45,10 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         Operation::Offset { part, by, how } => {
             let by = Length::parse(by)?;
             let room = [2.0 * by.as_mm().max(0.0); 3];
-            Job::new("offset", part, how)?
-                .run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
+            let job = Job::new("offset", part, how)?;
+            let out = by.as_mm();
+            let job = if out >= 0.0 { job.reaching(([-out; 3], [out; 3])) } else { job };
+            job.run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
         }
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
@@ -53,15 +58,21 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Close { by, how } => {
             let (job, element) = moved("close", by, how)?;
-            job.telling(crossings).run(element.extent(), bytes_about(&element), Some(&element), |part, h| {
-                operate::close(&part.mesh(h), &element.element, h)
-            })
+            job.telling(crossings).reaching(([0.0; 3], [0.0; 3])).run(
+                element.extent(),
+                bytes_about(&element),
+                Some(&element),
+                |part, h| operate::close(&part.mesh(h), &element.element, h),
+            )
         }
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;
-            job.run(element.extent(), bytes_with(&element), Some(&element), |part, h| {
-                operate::minkowski(&part.mesh(h), &element.element, h)
-            })
+            job.reaching(element.bounds().unwrap_or_default()).run(
+                element.extent(),
+                bytes_with(&element),
+                Some(&element),
+                |part, h| operate::minkowski(&part.mesh(h), &element.element, h),
+            )
         }
         Operation::Difference { pair, how } => {
             let (job, element) = two("difference", pair, how)?;
@@ -71,9 +82,13 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Obstacle { pair, how } => {
             let (job, element) = two("obstacle", pair, how)?;
-            job.run(element.extent(), bytes_with(&element), Some(&element), |part, h| {
-                operate::obstacle(&part.mesh(h), &element.element, h)
-            })
+            let (lo, hi) = element.bounds().unwrap_or_default();
+            job.reaching((hi.map(|x| -x), lo.map(|x| -x))).run(
+                element.extent(),
+                bytes_with(&element),
+                Some(&element),
+                |part, h| operate::obstacle(&part.mesh(h), &element.element, h),
+            )
         }
         Operation::Sweep { part, gcode: Some(code), bead, design, how, .. } => {
             printed::print(code, part.as_deref(), bead.as_deref(), design.as_deref(), how)
@@ -107,6 +122,8 @@ struct Job {
     to: Outputs,
     /// What is told of the result beside the rest.
     tell: fn(&Operated) -> String,
+    /// The box that the exact result touches on all sides, where that is known.
+    reaches: Option<(Vec3, Vec3)>,
 }
 
 impl Job {
@@ -118,12 +135,18 @@ impl Job {
         let to = Outputs::open(how)?;
         let part = Operand::read(name, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
-        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new() })
+        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new(), reaches: None })
     }
 
     /// The same job, with more to tell of its result.
     fn telling(self, tell: fn(&Operated) -> String) -> Self {
         Job { tell, ..self }
+    }
+
+    /// The same job, whose exact result reaches as far as the part and by so much farther on either side.
+    fn reaching(self, (before, behind): (Vec3, Vec3)) -> Self {
+        let reaches = self.part.bounds().map(|(lo, hi)| (plus(lo, before), plus(hi, behind)));
+        Job { reaches, ..self }
     }
 
     /// The same job, if none of its results takes the place of an input.
@@ -143,12 +166,22 @@ impl Job {
     ) -> Answer<String> {
         let extent = self.part.extent();
         let longer = [0, 1, 2].map(|a| extent[a].max(room[a]));
+        if let Some(&side) = longer.iter().find(|side| !(**side <= LONGEST)) {
+            return Err(Error::Usage {
+                problem: format!("a result {side:e} mm long is out of range"),
+                remedy: format!("choose lengths up to {LONGEST:e} mm, and check the units"),
+            }
+            .into());
+        }
         let spacing = self.spacing.unwrap_or_else(|| default_spacing(longer));
         Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
         let written = self.to.write(&made, &before)?;
-        Ok(summary(&made, spacing, &self.part.notices, &(self.tell)(&made), &written))
+        let mut notices = self.part.notices;
+        notices.extend(made.left_out(spacing));
+        notices.extend(self.reaches.and_then(|whole| made.falls_short(whole, spacing)));
+        Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.
@@ -266,11 +299,11 @@ fn plus(a: Vec3, b: Vec3) -> Vec3 {
 
 /// What was made, in a few lines; `told` are more.
 pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told: &str, written: &[PathBuf]) -> String {
-    let [low, high] = made.bracket.map(|v| short(v.as_mm3()));
+    let [volume, low, high] = enclosed(made.volume.as_mm3(), made.bracket.map(|v| v.as_mm3()));
     let (lo, hi) = made.mesh.bounds().unwrap_or_default();
     let point = |p: Vec3| p.map(short).join(", ");
     let mut text = String::new();
-    let _ = writeln!(text, "volume     {}, certified {low} … {high} mm³", made.volume);
+    let _ = writeln!(text, "volume     {volume} mm³, certified {low} … {high} mm³");
     let _ = writeln!(text, "box        {} … {} mm", point(lo), point(hi));
     let _ = writeln!(text, "path       {} at {spacing}", made.path);
     let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());

@@ -15,7 +15,7 @@ use crate::io::toolpath::Toolpath;
 use crate::memory::Allowance;
 use crate::operate::{Departure, Element, deposit};
 use crate::process::Process;
-use crate::units::{Length, Volume};
+use crate::units::{Length, Volume, enclosed};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -110,7 +110,11 @@ fn told(path: &Toolpath, bead: &Hung, departure: Option<&Departure>) -> String {
     let size = bead.shape.half_extent().map(|x| crate::units::short(2.0 * x)).join(" × ");
     let (strokes, length) = (path.strokes.len(), Length::mm(path.length_mm()));
     let _ = writeln!(text, "bead       {size} mm along {length} in {strokes} strokes");
-    let line = |[estimate, low, high]: [Volume; 3]| format!("{estimate}, certified {low} … {high}");
+    let line = |volumes: [Volume; 3]| {
+        let [estimate, low, high] = volumes.map(|v| v.as_mm3());
+        let [estimate, low, high] = enclosed(estimate, [low, high]);
+        format!("{estimate} mm³, certified {low} … {high} mm³")
+    };
     if let Some(departure) = departure {
         let _ = writeln!(text, "missing    {}", line(departure.missing));
         let _ = writeln!(text, "over       {}", line(departure.over));

@@ -5,6 +5,7 @@
 //! is an error.
 
 mod deposit;
+mod left_out;
 mod met;
 mod midway;
 mod motion;

@@ -29,7 +29,7 @@ pub(super) fn closed(
     let spacing = a.points.grid().spacing();
     let Some(sum) = whole(touch.surface(Sandwich::sum(a, b)?.sides())?) else { return Ok(None) };
     // Samples from which a spacing in any direction is certainly in the result, so that what the sum's surface is off by does not
-    // matter: a closing holds its part, however thin.
+    // matter: a closing holds its part, as far as samples tell of it.
     let inner = erode(&found.lower, &StructuringElement::cuboid([3; 3], spacing)?)?.set;
     let certain = inner.placed([1; 3], *found.lower.grid())?.union(&a.full)?;
     Ok(whole(touch.back(&sum.mesh).surface([&certain, &found.upper])?))
