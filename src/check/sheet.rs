@@ -19,6 +19,7 @@ use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// Rays whose length differs from a ball's diameter by less are as long.
 const TOUCH: f64 = 1e-3;
@@ -102,19 +103,21 @@ impl Sheets<'_> {
         self.part.health().facet_body.get(facet as usize).copied().unwrap_or(u32::MAX)
     }
 
+    /// The samples of a shape whose two surfaces belong to one body, and to no rod.
+    fn own(&self, cover: &Cover, shape: Shape) -> Vec<Sample> {
+        let samples = cover.samples.iter().filter(|s| s.shape == shape && self.body(s.facet) == self.body(s.opposite));
+        samples.filter(|s| !self.rods.iter().any(|r| r.holds(s.centre))).copied().collect()
+    }
+
     /// Sheets whose two surfaces belong to one body.
     fn within(&self, kind: &Kind, q: &Question, cover: &Cover, measured: &mut Measured, wedges: &mut usize) {
-        let own: Vec<Sample> = cover
-            .samples
-            .iter()
-            .filter(|s| s.shape == Shape::Sheet && self.body(s.facet) == self.body(s.opposite))
-            .filter(|s| !self.rods.iter().any(|r| r.holds(s.centre)))
-            .copied()
-            .collect();
+        let own = self.own(cover, Shape::Sheet);
         let tie = self.part.tie();
         let fail = kind.limits.fail.unwrap_or(0.0) - tie;
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
         let scale = self.part.extent().into_iter().fold(0.0, f64::max).min(warn);
+        let waists =
+            thinner(self.own(cover, Shape::Waist), own.iter().filter(|s| s.diameter < warn), 1.5 * self.resolution());
         let mut sheets: Vec<(Sheet, Vec<Sample>)> = Vec::new();
         let mut noticed: Option<Sample> = None;
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn), (warn, f64::INFINITY)] {
@@ -130,6 +133,11 @@ impl Sheets<'_> {
                     Some(sheet) => sheets.push((sheet, samples)),
                     None => *wedges += samples.len(),
                 }
+            }
+            let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
+            for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
+                let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
+                sheets.extend(sheet_of(&samples, scale).filter(|s| self.is_waist(s)).map(|sheet| (sheet, samples)));
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
@@ -178,7 +186,7 @@ impl Sheets<'_> {
         // What is thin over less than its own thickness, or just short of a wall, is a neck: no part fails for it if it carries nothing.
         let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
         let carries = || self.necks.iter().any(|r| r.holds(s.centre));
-        let neck = blunt && sheet.area < s.diameter * s.diameter && !carries();
+        let neck = blunt && sheet.area < s.diameter * s.diameter && !carries() && !self.is_waist(sheet);
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
         let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());
@@ -202,6 +210,13 @@ impl Sheets<'_> {
             f.bodies = Some(vec![u64::from(self.body(s.facet)) + 1]);
         }
         f
+    }
+
+    /// Whether what is thin from all sides joins two pieces that are thicker: it goes on along its axis by more than it is wide.
+    fn is_waist(&self, Sheet { thinnest, axis, .. }: &Sheet) -> bool {
+        let goes_on =
+            |way: Vec3| self.part.distance().first_hit(thinnest.centre, way, 0.0, thinnest.diameter).is_none();
+        self.side == Side::Material && axis.is_some_and(|axis| goes_on(axis) && goes_on(scale(axis, -1.0)))
     }
 
     /// The ray definition of thickness: from the first contact straight across, where that differs from the ball's diameter.
@@ -275,5 +290,66 @@ impl Sheets<'_> {
         f.message = format!("{} places were not decided before the budget ended; {bound}", open.len());
         f.fix = format!("run again with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
         Some(f)
+    }
+}
+/// The samples that are thinner than all others within about a distance.
+fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample>, distance: f64) -> Vec<Sample> {
+    if samples.is_empty() {
+        return samples;
+    }
+    let cell = |p: Vec3| p.map(|x| (x / distance).floor() as i64);
+    let mut least: FxHashMap<[i64; 3], f64> = FxHashMap::default();
+    for other in others {
+        let known = least.entry(cell(other.centre)).or_insert(f64::INFINITY);
+        *known = known.min(other.diameter);
+    }
+    let is_thinner = |s: &Sample| {
+        let [x, y, z] = cell(s.centre);
+        let beside = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])));
+        beside.into_iter().all(|c| least.get(&c).is_none_or(|&d| s.diameter < d))
+    };
+    samples.retain(is_thinner);
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contract::{Check, Outcome};
+    use super::super::thin_wall::ThinWall;
+    use super::*;
+    use crate::geometry::TriangleMesh;
+    use crate::part::Up;
+
+    /// Two cones of 4 mm, upright and end to end, joined where they are so wide.
+    fn hourglass(waist: f64, sides: usize) -> TriangleMesh {
+        let ring = |radius: f64, z: f64, n: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * (n % sides) as f64 / sides as f64).sin_cos();
+            [radius * cos, radius * sin, z]
+        };
+        let levels = [(0.0, 0.0), (4.0, 0.0), (0.5 * waist, 4.0), (4.0, 8.0), (0.0, 8.0)];
+        let mut facets = Vec::new();
+        for (&(r, z), &(s, up)) in levels.iter().zip(&levels[1..]) {
+            for n in 0..sides {
+                let [a, b, c, d] = [ring(r, z, n), ring(r, z, n + 1), ring(s, up, n + 1), ring(s, up, n)];
+                facets.extend([[a, b, c], [a, c, d]].into_iter().filter(|[a, b, c]| a != b && b != c && c != a));
+            }
+        }
+        TriangleMesh::weld(facets)
+    }
+
+    #[test]
+    fn a_waist_between_cones_is_judged_like_a_wall() {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for (waist, sides, state) in [(0.4, 6, Some(State::Fail)), (0.4, 48, Some(State::Fail)), (2.0, 24, None)] {
+            let part = Part::new(hourglass(waist, sides), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+            assert_eq!(found.findings.first().map(|f| f.state), state, "{waist} {sides}: {:?}", found.findings);
+            // Across the sides of a regular polygon, an even number of them.
+            let width = waist * (std::f64::consts::PI / sides as f64).cos();
+            for f in &found.findings {
+                assert!(f.low <= width && (f.value - width).abs() < 1e-3, "{} … {} for {width}", f.low, f.value);
+            }
+        }
     }
 }

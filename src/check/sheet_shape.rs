@@ -1,12 +1,17 @@
 //! What a group of samples makes: a plate, a rod, a spot, or a wedge that runs out to an edge.
 
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::{Vec3, bounds, cross, dot, norm, sub, unit};
 use crate::medial::Sample;
 use crate::medial::chord::PARALLEL;
 use crate::medial::cluster::principal_extents;
 
 /// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
 pub const RUN_OUT: f64 = 0.05;
+
+/// Sine of the angle between two directions across that are as good as at right angles, and of the one that a direction across may be off the
+/// plane across an axis.
+const AROUND: f64 = 0.85;
+const LEVEL: f64 = 0.45;
 
 /// What the middle surface of a sheet looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +30,8 @@ pub struct Sheet {
     pub extent: (Vec3, Vec3),
     pub spans: [f64; 3],
     pub form: Form,
+    /// The axis of what is thin from all sides around it: a waist, or the end of a rod.
+    pub axis: Option<Vec3>,
 }
 
 /// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
@@ -65,5 +72,16 @@ fn summed(parallel: &[&Sample]) -> Option<Sheet> {
         extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,
         spans,
         form,
+        axis: axis_of(parallel),
     })
+}
+
+/// The axis that all directions across are about at right angles to, if they go around it.
+fn axis_of(samples: &[&Sample]) -> Option<Vec3> {
+    let across = |s: &Sample| unit(sub(s.contacts[1], s.contacts[0]));
+    let first = across(samples.first()?);
+    let turned = samples.iter().map(|s| cross(first, across(s))).max_by(|a, b| norm(*a).total_cmp(&norm(*b)))?;
+    let axis = unit(turned);
+    let is_level = |s: &&Sample| dot(across(s), axis).abs() <= LEVEL;
+    (norm(turned) >= AROUND && samples.iter().all(is_level)).then_some(axis)
 }

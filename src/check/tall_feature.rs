@@ -73,7 +73,7 @@ impl Check for TallFeature {
             );
             // As much as clears the limit for certain.
             f.fix = format!(
-                "widen its foot to {} mm, shorten it to {} mm, or brace it",
+                "widen it to {} mm, shorten it to {} mm, or brace it",
                 short((100.0 * (t.height_mm + context.spacing_mm) / least).ceil() / 100.0),
                 short((100.0 * (t.width_mm.0 * least - context.spacing_mm)).floor() / 100.0)
             );

@@ -166,7 +166,7 @@ impl Job {
     ) -> Answer<String> {
         let extent = self.part.extent();
         let longer = [0, 1, 2].map(|a| extent[a].max(room[a]));
-        if let Some(&side) = longer.iter().find(|side| !(**side <= LONGEST)) {
+        if let Some(&side) = longer.iter().find(|side| side.is_nan() || **side > LONGEST) {
             return Err(Error::Usage {
                 problem: format!("a result {side:e} mm long is out of range"),
                 remedy: format!("choose lengths up to {LONGEST:e} mm, and check the units"),

@@ -4,7 +4,7 @@ use super::facing::{Query, Visit};
 use super::feature::{Feature, Features};
 use super::reach::{Reach, Slabs, closest_polygons};
 use crate::geometry::triangle::Pair;
-use crate::geometry::vector::{self, Vec3, along, cross, distance, dot, norm2, sub};
+use crate::geometry::vector::{self, Vec3, along, cross, distance, dot, norm2, sub, unit};
 use pulp::{Arch, NullaryFnOnce};
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
@@ -222,6 +222,19 @@ fn faces(patch: &Patch, feature: &Feature) -> bool {
     };
     (patch.spread > 0.0 || below(&feature.corners, &patch.corners, patch.axis))
         && (feature.spread > 0.0 || below(&patch.corners, &feature.corners, feature.axis))
+}
+
+/// Whether every chord from an edge to a feature runs farther off the planes across the edge, in which balls within it grow, than the contacts of
+/// a wall's ball let it.
+pub(super) fn runs_along([a, b]: [Vec3; 2], feature: &Feature) -> bool {
+    let (run, off) = (unit(sub(b, a)), 0.5 * (std::f64::consts::PI - WALL_SEPARATION) + MARGIN + feature.slack);
+    let (mut low, mut high, mut far2) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+    for to in [a, b].into_iter().flat_map(|p| feature.corners.iter().map(move |q| sub(*q, p))) {
+        let on = dot(to, run);
+        (low, high, far2) = (low.min(on), high.max(on), far2.max(norm2(to)));
+    }
+    let least = low.max(-high).max(0.0);
+    least * least > off.sin().powi(2) * far2 * ROUNDED
 }
 
 /// Whether two features have a vertex in common.

@@ -75,13 +75,16 @@ pub struct Own<'a> {
     pub from: &'a dyn Fn(Vec3, f64, f64) -> f64,
 }
 
-/// Whether a sample lies in a sheet or in a wedge.
+/// Whether a sample lies in a sheet, in a wedge or in a waist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Contacts at least 150° apart.
     Sheet,
     /// Contacts between 120° and 150° apart: an edge in the making.
     Wedge,
+    /// Contacts at least 150° apart of a ball at an edge, beside nearer ones that the surface is in the way of: where edges go round, what is thin
+    /// there and nowhere beside it.
+    Waist,
 }
 
 /// A medial ball found on a patch of surface.

@@ -1,12 +1,12 @@
 //! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
 
-use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
+use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets, runs_along};
 use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
 use crate::geometry::triangle::closest_point;
-use crate::geometry::vector::{Vec3, along, distance, norm2, scale, sub};
+use crate::geometry::vector::{Vec3, along, distance, dot, norm2, scale, sub, unit};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -319,10 +319,42 @@ impl<'a> Seeker<'a> {
         if chord.length > 0.0 {
             let ball = self.mesh.touching_ball(chord.from, scale(d, 1.0 / chord.length), 0.51 * q.notice, q.tolerance);
             if 2.0 * ball.radius < 0.98 * chord.length && patch.longest_edge().0 <= q.resolution(chord.bound) {
+                self.look_across_edge(patch, chord);
                 return Look::Done;
             }
         }
-        if self.faces_others(patch, chord) { Look::Done } else { Look::Open { low: chord.bound } }
+        if self.faces_others(patch, chord) {
+            return Look::Done;
+        }
+        if patch.longest_edge().0 <= q.finest {
+            self.look_across_edge(patch, chord);
+        }
+        Look::Open { low: chord.bound }
+    }
+
+    /// Records the wall's ball at the middle of an edge that grows straight across it: round a neck the nearest chord is one of the secants
+    /// beside the diameter, which the neck itself is in the way of. Balls within the edge grow in the planes across it, and so do their chords,
+    /// but for what the contacts of a wall's ball lack to be opposite.
+    fn look_across_edge(&mut self, patch: &Patch, chord: &Chord) {
+        let q = self.question;
+        let [a, b, _] = patch.corners;
+        if a == b {
+            return;
+        }
+        let (run, way) = (unit(sub(b, a)), sub(chord.to, chord.from));
+        let across = unit(along(way, run, -dot(way, run)));
+        for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
+            self.cover.evaluations += 1;
+            let ball = self.mesh.touching_ball(along(a, sub(b, a), 0.5), way, 0.51 * q.notice, q.tolerance);
+            // What stops on a facet that the edge runs into is a wedge.
+            let stops = ball.stop.is_some_and(|stop| !meets(&patch.whole, &self.mesh.corners(stop.facet)));
+            if stops && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
+                let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
+                let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
+                self.record(&ball, Shape::Waist, low, (patch.area(), patch.longest_edge().0));
+                return;
+            }
+        }
     }
 
     /// The ball on the chord as diameter, if it is empty: then the bound is attained.
