@@ -9,6 +9,7 @@ pub mod chord;
 pub mod cluster;
 pub mod cover;
 pub mod crease;
+mod edge;
 mod facing;
 pub mod feature;
 pub mod map;

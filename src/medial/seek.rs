@@ -1,12 +1,12 @@
 //! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
 
-use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets, runs_along};
+use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
 use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
 use crate::geometry::triangle::closest_point;
-use crate::geometry::vector::{Vec3, along, distance, dot, norm2, scale, sub, unit};
+use crate::geometry::vector::{Vec3, along, distance, norm2, scale, sub};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -29,9 +29,9 @@ const WAVE: usize = 64;
 
 /// The search on one feature.
 pub(super) struct Seeker<'a> {
-    mesh: &'a MeshDistance,
-    features: &'a Features,
-    question: &'a Question,
+    pub(super) mesh: &'a MeshDistance,
+    pub(super) features: &'a Features,
+    pub(super) question: &'a Question,
     feature: u32,
     facet: u32,
     budget: u64,
@@ -43,11 +43,11 @@ pub(super) struct Seeker<'a> {
     thinnest: f64,
     /// Least bound of the patches passed over, because something as thin was known on the feature.
     passed: f64,
-    cover: Cover,
+    pub(super) cover: Cover,
 }
 
 /// What is known of a patch after one look.
-enum Look {
+pub(super) enum Look {
     /// Nothing below the limits is here, or it has been recorded.
     Done,
     /// Too coarse to be sampled; `low` bounds what may be here.
@@ -245,7 +245,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// Whether the nearest chord leads to another body and none to the patch's own.
-    fn faces_others(&mut self, patch: &Patch, chord: &Chord) -> bool {
+    pub(super) fn faces_others(&mut self, patch: &Patch, chord: &Chord) -> bool {
         let own = self.features.body(self.facet);
         if self.features.body(self.features.list[chord.feature as usize].facet) == own {
             return false;
@@ -304,61 +304,8 @@ impl<'a> Seeker<'a> {
         patch.corners.iter().all(|&c| holds(along(c, patch.axis, -r)))
     }
 
-    /// Looks along the shortest chord of an edge or a vertex.
-    fn look_at_edge(&mut self, patch: &Patch, chord: &Chord) -> Look {
-        let q = self.question;
-        if let Some(sample) = self.along_chord(patch, chord) {
-            if q.is_thin(sample.diameter) && patch.longest_edge().0 > q.resolution(sample.diameter) {
-                return if self.faces_others(patch, chord) { Look::Done } else { Look::Coarse { low: chord.bound } };
-            }
-            self.push(sample);
-            return Look::Done;
-        }
-        // A ball from the edge along the chord that is stopped sooner, at a flatter angle, is no wall.
-        let d = sub(chord.to, chord.from);
-        if chord.length > 0.0 {
-            let ball = self.mesh.touching_ball(chord.from, scale(d, 1.0 / chord.length), 0.51 * q.notice, q.tolerance);
-            if 2.0 * ball.radius < 0.98 * chord.length && patch.longest_edge().0 <= q.resolution(chord.bound) {
-                self.look_across_edge(patch, chord);
-                return Look::Done;
-            }
-        }
-        if self.faces_others(patch, chord) {
-            return Look::Done;
-        }
-        if patch.longest_edge().0 <= q.finest {
-            self.look_across_edge(patch, chord);
-        }
-        Look::Open { low: chord.bound }
-    }
-
-    /// Records the wall's ball at the middle of an edge that grows straight across it: round a neck the nearest chord is one of the secants
-    /// beside the diameter, which the neck itself is in the way of. Balls within the edge grow in the planes across it, and so do their chords,
-    /// but for what the contacts of a wall's ball lack to be opposite.
-    fn look_across_edge(&mut self, patch: &Patch, chord: &Chord) {
-        let q = self.question;
-        let [a, b, _] = patch.corners;
-        if a == b {
-            return;
-        }
-        let (run, way) = (unit(sub(b, a)), sub(chord.to, chord.from));
-        let across = unit(along(way, run, -dot(way, run)));
-        for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
-            self.cover.evaluations += 1;
-            let ball = self.mesh.touching_ball(along(a, sub(b, a), 0.5), way, 0.51 * q.notice, q.tolerance);
-            // What stops on a facet that the edge runs into is a wedge.
-            let stops = ball.stop.is_some_and(|stop| !meets(&patch.whole, &self.mesh.corners(stop.facet)));
-            if stops && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
-                let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
-                let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
-                self.record(&ball, Shape::Waist, low, (patch.area(), patch.longest_edge().0));
-                return;
-            }
-        }
-    }
-
     /// The ball on the chord as diameter, if it is empty: then the bound is attained.
-    fn along_chord(&mut self, patch: &Patch, chord: &Chord) -> Option<Sample> {
+    pub(super) fn along_chord(&mut self, patch: &Patch, chord: &Chord) -> Option<Sample> {
         let r = 0.5 * chord.length;
         if r <= 0.0 {
             return None;
@@ -384,7 +331,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// Records a ball that stands for so much area of a patch with such a longest edge.
-    fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (area, edge): (f64, f64)) {
+    pub(super) fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (area, edge): (f64, f64)) {
         let Some(stop) = ball.stop else { return };
         self.push(Sample {
             shape,
@@ -401,7 +348,7 @@ impl<'a> Seeker<'a> {
         });
     }
 
-    fn push(&mut self, sample: Sample) {
+    pub(super) fn push(&mut self, sample: Sample) {
         if self.counts(&sample) {
             self.thinnest = self.thinnest.min(sample.diameter);
         }

@@ -1,0 +1,61 @@
+//! A look at an edge or a vertex: the ball on its nearest chord, or the one that grows straight across it.
+
+use super::chord::{Chord, Patch, WALL_SEPARATION, meets, runs_along};
+use super::cover::Shape;
+use super::seek::{Look, Seeker};
+use crate::geometry::vector::{along, dot, norm2, scale, sub, unit};
+
+impl Seeker<'_> {
+    /// Looks along the shortest chord of an edge or a vertex.
+    pub(super) fn look_at_edge(&mut self, patch: &Patch, chord: &Chord) -> Look {
+        let q = self.question;
+        if let Some(sample) = self.along_chord(patch, chord) {
+            if q.is_thin(sample.diameter) && patch.longest_edge().0 > q.resolution(sample.diameter) {
+                return if self.faces_others(patch, chord) { Look::Done } else { Look::Coarse { low: chord.bound } };
+            }
+            self.push(sample);
+            return Look::Done;
+        }
+        // A ball from the edge along the chord that is stopped sooner, at a flatter angle, is no wall.
+        let d = sub(chord.to, chord.from);
+        if chord.length > 0.0 {
+            let ball = self.mesh.touching_ball(chord.from, scale(d, 1.0 / chord.length), 0.51 * q.notice, q.tolerance);
+            if 2.0 * ball.radius < 0.98 * chord.length && patch.longest_edge().0 <= q.resolution(chord.bound) {
+                self.look_across_edge(patch, chord);
+                return Look::Done;
+            }
+        }
+        if self.faces_others(patch, chord) {
+            return Look::Done;
+        }
+        if patch.longest_edge().0 <= q.finest {
+            self.look_across_edge(patch, chord);
+        }
+        Look::Open { low: chord.bound }
+    }
+
+    /// Records the wall's ball at the middle of an edge that grows straight across it: round a neck the nearest chord is one of the secants
+    /// beside the diameter, which the neck itself is in the way of. Balls within the edge grow in the planes across it, and so do their chords,
+    /// but for what the contacts of a wall's ball lack to be opposite.
+    fn look_across_edge(&mut self, patch: &Patch, chord: &Chord) {
+        let q = self.question;
+        let [a, b, _] = patch.corners;
+        if a == b {
+            return;
+        }
+        let (run, way) = (unit(sub(b, a)), sub(chord.to, chord.from));
+        let across = unit(along(way, run, -dot(way, run)));
+        for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
+            self.cover.evaluations += 1;
+            let ball = self.mesh.touching_ball(along(a, sub(b, a), 0.5), way, 0.51 * q.notice, q.tolerance);
+            // What stops on a facet that the edge runs into is a wedge.
+            let stops = ball.stop.is_some_and(|stop| !meets(&patch.whole, &self.mesh.corners(stop.facet)));
+            if stops && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
+                let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
+                let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
+                self.record(&ball, Shape::Waist, low, (patch.area(), patch.longest_edge().0));
+                return;
+            }
+        }
+    }
+}
