@@ -44,7 +44,9 @@ impl Check for BedContact {
         let sound = part.is_plain();
         let [low, high] = shadow_area(part.mesh(), |f| part.bounds_solid(f), context.spacing_mm);
         let mid = 0.5 * (low + high);
-        let first = section_area(part.mesh(), |f| part.bounds_solid(f), 0.5 * process.layer_height_mm).max(0.0);
+        // What is thinner than a layer is cut at half its own height.
+        let level = 0.5 * process.layer_height_mm.min(part.extent()[2]);
+        let first = section_area(part.mesh(), |f| part.bounds_solid(f), level).max(0.0);
         let contact = contact_area(part);
         // The shadow is at least the first layer.
         let low = low.max(first).max(f64::MIN_POSITIVE);

@@ -212,11 +212,11 @@ impl Sheets<'_> {
         f
     }
 
-    /// Whether what is thin from all sides joins two pieces that are thicker: it goes on along its axis by more than it is wide.
+    /// Whether what is thin from all sides joins two pieces that are thicker, of material or of void: it goes on along its axis by more than it is wide.
     fn is_waist(&self, Sheet { thinnest, axis, .. }: &Sheet) -> bool {
         let goes_on =
             |way: Vec3| self.part.distance().first_hit(thinnest.centre, way, 0.0, thinnest.diameter).is_none();
-        self.side == Side::Material && axis.is_some_and(|axis| goes_on(axis) && goes_on(scale(axis, -1.0)))
+        axis.is_some_and(|axis| goes_on(axis) && goes_on(scale(axis, -1.0)))
     }
 
     /// The ray definition of thickness: from the first contact straight across, where that differs from the ball's diameter.
