@@ -144,7 +144,7 @@ pub fn short(value: f64) -> String {
 /// A number and the two that it lies between, for people: rounded outwards, at as many digits as tell a hundredth of the bracket, and four at least.
 ///
 /// ```
-/// assert_eq!(amcheck::units::enclosed(1.35871e-5, [1.3412e-5, 1.3688e-5]), ["0.00001359", "0.00001341", "0.00001369"]);
+/// assert_eq!(amcheck::units::enclosed(1.35871e-5, [1.3412e-5, 1.3688e-5]), ["0.000013587", "0.000013412", "0.000013688"]);
 /// assert_eq!(amcheck::units::enclosed(38.5, [31.73, 38.95]), ["38.5", "31.73", "38.95"]);
 /// ```
 pub fn enclosed(value: f64, [low, high]: [f64; 2]) -> [String; 3] {
