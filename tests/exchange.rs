@@ -88,6 +88,10 @@ fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
     let grouped = new.clone();
     new.checks[at(&old, "thin-wall")].findings[0].count -= 1;
     left.count = 1;
+    // Beside all that there were it is another one, though one of them lies in its box.
+    let mut beside = grouped.clone();
+    beside.checks[at(&old, "thin-wall")].findings.push(left.clone());
+    assert!(compare(&grouped, &beside).count(Delta::New) == 1 && compare(&grouped, &beside).has_new_failure());
     new.checks[at(&old, "thin-wall")].findings.push(left);
     assert_eq!(compare(&grouped, &new).count(Delta::New), 0);
     assert_eq!(compare(&new, &grouped).count(Delta::Fixed), 0);

@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::place::{group_equal, locate, reported};
-use super::topple::topple;
+use super::topple::{round, topple};
 use crate::error::Result;
 use crate::layer::{TallFeature as Feature, tall_features};
 use crate::part::Part;
@@ -88,10 +88,6 @@ impl Check for TallFeature {
         measured.findings.extend(topple(part, process, context));
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-fn round(mm: f64) -> f64 {
-    (100.0 * mm).round() / 100.0
 }
 
 /// The measured section exists, so the value is reached; the pillar may go on below it for up to a sample.

@@ -104,11 +104,11 @@ struct Printed<'a> {
     on_lattice: &'a AsPrinted,
     centres: Indicator,
     /// What is too narrow of material and of void.
-    narrow: [Vec<Narrow>; 2],
+    narrow: [Vec<Lacking>; 2],
 }
 
 /// A sheet or a slot, and how much it lacks of what would be printed as drawn, millimetres.
-struct Narrow {
+struct Lacking {
     extent: (Vec3, Vec3),
     missing: f64,
 }
@@ -125,7 +125,7 @@ impl<'a> Printed<'a> {
             }
             let cells = least.cells(&places, &on_lattice.designed)?;
             centres = if side == Side::Material { centres.difference(&cells)? } else { centres.union(&cells)? };
-            let lacks = |d: &Detail| Narrow {
+            let lacks = |d: &Detail| Lacking {
                 extent: d.extent,
                 missing: least.along(d.thinnest.direction()) - d.thinnest.diameter,
             };
@@ -137,7 +137,7 @@ impl<'a> Printed<'a> {
     /// The most that sheets lack which are lost in a box, or slots which are filled; 0 if none is there.
     fn missing(&self, step: Step, extent: (Vec3, Vec3)) -> f64 {
         let side = if step == Step::Lost { Side::Material } else { Side::Void };
-        let meets = |n: &&Narrow| (0..3).all(|a| n.extent.0[a] <= extent.1[a] && extent.0[a] <= n.extent.1[a]);
+        let meets = |n: &&Lacking| (0..3).all(|a| n.extent.0[a] <= extent.1[a] && extent.0[a] <= n.extent.1[a]);
         self.narrow[side as usize].iter().filter(meets).map(|n| n.missing).fold(0.0, f64::max)
     }
 }

@@ -9,6 +9,7 @@ use crate::layer::section_points;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;
+use std::collections::BTreeMap;
 
 /// How much deeper than asked the centre of mass lies over a foot that is advised, millimetres.
 const SPARE: f64 = 1.0;
@@ -41,31 +42,32 @@ struct Standing {
 }
 
 /// The pieces that a part is printed in: bodies nearer than the gap that closes fuse. Facets that bound no solid are left out.
+///
+/// # Cost
+/// O(facets), in time and memory, however many pieces there are.
 fn standing(part: &Part, process: &Process) -> Vec<Standing> {
-    let health = part.health();
+    let (mesh, health) = (part.mesh(), part.health());
     let mut pieces = DisjointSets::new(health.bodies.len());
     for pair in part.body_pairs().iter().filter(|p| p.distance < process.element.closing_gap_mm) {
         let [a, b] = pair.bodies;
         pieces.join(a, b);
     }
-    let roots: Vec<u32> = (0..health.bodies.len() as u32).map(|body| pieces.root(body)).collect();
-    let mut own: Vec<u32> = roots.clone();
-    own.sort_unstable();
-    own.dedup();
-    let mesh = part.mesh();
-    let piece = |root: u32| {
-        let is_own = |f: usize| {
-            let body = health.facet_body.get(f).and_then(|&body| roots.get(body as usize));
-            (own.len() == 1 || body == Some(&root)) && part.bounds_solid(f)
-        };
-        let facets = mesh.triangles.iter().enumerate().filter(|(f, _)| is_own(*f));
-        let bodies = (1..).zip(&roots).filter(|(_, r)| **r == root).map(|(number, _)| number).collect();
-        Standing {
-            mesh: TriangleMesh { vertices: mesh.vertices.clone(), triangles: facets.map(|(_, t)| *t).collect() },
-            bodies: (own.len() > 1).then_some(bodies),
-        }
+    let mut own: BTreeMap<u32, (Vec<u64>, Vec<usize>)> = BTreeMap::new();
+    for body in 0..health.bodies.len() as u32 {
+        own.entry(pieces.root(body)).or_default().0.push(u64::from(body) + 1);
+    }
+    let is_one = own.len() == 1;
+    let only = own.keys().next().copied();
+    for f in (0..mesh.triangles.len()).filter(|&f| part.bounds_solid(f)) {
+        let body = health.facet_body.get(f).copied().filter(|&body| (body as usize) < health.bodies.len());
+        let root = if is_one { only } else { body.map(|body| pieces.root(body)) };
+        root.and_then(|root| own.get_mut(&root)).into_iter().for_each(|(_, facets)| facets.push(f));
+    }
+    let piece = |(bodies, facets): (Vec<u64>, Vec<usize>)| Standing {
+        mesh: TriangleMesh::weld(facets.into_iter().map(|f| mesh.corners(f))),
+        bodies: (!is_one).then_some(bodies),
     };
-    own.iter().map(|&root| piece(root)).collect()
+    own.into_values().map(piece).collect()
 }
 
 /// How far the centre of mass lies inside the footprint, if that is too little.
@@ -109,7 +111,8 @@ fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -
     Some(f)
 }
 
-fn round(mm: f64) -> f64 {
+/// Two decimals, for sentences.
+pub(super) fn round(mm: f64) -> f64 {
     (100.0 * mm).round() / 100.0
 }
 

@@ -32,9 +32,7 @@ impl Operated {
             Notice::new("thinner-than-spacing", text).at(at)
         })
     }
-}
 
-impl Operated {
     /// Says where the surface ends farther from the box that the exact result touches than samples explain: what reached there is thinner
     /// than the spacing.
     pub fn falls_short(&self, (lo, hi): (Vec3, Vec3), spacing: Length) -> Option<Notice> {

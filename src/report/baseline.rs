@@ -118,28 +118,25 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     let (mut old_taken, mut new_taken) = (vec![false; before.len()], vec![false; after.len()]);
+    // How many places have left each finding of the old report, and joined each of the new one.
+    let [mut left, mut joined] = [&before, &after].map(|list| vec![0u64; list.len()]);
     let mut changes = Vec::new();
     for (_, i, j) in pairs {
         if !old_taken[i] && !new_taken[j] {
             (old_taken[i], new_taken[j]) = (true, true);
             let (a, b) = (before[i].1, after[j].1);
+            (left[i], joined[j]) = (a.count.saturating_sub(b.count), b.count.saturating_sub(a.count));
             changes.push(change(counted(a, b), before[i].0, Some(a), Some(b)));
         }
     }
-    let among = |f: &Finding, check: &str, others: &[(&'_ str, &Finding)]| {
-        let holds = |(other, g): &(&str, &Finding)| {
-            *other == check && g.kind == f.kind && g.count > 1 && stands_for(g, f.box_mm, tolerance_mm)
-        };
-        others.iter().position(holds)
-    };
     for (_, (check, f)) in after.iter().enumerate().filter(|(j, _)| !new_taken[*j]) {
-        changes.push(match among(f, check, &before) {
+        changes.push(match among((check, f), (&before, &mut left), tolerance_mm) {
             Some(i) => change(moved(before[i].1, f), check, Some(before[i].1), Some(f)),
             None => change(Delta::New, check, None, Some(f)),
         });
     }
     for (_, (check, f)) in before.iter().enumerate().filter(|(i, _)| !old_taken[*i]) {
-        if let Some(j) = among(f, check, &after) {
+        if let Some(j) = among((check, f), (&after, &mut joined), tolerance_mm) {
             changes.push(change(moved(f, after[j].1), check, Some(f), Some(after[j].1)));
             continue;
         }
@@ -258,6 +255,20 @@ fn counted(old: &Finding, new: &Finding) -> Delta {
         (Delta::Same, Ordering::Less) => Delta::Better,
         (delta, _) => delta,
     }
+}
+
+/// The finding that one which has no other was a place of, or became one of: as many as that one lacks, or has more, are taken.
+fn among(
+    (check, f): (&str, &Finding),
+    (others, open): (&[(&str, &Finding)], &mut [u64]),
+    tolerance: f64,
+) -> Option<usize> {
+    let holds = |(i, (other, g)): &(usize, &(&str, &Finding))| {
+        *other == check && g.kind == f.kind && open[*i] >= f.count && stands_for(g, f.box_mm, tolerance)
+    };
+    let found = others.iter().enumerate().find(holds).map(|(i, _)| i)?;
+    open[found] -= f.count;
+    Some(found)
 }
 
 /// Whether one of the places that a finding stands for lies in a box.
