@@ -1,20 +1,28 @@
 //! Fine sheets of material or void, found on the mesh: what AM106 and AM401 judge.
 
 use super::contract::{Context, limits_of};
-use super::search;
 use super::thin_body::ThinBody;
+use super::{rods, search};
 use crate::geometry::health::Role;
-use crate::geometry::vector::{Vec3, bounds, sub, unit};
-use crate::medial::chord::PARALLEL;
-use crate::medial::cluster::{group, principal_extents};
-use crate::medial::{Sample, Shape, Side};
+use crate::geometry::vector::{Vec3, add, distance, hull, scale, sub, unit};
+use crate::medial::chord::{NEARLY_WALL, PARALLEL};
+use crate::medial::cluster::{Group, group, principal_extents};
+use crate::medial::crease::{SharpEdge, sharp_edges};
+use crate::medial::rod::{Rod, Rods};
+use crate::medial::{Passed, Sample, Shape, Side};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
+use rustc_hash::FxHashMap;
+use std::borrow::Cow;
+use std::f64::consts::PI;
 
 /// What rises or sinks by no more than this is relief, millimetres.
 pub const RELIEF_MM: f64 = 2.0;
-/// A group that thins to less than this share of the width sought runs out to an edge: only what is parallel in it counts.
+/// A group that thins to less than this share of its thickest runs out to an edge: only what is parallel in it counts.
 const RUN_OUT: f64 = 0.3;
+
+/// Contacts that are less than this share of a thickness off the sides of a wedge lie on them.
+const ON_SIDES: f64 = 0.02;
 
 /// The widest limit of a rule, millimetres; 0 without one.
 pub fn rule_width(process: &Process, rule: &str) -> f64 {
@@ -48,9 +56,14 @@ pub struct Sought<'a> {
 /// What was found.
 pub struct Found<'a> {
     part: &'a Part,
+    /// The rods on the same side, if the process has a limit for them.
+    rods: Option<Cow<'a, Rods>>,
     width: f64,
     link: f64,
-    samples: Vec<Sample>,
+    /// Sheets, and whether each belongs to a wedge that runs out to an edge.
+    samples: Vec<(Sample, bool)>,
+    /// Where else sheets as thin may be, on the features of samples.
+    passed: Vec<Passed>,
     /// Nothing thinner is missing but what is smaller than this.
     pub finest: f64,
     pub evaluations: u64,
@@ -65,7 +78,7 @@ pub struct Detail {
     pub area: f64,
     /// Area times thickness: the volume between its sides.
     pub volume: f64,
-    /// Box around its contacts.
+    /// Box around its patches and what lies opposite.
     pub extent: (Vec3, Vec3),
     /// Sides of its middle surface, longest first.
     pub spans: [f64; 3],
@@ -73,7 +86,7 @@ pub struct Detail {
     pub facet: u32,
     /// The body, where it is one altogether: then its volume is exact.
     pub whole: Option<u32>,
-    /// The patches of its samples and what lies opposite.
+    /// Its patches and what lies opposite: those that were sampled, and those on the same features that may be as thin.
     pub patches: Vec<Patch>,
 }
 
@@ -101,6 +114,21 @@ impl Thin {
     }
 }
 
+impl Patch {
+    /// A patch with such a box, from which such a chord leads across.
+    fn across((lo, hi): (Vec3, Vec3), [from, to]: [Vec3; 2]) -> Self {
+        let way = sub(to, from);
+        Patch { extent: hull((lo, hi), (add(lo, way), add(hi, way))), across: unit(way) }
+    }
+}
+
+impl From<&Passed> for Thin {
+    fn from(p: &Passed) -> Self {
+        let [a, b] = p.chord;
+        Thin { centre: scale(add(a, b), 0.5), contacts: p.chord, diameter: p.low }
+    }
+}
+
 impl From<&Sample> for Thin {
     fn from(s: &Sample) -> Self {
         Thin { centre: s.centre, contacts: s.contacts, diameter: s.diameter }
@@ -113,23 +141,33 @@ impl<'a> Sought<'a> {
         let question = search::question(self.part, self.process, self.context, self.side, &[self.width]);
         let (cover, evaluations) = self.part.cover(self.side, &question);
         let body = |facet: u32| self.part.health().facet_body.get(facet as usize).copied();
-        let samples = cover
+        let samples: Vec<Sample> = cover
             .samples
             .iter()
-            .filter(|s| s.shape == Shape::Sheet && s.diameter < self.width)
+            .filter(|s| s.shape != Shape::Waist && s.diameter < self.width)
             .filter(|s| {
                 (self.between == Between::Surfaces || body(s.facet) == body(s.opposite)) && !self.is_sealed(s.facet)
             })
             .copied()
             .collect();
-        let resolution = 0.75 * self.width;
+        let link = 1.5 * 0.75 * self.width;
+        let sharp = sharp_edges(self.part.mesh(), self.part.adjacency(), self.side, PI - NEARLY_WALL);
+        let mut runs_out = vec![false; samples.len()];
+        for members in grouped(self.part, &samples, link) {
+            let group: Vec<&Sample> = members.iter().map(|&i| &samples[i]).collect();
+            let is_wedge = is_wedge(&group, &sharp);
+            members.iter().for_each(|&i| runs_out[i] = is_wedge);
+        }
+        let samples = samples.into_iter().zip(runs_out).filter(|(s, _)| s.shape == Shape::Sheet).collect();
         let thin = cover.unresolved.iter().filter(|u| u.low < self.width);
         let open = thin.map(|u| u.extent).fold(question.finest, f64::max);
         Found {
             part: self.part,
+            rods: rods::search(self.part, self.process, self.side),
             width: self.width,
-            link: 1.5 * resolution,
+            link,
             samples,
+            passed: cover.passed.clone(),
             finest: (1e3 * open).ceil() / 1e3,
             evaluations,
         }
@@ -148,47 +186,115 @@ impl Sought<'_> {
 impl Found<'_> {
     /// The sheets made of those balls that are wanted, largest first; wedges are left out but for what is parallel in them.
     pub fn sheets(&self, wanted: impl Fn(&Thin) -> bool) -> Vec<Detail> {
-        let chosen: Vec<Sample> = self.samples.iter().filter(|s| wanted(&Thin::from(*s))).copied().collect();
-        let of = |facet: u32| self.part.health().facet_body.get(facet as usize).map_or(0, |&b| u64::from(b));
-        let bodies = |s: &Sample| of(s.facet).min(of(s.opposite)) << 32 | of(s.facet).max(of(s.opposite));
-        let corners = |f: u32| self.part.mesh().triangles[f as usize];
-        let mut out: Vec<Detail> = group(&chosen, self.link, bodies, corners)
+        let parallel = |s: &Sample| s.separation >= PARALLEL && s.low >= 1e-3 * self.width;
+        let chosen: Vec<(Sample, bool)> = self
+            .samples
+            .iter()
+            .filter(|(s, runs_out)| wanted(&Thin::from(s)) && (!runs_out || parallel(s)))
+            .copied()
+            .collect();
+        let (chosen, runs_out): (Vec<Sample>, Vec<bool>) = chosen.into_iter().unzip();
+        let groups = grouped(self.part, &chosen, self.link);
+        let passed = self.passed_beside(&chosen, &groups, wanted);
+        let mut out: Vec<Detail> = groups
             .into_iter()
-            .filter_map(|members| {
-                let samples: Vec<Sample> = members.into_iter().map(|i| chosen[i]).collect();
-                let runs_out = samples.iter().any(|s| s.low < RUN_OUT * self.width);
-                if !runs_out {
-                    return summed(&samples);
+            .zip(passed)
+            .filter_map(|(members, passed)| {
+                let samples: Vec<Sample> = members.iter().map(|&i| chosen[i]).collect();
+                if !members.iter().any(|&i| runs_out[i]) {
+                    return summed(&samples, &passed);
                 }
-                let parallel = |s: &&Sample| s.separation >= PARALLEL && s.low >= 1e-3 * self.width;
-                summed(&samples.iter().filter(parallel).copied().collect::<Vec<_>>())
-                    .filter(|d| d.area >= self.width * self.width)
+                summed(&samples, &[]).filter(|d| d.area >= self.width * self.width)
             })
             .collect();
+        if let Some(rods) = &self.rods {
+            out = along_rods(out, &rods.rods);
+        }
         out.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+        out
+    }
+
+    /// For each group, the patches that were passed over because of it: those that may hold what is wanted on the features of its
+    /// samples, nearest to one of them.
+    fn passed_beside(&self, chosen: &[Sample], groups: &[Group], wanted: impl Fn(&Thin) -> bool) -> Vec<Vec<&Passed>> {
+        let mut on: FxHashMap<u32, Vec<(usize, Vec3)>> = FxHashMap::default();
+        for (g, members) in groups.iter().enumerate() {
+            for s in members.iter().map(|&i| &chosen[i]) {
+                on.entry(s.feature).or_default().push((g, s.contacts[0]));
+            }
+        }
+        let mut out = vec![Vec::new(); groups.len()];
+        for p in self.passed.iter().filter(|p| wanted(&Thin::from(*p))) {
+            let away = |at: &Vec3| distance(*at, p.chord[0]);
+            let beside = on.get(&p.feature).into_iter().flatten().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
+            if let Some(of) = beside.and_then(|(g, _)| out.get_mut(*g)) {
+                of.push(p);
+            }
+        }
         out
     }
 }
 
-fn summed(samples: &[Sample]) -> Option<Detail> {
+/// The same places, each as long as the rod that its thinnest lies in, and those in one rod together: the balls of a rod with few sides are
+/// stopped at its edges, and samples lie far apart on it.
+fn along_rods(places: Vec<Detail>, rods: &[Rod]) -> Vec<Detail> {
+    let mut in_rod: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut out: Vec<Detail> = Vec::new();
+    for place in places {
+        let rod = rods.iter().position(|r| r.holds(place.thinnest.centre));
+        let known = rod.and_then(|at| in_rod.get(&at)).and_then(|&at| out.get_mut(at));
+        match (known, rod.and_then(|at| rods.get(at).zip(Some(at)))) {
+            (Some(known), _) => known.join(place),
+            (None, Some((rod, at))) => {
+                in_rod.insert(at, out.len());
+                out.push(Detail {
+                    extent: hull(place.extent, rod.extent),
+                    spans: [place.spans[0].max(rod.length - rod.diameter()), place.spans[1], place.spans[2]],
+                    ..place
+                });
+            }
+            (None, None) => out.push(place),
+        }
+    }
+    out
+}
+
+/// Whether a group runs out to an edge: it does if it thins as far as that, or lies between the sides of a wedge at its thinnest.
+fn is_wedge(group: &[&Sample], sharp: &[SharpEdge]) -> bool {
+    let thickest = group.iter().map(|s| s.diameter).fold(0.0, f64::max);
+    let thinnest = group.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter));
+    let in_wedge = |s: &&Sample| sharp.iter().any(|e| e.off(s.contacts) < ON_SIDES * s.diameter);
+    group.iter().any(|s| s.low < RUN_OUT * thickest) || thinnest.is_some_and(in_wedge)
+}
+
+/// Samples that lie side by side in a sheet between the same bodies.
+fn grouped(part: &Part, samples: &[Sample], link: f64) -> Vec<Group> {
+    let of = |facet: u32| part.health().facet_body.get(facet as usize).map_or(0, |&b| u64::from(b));
+    let bodies = |s: &Sample| of(s.facet).min(of(s.opposite)) << 32 | of(s.facet).max(of(s.opposite));
+    group(samples, link, bodies, |f| part.mesh().triangles.get(f as usize).copied().unwrap_or_default())
+}
+
+fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
     let thinnest = samples.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;
+    let sampled = samples.iter().map(|s| (s.sides, s.contacts));
+    let patches: Vec<Patch> =
+        sampled.chain(passed.iter().map(|p| (p.sides, p.chord))).map(|(sides, to)| Patch::across(sides, to)).collect();
+    let centres: Vec<Vec3> = samples.iter().map(|s| s.centre).collect();
+    let [long, wide, high] = principal_extents(&centres);
+    // What was passed over makes it longer; how wide it is is known where it was sampled.
+    let middles = passed.iter().map(|p| Thin::from(*p).centre);
+    let [longest, ..] = principal_extents(&centres.into_iter().chain(middles).collect::<Vec<_>>());
     Some(Detail {
         thinnest: Thin::from(thinnest),
         low: samples.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
         area: 0.5 * samples.iter().map(|s| s.area).sum::<f64>(),
         volume: 0.5 * samples.iter().map(|s| s.area * s.diameter).sum::<f64>(),
-        extent: bounds(samples.iter().flat_map(|s| s.contacts))?,
-        spans: principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>()),
+        extent: patches.iter().map(|p| p.extent).reduce(hull)?,
+        spans: [long.max(longest), wide, high],
         facet: thinnest.facet,
         whole: None,
-        patches: samples.iter().map(patch).collect(),
+        patches,
     })
-}
-
-fn patch(sample: &Sample) -> Patch {
-    let ([a, b], reach) = (sample.contacts, 0.5 * sample.area.sqrt());
-    let extent = ([0, 1, 2].map(|x| a[x].min(b[x]) - reach), [0, 1, 2].map(|x| a[x].max(b[x]) + reach));
-    Patch { extent, across: Thin::from(sample).direction() }
 }
 
 impl From<&ThinBody> for Detail {
@@ -211,6 +317,19 @@ impl From<&ThinBody> for Detail {
 }
 
 impl Detail {
+    /// Takes in another place.
+    fn join(&mut self, other: Detail) {
+        if other.thinnest.diameter < self.thinnest.diameter {
+            (self.thinnest, self.facet) = (other.thinnest, other.facet);
+        }
+        self.low = self.low.min(other.low);
+        self.area += other.area;
+        self.volume += other.volume;
+        self.extent = hull(self.extent, other.extent);
+        self.spans = [0, 1, 2].map(|i| self.spans[i].max(other.spans[i]));
+        self.patches.extend(other.patches);
+    }
+
     /// What it looks like.
     pub fn noun(&self) -> &'static str {
         if self.whole.is_some() {

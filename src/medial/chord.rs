@@ -9,6 +9,8 @@ use pulp::{Arch, NullaryFnOnce};
 
 /// A ball whose contacts are seen at least this far apart measures a wall or a gap; below, a wedge (150°).
 pub const WALL_SEPARATION: f64 = 150.0 * std::f64::consts::PI / 180.0;
+/// Short of a wall's separation by so little that the thickness is the same (140°).
+pub const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
 /// Surfaces whose normals are at least this far apart are parallel enough to be a sheet even where they meet (176°).
 pub const PARALLEL: f64 = 176.0 * std::f64::consts::PI / 180.0;
 /// What rounding may do to an angle, radians.
@@ -47,6 +49,11 @@ impl Patch {
         (0..3)
             .map(|i| (distance(self.corners[i], self.corners[(i + 1) % 3]), i))
             .fold((-1.0, 0), |best, e| if e.0 > best.0 { e } else { best })
+    }
+
+    /// Box around the corners.
+    pub fn sides(&self) -> (Vec3, Vec3) {
+        vector::bounds(self.corners).unwrap_or_default()
     }
 
     /// The two halves across the middle of the longest edge; an edge is halved, a vertex stays as it is.

@@ -164,6 +164,7 @@ mod tests {
             separation: std::f64::consts::PI,
             area: 0.25 * edge * edge,
             edge,
+            sides: ([x, 0.0, 0.5], [x, 0.0, 0.5]),
             feature: 0,
             facet: 0,
             opposite: 1,

@@ -104,6 +104,8 @@ pub struct Sample {
     pub area: f64,
     /// Longest edge of the patch, millimetres.
     pub edge: f64,
+    /// Box of the patch.
+    pub sides: (Vec3, Vec3),
     /// The feature searched, as an index into the list of all.
     pub feature: u32,
     pub facet: u32,
@@ -127,10 +129,24 @@ pub struct Unresolved {
     pub facet: u32,
 }
 
+/// A patch that was not sampled, because a sheet as thin as it may hold had been on the same feature.
+#[derive(Debug, Clone, Copy)]
+pub struct Passed {
+    /// Box of the patch.
+    pub sides: (Vec3, Vec3),
+    /// Its shortest chord.
+    pub chord: [Vec3; 2],
+    /// No ball that touches it measures less.
+    pub low: f64,
+    pub feature: u32,
+}
+
 /// All samples thinner than asked, what stayed open, and what it cost.
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     pub samples: Vec<Sample>,
+    /// Where other sheets on the features of samples may be, each no thinner than one of the samples.
+    pub passed: Vec<Passed>,
     pub unresolved: Vec<Unresolved>,
     /// Balls grown and chords searched.
     pub evaluations: u64,
@@ -218,6 +234,7 @@ impl Cover {
                 };
             }
             all.samples.extend(c.samples);
+            all.passed.extend(c.passed);
             all.unresolved.extend(c.unresolved);
             all.evaluations += c.evaluations;
         }

@@ -1,6 +1,7 @@
 //! Sharp edges of the surface: where two facets meet in a wedge of material, exactly.
 
 use super::chord::PARALLEL;
+use super::feature::Side;
 use super::section::Adjacency;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
@@ -70,13 +71,8 @@ pub struct Ridge {
 /// One walk over the edges; some tens of nearest points for each that is sharp, and up to 32 facets for each beside a narrow one.
 pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, sought: Sharpness) -> Vec<Crease> {
     let normal = |f: u32| mesh.normal(f as usize);
-    let wedge = |[f, h]: [u32; 2], ends: [u32; 2]| {
-        let (m, n) = (normal(f), normal(h));
-        let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
-        let inner = PI - angle(m, n);
-        let convex = dot(cross(m, n), sub(b, a)) > 0.0 || inner < 1e-6;
-        (inner <= sought.widest && convex && m != [0.0; 3] && n != [0.0; 3]).then_some(inner)
-    };
+    let wedge =
+        |facets, ends| wedge_between(mesh, Side::Material, facets, ends).filter(|inner| *inner <= sought.widest);
     let crease = |facets: [u32; 2], ends: [u32; 2], inner: f64| {
         let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
         let middle = along(a, sub(b, a), 0.5);
@@ -101,6 +97,52 @@ pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, so
         // From one side only, and from the same one all along.
         let first = normal(f).iter().zip(normal(h)).map(|(m, n)| m.total_cmp(&n)).find(|o| o.is_ne());
         first.is_some_and(|o| o.is_lt()).then(|| crease([f, h], ends, inner)).flatten()
+    };
+    (0..mesh.triangles.len() as u32)
+        .into_par_iter()
+        .flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e)))
+        .collect()
+}
+
+/// Angle of the wedge of material or void between two facets at an edge of the first; `None` if what is there is wider than a plane, or a facet
+/// has no area.
+fn wedge_between(mesh: &TriangleMesh, side: Side, [f, h]: [u32; 2], ends: [u32; 2]) -> Option<f64> {
+    let (m, n) = (mesh.normal(f as usize), mesh.normal(h as usize));
+    let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
+    let inner = PI - angle(m, n);
+    let convex = side.sign() * dot(cross(m, n), sub(b, a)) > 0.0 || inner < 1e-6;
+    (convex && m != [0.0; 3] && n != [0.0; 3]).then_some(inner)
+}
+
+/// An edge that a wedge of material or void runs out to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SharpEdge {
+    pub ends: [Vec3; 2],
+    /// Unit normals of its two facets.
+    pub normals: [Vec3; 2],
+}
+
+impl SharpEdge {
+    /// How far two points are from lying one on each of the planes of its facets: the distance of the farther of them, millimetres.
+    pub fn off(&self, points: [Vec3; 2]) -> f64 {
+        let away = |p: Vec3, n: Vec3| dot(n, sub(p, self.ends[0])).abs();
+        let [[a, b], [m, n]] = [points, self.normals];
+        away(a, m).max(away(b, n)).min(away(a, n).max(away(b, m)))
+    }
+}
+
+/// The edges at which the wedge on a side of the surface is sharper than an angle (radians).
+///
+/// # Cost
+/// One walk over the edges.
+pub fn sharp_edges(mesh: &TriangleMesh, next: &Adjacency, side: Side, widest: f64) -> Vec<SharpEdge> {
+    let of_edge = |f: u32, e: usize| {
+        let g = next.across(f, e).filter(|g| *g > f)?;
+        let t = mesh.triangles[f as usize];
+        let ends = [t[e], t[(e + 1) % 3]];
+        let is_sharp = wedge_between(mesh, side, [f, g], ends).is_some_and(|angle| angle < widest);
+        let normals = [f, g].map(|f| mesh.normal(f as usize));
+        is_sharp.then(|| SharpEdge { ends: ends.map(|v| mesh.vertices[v as usize]), normals })
     };
     (0..mesh.triangles.len() as u32)
         .into_par_iter()
@@ -209,8 +251,22 @@ pub fn length(mesh: &TriangleMesh, crease: &Crease) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::section::Adjacency;
     use super::*;
-    use crate::geometry::extruded;
+    use crate::geometry::{cuboid, extruded};
+
+    #[test]
+    fn sharp_edges_are_those_of_wedges_of_one_side_and_know_their_sides() {
+        let wedge: TriangleMesh = extruded(&[[0.0, 0.0], [8.0, 2.0], [8.0, -2.0]], &[[0, 2, 1]], 8.0);
+        let found = |mesh: &TriangleMesh, side| sharp_edges(mesh, &Adjacency::of(mesh, |_| true), side, 0.6);
+        let sharp = found(&wedge, Side::Material);
+        assert_eq!((sharp.len(), found(&wedge, Side::Void)), (1, Vec::new()));
+        let at = |x: f64, off: f64| scale([4.0, 16.0, off], x / 4.0);
+        assert!(sharp[0].off([at(3.0, 1.0), at(2.0, -1.0)]) < 1e-9, "{sharp:?}");
+        assert!(sharp[0].off([at(3.0, -1.0), at(2.0, 1.0)]) < 1e-9);
+        assert!(sharp[0].off([at(3.0, 1.0), at(2.0, -1.2)]) > 0.09);
+        assert_eq!(found(&cuboid([0.0; 3], [1.0; 3]), Side::Material), []);
+    }
 
     const SOUGHT: Sharpness = Sharpness { widest: PI / 3.0, thick: 0.8, blunt: 0.06, step: 1e-9 };
 

@@ -53,7 +53,7 @@ impl Seeker<'_> {
             if stops && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
                 let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
                 let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
-                self.record(&ball, Shape::Waist, low, (patch.area(), patch.longest_edge().0));
+                self.record(&ball, Shape::Waist, low, (patch, 1.0));
                 return;
             }
         }

@@ -22,5 +22,5 @@ mod seek;
 pub mod thickness;
 mod unopposed;
 
-pub use cover::{Cover, Own, Question, Sample, Shape};
+pub use cover::{Cover, Own, Passed, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};

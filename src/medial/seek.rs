@@ -1,7 +1,7 @@
 //! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
 
-use super::chord::{Chord, PARALLEL, Patch, WALL_SEPARATION, meets};
-use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Question, Sample, Shape, Unresolved};
+use super::chord::{Chord, NEARLY_WALL, PARALLEL, Patch, WALL_SEPARATION, meets};
+use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Passed, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::TouchingBall;
@@ -13,8 +13,6 @@ use std::collections::VecDeque;
 /// A ball whose contacts are at least this far apart, but less than a wall's, lies in a wedge (120°).
 const WEDGE_SEPARATION: f64 = 120.0 * std::f64::consts::PI / 180.0;
 
-/// Short of a wall's separation by so little that the thickness is the same (140°).
-const NEARLY_WALL: f64 = 140.0 * std::f64::consts::PI / 180.0;
 /// A ball stopped at less than this was stopped by the side it grew from (12°).
 const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 
@@ -41,8 +39,6 @@ pub(super) struct Seeker<'a> {
     own: Option<Own<'a>>,
     /// Least diameter of such a sheet found so far; how far bodies are apart is known from their pairs.
     thinnest: f64,
-    /// Least bound of the patches passed over, because something as thin was known on the feature.
-    passed: f64,
     pub(super) cover: Cover,
 }
 
@@ -59,21 +55,8 @@ pub(super) enum Look {
 impl<'a> Seeker<'a> {
     /// A search that may cost so many evaluations.
     pub(super) fn new(mesh: &'a MeshDistance, features: &'a Features, question: &'a Question, budget: u64) -> Self {
-        let (thinnest, passed) = (f64::INFINITY, f64::INFINITY);
-        let cover = Cover::default();
-        Seeker {
-            mesh,
-            features,
-            question,
-            feature: 0,
-            facet: 0,
-            budget,
-            extent: 0.0,
-            own: None,
-            thinnest,
-            passed,
-            cover,
-        }
+        let (thinnest, cover) = (f64::INFINITY, Cover::default());
+        Seeker { mesh, features, question, feature: 0, facet: 0, budget, extent: 0.0, own: None, thinnest, cover }
     }
 
     /// The same search for one's own.
@@ -108,7 +91,8 @@ impl<'a> Seeker<'a> {
         let sheets = self.cover.samples.iter().enumerate().filter(|(_, s)| self.counts(s));
         let thinnest = sheets.min_by(|a, b| a.1.diameter.total_cmp(&b.1.diameter)).map(|(at, _)| at);
         if let Some(thinnest) = thinnest.and_then(|at| self.cover.samples.get_mut(at)) {
-            thinnest.low = thinnest.low.min(self.passed);
+            // Its bound takes in what was passed over because of it.
+            thinnest.low = self.cover.passed.iter().map(|p| p.low).fold(thinnest.low, f64::min);
         }
         self.cover
     }
@@ -141,8 +125,8 @@ impl<'a> Seeker<'a> {
         // Coarse patches are sampled for their area as long as that is cheap.
         let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
         if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
-            // Its bound takes this one in.
-            self.passed = self.passed.min(low);
+            let (sides, chord) = (patch.sides(), [chord.from, chord.to]);
+            self.cover.passed.push(Passed { sides, chord, low, feature: self.feature });
         } else if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
             queue.extend(patch.halves());
         } else if self.question.is_thin(low) {
@@ -186,11 +170,11 @@ impl<'a> Seeker<'a> {
             let low = if apart && finest { 2.0 * ball.radius } else { low };
             let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
             let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
-            self.record(&ball, shape, low, (patch.area(), edge));
+            self.record(&ball, shape, low, (patch, 1.0));
             return Look::Done;
         }
         if let Some(settled) = self.settled(&ball, chord) {
-            self.record(&settled, Shape::Sheet, chord.bound, (patch.area(), edge));
+            self.record(&settled, Shape::Sheet, chord.bound, (patch, 1.0));
             return Look::Done;
         }
         let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));
@@ -198,7 +182,7 @@ impl<'a> Seeker<'a> {
             return Look::Open { low };
         }
         if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.is_thin(2.0 * ball.radius) {
-            self.record(&ball, Shape::Wedge, low, (patch.area(), edge));
+            self.record(&ball, Shape::Wedge, low, (patch, 1.0));
         }
         Look::Done
     }
@@ -223,7 +207,7 @@ impl<'a> Seeker<'a> {
             *ball = Some(grown);
         }
         for ball in balls.into_iter().flatten() {
-            self.record(&ball, Shape::Sheet, chord.bound, (0.25 * patch.area(), patch.longest_edge().0));
+            self.record(&ball, Shape::Sheet, chord.bound, (patch, 0.25));
         }
         true
     }
@@ -239,7 +223,7 @@ impl<'a> Seeker<'a> {
         let ball = self.mesh.touching_ball(patch.centroid(), scale(patch.axis, -1.0), 0.51 * q.notice, q.tolerance);
         self.cover.evaluations += 1;
         if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION {
-            self.record(&ball, Shape::Sheet, chord.bound, (patch.area(), patch.longest_edge().0));
+            self.record(&ball, Shape::Sheet, chord.bound, (patch, 1.0));
         }
         true
     }
@@ -324,14 +308,15 @@ impl<'a> Seeker<'a> {
             separation: std::f64::consts::PI,
             area: patch.area(),
             edge: patch.longest_edge().0,
+            sides: patch.sides(),
             feature: self.feature,
             facet: self.facet,
             opposite: self.features.list[chord.feature as usize].facet,
         })
     }
 
-    /// Records a ball that stands for so much area of a patch with such a longest edge.
-    pub(super) fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (area, edge): (f64, f64)) {
+    /// Records a ball that stands for such a share of a patch.
+    pub(super) fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (patch, share): (&Patch, f64)) {
         let Some(stop) = ball.stop else { return };
         self.push(Sample {
             shape,
@@ -340,8 +325,9 @@ impl<'a> Seeker<'a> {
             diameter: 2.0 * ball.radius,
             low: low.min(2.0 * ball.radius),
             separation: ball.separation(),
-            area,
-            edge,
+            area: share * patch.area(),
+            edge: patch.longest_edge().0,
+            sides: patch.sides(),
             feature: self.feature,
             facet: self.facet,
             opposite: stop.facet,

@@ -65,7 +65,9 @@ fn every_finding_of_the_field_checks_was_judged_and_is_true() {
         let found = report.findings();
         let own: Vec<&Row> = rows.iter().filter(|r| r.part == name).collect();
         for r in own.iter().filter(|r| r.verdict == "undecided") {
-            assert!(found.iter().any(|f| matches(r, f) && !f.decided), "{name} {} is decided", r.check);
+            if !found.iter().any(|f| matches(r, f) && !f.decided) {
+                wrong.push(format!("decided: {name} {} {} {} at {:?}", r.check, r.kind, r.value, r.at));
+            }
         }
         for f in found.iter().filter(|f| !own.iter().any(|r| matches(r, f))) {
             wrong.push(format!("not judged: {name} {} {} {} at {:?}", f.code, f.kind, f.value, f.at_mm));

@@ -7,6 +7,7 @@ mod fixtures;
 mod golden;
 mod judged;
 mod judged_fields;
+mod lost;
 mod metamorphic;
 mod models;
 mod same_answer;
