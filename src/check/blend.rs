@@ -4,8 +4,9 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::step::Profile;
 use crate::error::Result;
-use crate::geometry::vector::{Vec3, along, bounds};
+use crate::geometry::vector::{Vec3, add, along, angle, bounds, distance, dot, sub, unit};
 use crate::medial::cluster::principal_extents;
 use crate::medial::reflex::{ReflexEdge, joined, reflex_edges};
 use crate::part::Part;
@@ -24,6 +25,14 @@ const FLAT: f64 = 0.2 * std::f64::consts::PI / 180.0;
 const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// Height in fillet radii below which a step is relief, such as text.
 const RELIEF: f64 = 5.0;
+/// A ball that stays no further than this share of its radius from a round touches it.
+const TOUCHED: f64 = 2e-3;
+/// A ball that reaches no deeper than this share of its radius is clear.
+const CLEAR: f64 = 1e-6;
+/// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
+const STRAIGHT: usize = 6;
+/// Facets that a ball slides over at most.
+const SLIDES: usize = 16;
 /// Edges of a round that are measured.
 const TRIED: usize = 9;
 /// Places named one by one.
@@ -42,7 +51,7 @@ static META: Meta = Meta {
           side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
           suggested has been laid in along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole \
           narrower than itself; where it does not, a smaller one is sought.",
-    limits: "Steps lower than five radii are relief and are not judged, nor is what is shorter than a radius. Grooves and holes that \
+    limits: "Steps lower than five radii are relief and are not judged, nor are sharp edges shorter than a radius and rounds shorter than five. Grooves and holes that \
              turn by more than 150 degrees are judged by narrow-gap and small-hole. Edges between bodies that only touch are \
              not seen. The radius of a round is an estimate. A process asks for one only where a published guide does; else it is yours to ask.",
     source: "Rolling-ball blends as closings: J. R. Rossignac, A. A. G. Requicha, Offsetting operations in solid modelling, 1986. \
@@ -122,11 +131,8 @@ impl Notches<'_> {
 
     /// Whether one of the two faces ends within a few radii of the edge.
     fn is_relief(&self, edge: &ReflexEdge) -> bool {
-        let step = RELIEF * self.radius;
-        edge.along_facets(self.part.mesh()).iter().any(|&way| {
-            let beyond = along(edge.middle, way, step);
-            self.part.distance().nearest(beyond, 0.25 * step).is_none()
-        })
+        let lower = RELIEF * self.radius * (1.0 - 1e-9);
+        Profile::across(self.part, edge).is_some_and(|profile| profile.is_step_within(lower))
     }
 
     /// All sharp edges as one finding.
@@ -232,17 +238,18 @@ impl Notches<'_> {
 
     /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
     ///
-    /// The ball moves out from the edge by what it lacks until it is clear: no place before is, for the distance changes by at
-    /// most the way. One that is not clear within its radius over cos 75° lies in a groove or a hole.
+    /// The ball moves out from the edge by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides along
+    /// what it touches. One that is not clear within its radius over cos 75° lies in a groove or a hole.
     fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
         let outward = edge.outward();
         let mut away = (1.0 + share) * r;
         for looks in 0..40 {
             let centre = along(edge.middle, outward, away);
-            let Some(near) = self.part.distance().nearest(centre, r * (1.0 - 1e-6)) else {
-                return (looks > 0).then_some(centre);
+            let Some(near) = self.part.distance().nearest(centre, r * (1.0 - CLEAR)) else {
+                let rest = if looks > 0 { self.slid(centre, edge.middle, r, share) } else { centre };
+                return (looks > 0 && distance(rest, edge.middle) > (1.0 + share) * r).then_some(rest);
             };
-            away += r - near.distance;
+            away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
             if away > r / (0.5 * GROOVE).cos() {
                 return None;
             }
@@ -250,16 +257,53 @@ impl Notches<'_> {
         None
     }
 
-    /// The largest ball, up to the asked radius, that touches the facets beside an edge, to a hundredth of that radius.
+    /// A ball that is clear of the surface, slid along what it touches towards a point, until it is within its radius and a share of it or goes
+    /// no further.
+    fn slid(&self, mut centre: Vec3, to: Vec3, r: f64, share: f64) -> Vec3 {
+        let surface = self.part.distance();
+        let is_clear = |c: Vec3| surface.nearest(c, r * (1.0 - CLEAR)).is_none();
+        for _ in 0..SLIDES {
+            let way = sub(to, centre);
+            let level = surface.nearest(centre, 1.01 * r).map_or(way, |touched| {
+                let normal = unit(sub(centre, touched.point));
+                along(way, normal, -dot(way, normal))
+            });
+            let (mut clear, mut met) = (0.0, 1.0);
+            if is_clear(add(centre, level)) {
+                clear = 1.0;
+            }
+            while clear < 1.0 && met - clear > 1e-3 {
+                let middle = 0.5 * (clear + met);
+                if is_clear(along(centre, level, middle)) { clear = middle } else { met = middle }
+            }
+            let before = distance(centre, to);
+            centre = along(centre, level, clear);
+            let now = distance(centre, to);
+            if now <= (1.0 + share) * r || now > before - CLEAR * r {
+                break;
+            }
+        }
+        centre
+    }
+
+    /// The largest ball, up to the asked radius, that touches the facets beside an edge.
     fn largest(&self, edge: &ReflexEdge) -> f64 {
         // A ball that touches both facets stays this far from the edge.
-        let share = 1.0 / (0.5 * edge.bend).cos() - 1.0 + 0.01;
+        let share = 1.0 / (0.5 * edge.bend).cos() - 1.0 + TOUCHED;
         let (mut low, mut high) = (0.0, self.radius);
-        while high - low > 0.01 * self.radius {
+        while high - low > TOUCHED * self.radius {
             let middle = 0.5 * (low + high);
             if self.misses(edge, middle, share) { high = middle } else { low = middle }
         }
         low
+    }
+
+    /// The share by which a ball that is taken to touch a round is larger than it at most: in one that turns by φ, a ball larger by ΔR stays
+    /// ΔR·(1/cos(φ/2) − 1) away from its bottom.
+    fn too_large(&self, edges: &[ReflexEdge]) -> f64 {
+        let normals = || edges.iter().flat_map(|e| e.normals);
+        let turn = normals().map(|n| normals().take(2).map(|m| angle(m, n)).fold(0.0, f64::max)).fold(0.0, f64::max);
+        TOUCHED / (1.0 / (0.5 * turn).cos() - 1.0).max(TOUCHED)
     }
 
     /// One round, if it is long enough to be a fillet: the median over its longest edges.
@@ -282,7 +326,8 @@ impl Notches<'_> {
         let mut radii: Vec<f64> = longest.into_iter().map(|e| self.largest(e)).collect();
         radii.sort_by(f64::total_cmp);
         let radius = *radii.get(radii.len() / 2)?;
-        let bracket = Bracket::new(radius, *radii.first()?, *radii.last()? + 0.01 * self.radius);
+        let low = radii.first()? * (1.0 - self.too_large(edges));
+        let bracket = Bracket::new(radius, low, *radii.last()? + TOUCHED * self.radius);
         let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.tie());
         if f.state == State::Pass {
             return None;
@@ -372,6 +417,76 @@ mod tests {
                 assert!((found[0].value - 1.0).abs() <= slack + 0.025 + 0.02, "{facets}: {}", found[0].value);
             }
         }
+    }
+
+    /// A bar whose upper side is a valley of so many degrees with a fillet of a radius in so many facets, 30 mm deep, its sides 12 mm long.
+    fn valley(degrees: f64, fillet: f64, facets: usize) -> Part {
+        let half = 0.5 * degrees.to_radians();
+        let turn = std::f64::consts::PI - 2.0 * half;
+        let (top, middle) = ([12.0 * half.sin(), 12.0 * half.cos()], fillet / half.sin());
+        let arc = (0..=facets.max(1)).map(|i| turn * (i as f64 / facets.max(1) as f64 - 0.5));
+        let arc: Vec<[f64; 2]> = match facets {
+            0 => vec![[0.0; 2]],
+            _ => arc.map(|a| [fillet * a.sin(), middle - fillet * a.cos()]).collect(),
+        };
+        let (low, high) = ([top[0], -4.0], [-top[0], -4.0]);
+        let outline: Vec<[f64; 2]> =
+            [high, low, top].into_iter().chain(arc.into_iter().rev()).chain([[-top[0], top[1]]]).collect();
+        // A star about the middle of its lower side.
+        let n = outline.len();
+        let mut triangles = Vec::new();
+        let at = |i: usize, y: f64| [outline[i % n][0], y, outline[i % n][1]];
+        let foot = |y: f64| [0.0, y, -4.0];
+        for i in 0..n {
+            let (j, split) = (i + 1, i == 0);
+            for side in if split {
+                vec![[at(0, 0.0), foot(0.0)], [foot(0.0), at(1, 0.0)]]
+            } else {
+                vec![[at(i, 0.0), at(j, 0.0)]]
+            } {
+                let [a, b] = side;
+                let [c, d] = [a, b].map(|p| [p[0], 30.0, p[2]]);
+                triangles.extend([[a, b, d], [a, d, c]]);
+                if !split {
+                    triangles.extend([[foot(0.0), b, a], [foot(30.0), c, d]]);
+                }
+            }
+        }
+        let mesh = TriangleMesh::weld(triangles);
+        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    #[test]
+    fn a_fillet_is_judged_alike_however_finely_it_is_divided() {
+        // A ball of 1 mm stays 0.06 mm away from the bottom of a sharp valley of 140°, and nearer to that of a fillet.
+        for facets in [0, 1, 4, 24, 90] {
+            for fillet in [0.15, 0.5] {
+                assert_eq!(judge(&valley(140.0, fillet, facets), "1mm").findings, [], "{facets} {fillet}");
+            }
+        }
+        for degrees in [60.0, 90.0, 100.0] {
+            for facets in [3, 8, 24, 60] {
+                // Facets that bend by more than 49° are sharp.
+                if (180.0 - degrees) / facets as f64 > 40.0 {
+                    continue;
+                }
+                let found = judge(&valley(degrees, 0.6, facets), "1mm").findings;
+                let kinds: Vec<&str> = found.iter().map(|f| f.kind.as_str()).collect();
+                assert_eq!(kinds, ["round"], "{degrees} {facets}: {found:?}");
+                // The ball that touches the facets is at most as large as the arc and at least as large as what touches their middles.
+                let inner = 0.6 * (0.5 * (180.0 - degrees).to_radians() / facets as f64).cos();
+                assert!(found[0].low <= 0.6 && found[0].high >= inner, "{degrees} {facets}: {found:?}");
+                assert!(found[0].high - found[0].low < 0.1, "{degrees} {facets}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_narrow_face_at_the_bottom_of_a_notch_makes_it_no_relief() {
+        // One facet of 0.05 mm between two bends of 60°.
+        assert_eq!(judge(&valley(60.0, 0.05, 1), "0.3mm").findings.len(), 1);
+        assert_eq!(judge(&valley(60.0, 0.0, 0), "0.3mm").findings.len(), 1);
     }
 
     #[test]

@@ -46,6 +46,7 @@ mod sheet_shape;
 mod sheet_thinnest;
 mod sheet_words;
 mod small_hole;
+mod step;
 mod support;
 mod support_access;
 mod tall_feature;

@@ -1,7 +1,7 @@
 //! Edges where the surface bends towards the void: the notches of a part, and the rounds made of shallow ones.
 
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, sub, unit};
+use crate::geometry::vector::{Vec3, along, angle, distance, dot, norm, sub, unit};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -41,16 +41,6 @@ impl ReflexEdge {
     /// Area of the cross-section that a fillet of a radius fills: r²·(tan(φ/2) − φ/2).
     pub fn fillet_section(&self, radius: f64) -> f64 {
         radius * radius * ((0.5 * self.bend).tan() - 0.5 * self.bend)
-    }
-
-    /// The unit vectors in the planes of the facets, at right angles to the edge and away from it.
-    pub fn along_facets(&self, mesh: &TriangleMesh) -> [Vec3; 2] {
-        let run = sub(mesh.vertices[self.ends[1] as usize], mesh.vertices[self.ends[0] as usize]);
-        [0, 1].map(|i| {
-            let across = unit(cross(self.normals[i], run));
-            let apex = sub(mesh.centroid(self.facets[i] as usize), self.middle);
-            if dot(across, apex) < 0.0 { across.map(|x| -x) } else { across }
-        })
     }
 }
 
@@ -151,8 +141,6 @@ mod tests {
         assert!((centre[0] - 2.5).abs() < 1e-12 && (centre[2] - 2.5).abs() < 1e-12, "{centre:?}");
         // A quarter of a square less a quarter of a disc.
         assert!((e.fillet_section(0.5) - 0.25 * (1.0 - std::f64::consts::FRAC_PI_4)).abs() < 1e-12);
-        let ways = e.along_facets(&mesh);
-        assert!(ways.iter().any(|d| d[0] > 0.99) && ways.iter().any(|d| d[2] > 0.99), "{ways:?}");
         // Inside out, all other edges of the prism are notches: five along it, six around either end.
         assert_eq!(reflex_edges(&mesh.flipped(), 0.1, |_| true).len(), 5 + 12);
     }
