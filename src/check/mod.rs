@@ -30,6 +30,7 @@ mod least_width;
 mod lost_feature;
 mod mend;
 mod mesh;
+mod mouth;
 mod narrow_gap;
 mod offset;
 mod overhang;

@@ -4,8 +4,9 @@ use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
-use super::place::{locate, reported};
-use super::vent::{Downward, Wanted, advice, vents};
+use super::mouth::Mouths;
+use super::place::{group_equal, locate, reported};
+use super::vent::{Downward, Vent, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
 use crate::field::Field;
@@ -32,7 +33,8 @@ static META: Meta = Meta {
           rest a ball is let out: where the distance to the part is at least the ball's radius, connected regions are labelled; \
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
-          1.73 samples. A vent is named only after it has been drilled into the sets and the way out was measured again, and only if it leaves \
+          1.73 samples. Mouths are where the void goes on to the outside as wide as a ball \
+          of the limit. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
           Where a limit lies within the bracket of a closed mesh, a way for a ball of the limit is sought over samples up to four times \
           finer about the throat, with the distance to the surface itself; what stays undecided is looked at again with half the \
@@ -45,6 +47,9 @@ static META: Meta = Meta {
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
              Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003. Limits: see the profile.",
 };
+
+/// Ways out that differ by no more than this are alike, millimetres.
+const ALIKE: f64 = 0.004;
 
 /// Without a limit for the way out a vent of this diameter is tried, millimetres: the least hole of the process families.
 const PLAIN_VENT: f64 = 2.0;
@@ -112,15 +117,21 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&voids.small_rooms(&clearance, widest, &mut met.clone())?, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
-        let tied = process.prints_supports;
-        let standing = if tied { voids.above_plate(&clearance)? } else { clearance };
-        if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| tied) {
+        if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
+            let standing = voids.above_plate(&clearance)?;
             judge.on_plate(&voids.on_plate(&standing, widest, &mut met)?, &chambers, limits);
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
-            let rooms = voids.mouths(&standing, 2.0 * widest, ball, &met)?;
-            judge.mouths(&rooms, &chambers, mouths, ball);
+            let wanted = judge.wanted(ball);
+            let mouths = Mouths { voids: &voids, context, limits: mouths, room_mm: 2.0 * widest, wanted };
+            let is_told = |t: &&Trapped| judge.way_out(t, limits).state > State::Pass;
+            let told: Vec<&Trapped> = chambers.iter().filter(is_told).collect();
+            let (findings, rooms) = mouths.findings(&clearance, &told)?;
+            for f in findings {
+                let at = rooms.iter().find(|t| reported(part, t.at) == f.at_mm).map(|t| t.at);
+                judge.note(f, at, "1", "trapped-volume.mouths");
+            }
         }
     }
     judge.finish(&found.nooks, way_out.map(|_| widest));
@@ -183,49 +194,74 @@ impl Judge<'_> {
             let half = short(0.5 * self.context.spacing_mm);
             format!("look again with --voxel {half}mm, or close the mesh so that its shells tell")
         };
-        self.note(f, largest, "mm3", "trapped-volume.sealed");
+        self.note(f, Some(largest.at), "mm3", "trapped-volume.sealed");
         self.shapes.extend(order.iter().map(|t| (t.volume_mm3.value, t.shape.clone())));
         Ok(())
     }
 
-    /// A finding for each chamber that breaks or may break the limit.
+    /// A finding for the chambers that break or may break the limit alike.
     fn narrow(&mut self, places: &[Trapped], limits: Limits, widest: f64) -> Result<()> {
         let mut order: Vec<&Trapped> = places.iter().collect();
         order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
         let all = vents(self.voids.solid, &order, self.wanted(widest))?;
+        let (mut findings, mut tried) = (Vec::new(), Vec::new());
         for (t, vent) in order.iter().zip(all) {
-            let mut f =
-                Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.tie());
+            let mut f = self.way_out(t, limits);
             if f.state == State::Pass {
                 continue;
             }
             locate(&mut f, self.part, self.context, t.at, t.extent);
             f.volume_mm3 = Some(report_digits(t.volume_mm3.value));
             f.places = vec![self.spot(t, t.way_out_mm)];
-            let volume = short(t.volume_mm3.value.round());
-            f.message = match t.throat {
-                Some(throat) => {
-                    f.witness = Some(Witness {
-                        kind: "throat".into(),
-                        points_mm: vec![reported(self.part, t.at), reported(self.part, throat)],
-                    });
-                    let [low, high] = [t.way_out_mm.low, t.way_out_mm.high].map(hundredths);
-                    format!("a chamber of about {volume} mm³ whose widest way out is {low} to {high} mm")
-                }
-                None => format!("a chamber of about {volume} mm³ without a way out at this spacing"),
-            };
-            f.fix = match vent.vent() {
-                Some(v) if f.state == State::Undecided => {
-                    let half = short(0.5 * self.context.spacing_mm);
-                    format!("look again with --voxel {half}mm, or drill {}", v.words())
-                }
-                Some(v) => format!("drill {}; measured again, it is then wide enough", v.words()),
-                None => format!("widen the way out to {} mm", short(widest)),
-            };
-            self.note(f, t, "mm", "trapped-volume");
+            f.witness = t.throat.map(|throat| Witness {
+                kind: "throat".into(),
+                points_mm: vec![reported(self.part, t.at), reported(self.part, throat)],
+            });
+            tried.push((f.at_mm, vent.vent()));
+            findings.push(f);
             self.shapes.push((t.volume_mm3.value, t.shape.clone()));
         }
+        // As close as the report tells them.
+        for mut f in group_equal(findings, ALIKE) {
+            self.describe_narrow(&mut f, &tried, widest);
+            let at = order.iter().find(|t| reported(self.part, t.at) == f.at_mm).map(|t| t.at);
+            self.note(f, at, "mm", "trapped-volume");
+        }
         Ok(())
+    }
+
+    fn way_out(&self, t: &Trapped, limits: Limits) -> Finding {
+        Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.tie())
+    }
+
+    fn describe_narrow(&self, f: &mut Finding, tried: &[([f64; 3], Option<Vent>)], widest: f64) {
+        let volume = bulk(f.volume_mm3.unwrap_or(0.0));
+        let chambers = match f.count {
+            1 => format!("a chamber of about {volume}"),
+            n => format!("{n} chambers, about {volume} in all,"),
+        };
+        let [low, high] = [f.low, f.high].map(hundredths);
+        f.message = match &f.witness {
+            Some(_) => format!("{chambers} whose widest way out is {low} to {high} mm"),
+            None => format!("{chambers} without a way out at this spacing"),
+        };
+        let own = || tried.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at)).filter_map(|t| t.1);
+        f.fix = match own().next() {
+            Some(v) if f.state == State::Undecided => {
+                let half = short(0.5 * self.context.spacing_mm);
+                format!("look again with --voxel {half}mm, or drill {}", v.words())
+            }
+            Some(v) if f.count == 1 => format!("drill {}; measured again, it is then wide enough", v.words()),
+            Some(v) => {
+                let works = own().count();
+                format!(
+                    "drill {}; {works} of {} such vents were measured again and are wide enough",
+                    v.words(),
+                    f.count
+                )
+            }
+            None => format!("widen the way out to {} mm", short(widest)),
+        };
     }
 
     /// One finding for the rooms that are narrower than the limit and whose way out is narrower still: limits for ways out are
@@ -249,14 +285,14 @@ impl Judge<'_> {
             n => format!("{n} rooms, about {} in all, the narrowest way out {low} to {high} mm", bulk(sum)),
         };
         f.fix = self.vent_words(&order, limit)?;
-        self.note(f, narrowest, "mm", "trapped-volume");
+        self.note(f, Some(narrowest.at), "mm", "trapped-volume");
         self.shapes.extend(order.iter().map(|t| (t.volume_mm3.value, t.shape.clone())));
         Ok(())
     }
 
     /// One finding for all that the plate closes and that is open otherwise.
     fn on_plate(&mut self, standing: &[Trapped], known: &[Trapped], limits: Limits) {
-        let news: Vec<&Trapped> = standing.iter().filter(|t| !known.iter().any(|k| overlap(k, t))).collect();
+        let news: Vec<&Trapped> = standing.iter().filter(|t| !known.iter().any(|k| k.overlaps(t))).collect();
         let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
             return;
         };
@@ -275,29 +311,7 @@ impl Judge<'_> {
         let volume = if low == high { value } else { format!("{low} to {high}") };
         f.message = format!("{volume} mm³ of void are closed by the plate until the part is cut off");
         f.fix = "let it out above the plate".into();
-        self.note(f, largest, "mm3", "trapped-volume.on-plate");
-    }
-
-    /// Chambers with fewer mouths than the process asks for.
-    fn mouths(&mut self, rooms: &[(Trapped, u64)], known: &[Trapped], limits: Limits, ball: f64) {
-        for (t, count) in rooms.iter().filter(|r| !known.iter().any(|k| overlap(k, &r.0))) {
-            let bracket = Bracket::exact(*count as f64);
-            let mut f = Finding::judged(META.code, "mouths", bracket, Basis::Estimated, limits, "1", 0.0);
-            if f.state == State::Pass {
-                continue;
-            }
-            locate(&mut f, self.part, self.context, t.at, t.extent);
-            f.volume_mm3 = Some(report_digits(t.volume_mm3.value));
-            let volume = short(t.volume_mm3.value.round());
-            f.message = format!(
-                "a chamber of about {volume} mm³ with {count} mouth{} of at least {} mm",
-                plural(*count),
-                short(ball)
-            );
-            let wanted = limits.warn.or(limits.fail).unwrap_or(2.0);
-            f.fix = format!("give it {} mouths of at least {} mm, far from each other", short(wanted), short(ball));
-            self.note(f, t, "1", "trapped-volume.mouths");
-        }
+        self.note(f, Some(largest.at), "mm3", "trapped-volume.on-plate");
     }
 
     /// Gives a finding the places of several, the first the foremost; returns their volume, mm³.
@@ -331,10 +345,10 @@ impl Judge<'_> {
         Wanted { ball_mm, wall_mm: self.wall_mm, downward: Downward::Allowed }
     }
 
-    fn note(&mut self, f: Finding, t: &Trapped, unit: &'static str, rule: &'static str) {
+    fn note(&mut self, f: Finding, at: Option<[f64; 3]>, unit: &'static str, rule: &'static str) {
         if self.measured.findings.iter().all(|g| g.state < f.state) {
             let bracket = Bracket { value: f.value, low: f.low, high: f.high };
-            self.measured.worst = Some(Worst { bracket, unit, at: Some(t.at) });
+            self.measured.worst = Some(Worst { bracket, unit, at });
             self.measured.rule = Some(rule);
         }
         self.measured.findings.push(f);
@@ -374,16 +388,6 @@ impl Judge<'_> {
     }
 }
 
-/// Whether the middle of one place lies in the box of the other.
-fn overlap(a: &Trapped, b: &Trapped) -> bool {
-    let within = |p: [f64; 3], (lo, hi): ([f64; 3], [f64; 3])| (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c]);
-    within(a.at, b.extent) || within(b.at, a.extent)
-}
-
 fn hundredths(mm: f64) -> String {
     short((mm * 100.0).round() / 100.0)
-}
-
-fn plural(count: u64) -> &'static str {
-    if count == 1 { "" } else { "s" }
 }

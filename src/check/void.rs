@@ -36,6 +36,14 @@ pub(super) struct Trapped {
     pub shape: TriangleMesh,
 }
 
+impl Trapped {
+    /// Whether the middle of one place lies in the box of the other.
+    pub fn overlaps(&self, other: &Trapped) -> bool {
+        let within = |p: Vec3, (lo, hi): (Vec3, Vec3)| (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c]);
+        within(self.at, other.extent) || within(other.at, self.extent)
+    }
+}
+
 /// The sealed voids of a part, and those the grid cannot tell from sealed.
 #[derive(Debug, Default)]
 pub(super) struct Sealed {
@@ -295,18 +303,11 @@ impl<'a> Voids<'a> {
     /// a ball of `ball_mm` out.
     ///
     /// A mouth is a place where the void as wide as the ball goes on from the balls that fill the chamber to the outside.
-    pub fn mouths(
-        &self,
-        clearance: &Field<u32>,
-        room_mm: f64,
-        ball_mm: f64,
-        met: &Indicator,
-    ) -> Result<Vec<(Trapped, u64)>> {
+    pub fn mouths(&self, clearance: &Field<u32>, room_mm: f64, ball_mm: f64) -> Result<Vec<(Trapped, u64)>> {
         let exits = border(&self.grid, &Side::ALL);
         let level = |diameter: f64| ((0.5 * diameter / self.grid.h()).powi(2).ceil() as u32).max(1);
         let mut found = Vec::new();
-        let known = |at: usize| met.contains(self.grid.index(at)) || self.is_sealed(at);
-        for chamber in chambers(clearance, &exits, level(room_mm), known)? {
+        for chamber in chambers(clearance, &exits, level(room_mm), |at| self.is_sealed(at))? {
             if self.is_sealed(chamber.deepest) || !self.rises(&chamber) {
                 continue;
             }

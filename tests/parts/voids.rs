@@ -4,7 +4,7 @@ use crate::shapes::{facing, flask};
 use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::State;
-use amcheck::geometry::cuboid;
+use amcheck::geometry::{TriangleMesh, cuboid};
 use amcheck::process::BUILTIN;
 use amcheck::units::Length;
 
@@ -38,6 +38,68 @@ fn a_neck_is_as_wide_as_it_is_in_every_process_that_has_to_be_emptied() {
         assert!(f.volume_mm3.is_some_and(|v| (v - 4096.0).abs() < 0.03 * 4096.0), "{name}: {f:?}");
         assert!(f.fix.contains("vent"), "{}", f.fix);
     }
+}
+
+/// Flasks side by side, their necks so wide, turned so that these lie on the side or on the plate.
+fn flasks(necks: &[f64], rotation: [[f64; 3]; 3]) -> TriangleMesh {
+    let all = necks
+        .iter()
+        .enumerate()
+        .map(|(n, &neck)| flask(20.0, 14.0, neck).transformed(facing([0.0, 0.0, 1.0]), [30.0 * n as f64, 0.0, 0.0]));
+    all.reduce(|a, b| a.joined(&b)).expect("a flask").transformed(rotation, [0.0; 3])
+}
+
+#[test]
+fn equal_chambers_are_one_finding_with_the_ways_out_that_were_tried_at_each() {
+    for (neck, kind, words) in [(1.0, "narrow-way-out", "3 of 3 such vents"), (4.0, "mouths", "3 of 3 then have 2")] {
+        for rotation in [facing([0.0, 0.0, 1.0]), facing([0.0, 0.0, -1.0])] {
+            let mut options = only("sla", &["AM301"]);
+            options.voxel = Some(Length::mm(0.25));
+            let report = judge_mesh(flasks(&[neck; 3], rotation), &options);
+            let found: Vec<_> = findings(&report, "AM301").iter().filter(|f| f.kind == kind).collect();
+            assert_eq!((found.len(), found[0].count, found[0].places.len()), (1, 3, 3), "{found:?}");
+            assert!(found[0].fix.contains(words), "{}", found[0].fix);
+            assert!(found[0].volume_mm3.is_some_and(|v| (v - 3.0 * 2744.0).abs() < 0.05 * 3.0 * 2744.0), "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_bore_through_a_chamber_has_two_mouths_also_where_one_is_on_the_plate() {
+    // Two flasks mouth to mouth would be one room: this one has a neck below and, through its floor, one above.
+    for name in ["sla", "lpbf", "sls"] {
+        let mut options = only(name, &["AM301"]);
+        options.voxel = Some(Length::mm(0.25));
+        let one = findings(&judge_mesh(flask(20.0, 14.0, 4.0), &options), "AM301").to_vec();
+        assert!(one.iter().any(|f| f.kind == "mouths" && f.value == 1.0), "{name}: {one:?}");
+        let both = findings(&judge_mesh(bored(20.0, 14.0, 4.0), &options), "AM301").to_vec();
+        assert_eq!(both, [], "{name}");
+    }
+}
+
+/// A cube with a cubic room in its middle and a square bore through its top and its bottom.
+fn bored(edge: f64, room: f64, bore: f64) -> TriangleMesh {
+    let (h, r, b) = (0.5 * edge, 0.5 * room, 0.5 * bore);
+    let square = |a: f64, z: f64| [[-a, -a, z], [a, -a, z], [a, a, z], [-a, a, z]];
+    let rings = [
+        square(h, -h),
+        square(h, h),
+        square(b, h),
+        square(b, r),
+        square(r, r),
+        square(r, -r),
+        square(b, -r),
+        square(b, -h),
+    ];
+    let mut facets = Vec::new();
+    for (n, lower) in rings.iter().enumerate() {
+        let upper = &rings[(n + 1) % rings.len()];
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            facets.extend([[lower[i], lower[j], upper[j]], [lower[i], upper[j], upper[i]]]);
+        }
+    }
+    TriangleMesh::weld(facets)
 }
 
 #[test]
