@@ -35,7 +35,7 @@ static META: Meta = Meta {
            narrower than the process shows it, is named apart.",
     why: "A slicer drops such material without a word, or prints it wider than drawn.",
     how: "Every pair of opposing features is searched as for thin-wall. A sheet with normal n is lost if it is thinner than the \
-          element along n, and so is a body that lies between two planes nearer to each other than that. Its volume is measured on a lattice that divides the element: the material in cells in which nothing can be printed, and in \
+          element along n, and so is a rod into whose section it does not fit, and a body that lies between two planes nearer to each other than that. Its volume is measured on a lattice that divides the element: the material in cells in which nothing can be printed, and in \
           those in which perhaps not all is; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
@@ -76,10 +76,10 @@ impl Check for LostFeature {
                 whole.iter().any(|b| body == Some(&b.body))
             };
             let mut gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
+            gone.extend(found.rods_beside(&gone, |n| bead.width_along(n).as_mm()));
             gone.retain(|d| !is_whole(d));
             gone.extend(whole.iter().map(Detail::from));
             gone.sort_by(|a, b| b.volume.total_cmp(&a.volume));
-            let places = gone.len();
             let judge = Lost { part, context, bead, limits };
             // Where the surface is not closed, inside is as doubtful on finer cells, and casts take many times as long.
             let samples = if part.health().is_solid() { context.refine } else { 0 };
@@ -88,6 +88,7 @@ impl Check for LostFeature {
                 findings.push(judge.finding(detail, i, &mut budget)?);
             }
             measured.budget = (budget.looks > 0).then_some(budget);
+            let places = findings.iter().filter(|f| f.value > 0.0).count();
             measured.worst = Some(findings.iter().max_by(|a, b| a.value.total_cmp(&b.value)).map_or(
                 Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None },
                 |f| Worst {

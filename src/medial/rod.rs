@@ -12,11 +12,12 @@ const TAPER: f64 = 0.2588;
 /// Towards the tip of a round end the sides draw together by so much more than before it, as a sine: 4 degrees each.
 const ROUNDED: f64 = 0.07;
 /// Stations on either side of the place a rod was found at.
-const STATIONS: usize = 400;
+const STATIONS: usize = 2000;
 /// Two ways across a round section differ by at most this share.
 const ALIKE: f64 = 0.05;
-/// A rod that thins to this share of the width searched for runs out to a point.
+/// A rod that thins to this share of the width searched for, and of the section it was found at, runs out to a point.
 const POINT: f64 = 0.05;
+const SHRUNK: f64 = 0.5;
 /// An end this near, in diameters, closes the rod.
 const CLOSED: f64 = 0.75;
 /// A point so far, in diameters, does if the sides draw together all the way, more steeply than a rod's.
@@ -326,8 +327,10 @@ impl Search<'_> {
         let mut sections: Vec<Section> = Vec::new();
         let mut heading = scale(seed.axis, direction);
         let mut last = seed.clone();
+        // What is as thin all along is a wire.
+        let point = (POINT * self.wanted.within).min(SHRUNK * seed.diameter());
         while sections.len() < STATIONS {
-            if last.diameter() < POINT * self.wanted.within {
+            if last.diameter() < point {
                 return (sections, End::Point);
             }
             let step = 0.25 * last.diameter();

@@ -1,4 +1,4 @@
-//! What AM106 says of pins of few facets and of wedges however their sides are divided.
+//! What is too thin to be made: pins of few facets, wires, and wedges however their sides are divided.
 
 use crate::shapes::{ears, lathe};
 use crate::{findings, judge_mesh, process};
@@ -7,25 +7,42 @@ use amcheck::check::Finding;
 use amcheck::geometry::{TriangleMesh, extruded};
 use std::f64::consts::PI;
 
-/// What lost-feature finds in it.
-fn lost(mesh: TriangleMesh, name: &str) -> Vec<Finding> {
-    let mut options = Options::new(process(name, &[]));
-    options.only = vec!["lost-feature".into()];
-    findings(&judge_mesh(mesh, &options), "AM106").to_vec()
+/// What a check finds in it.
+fn findings_of(mesh: TriangleMesh, name: &str, code: &str) -> Vec<Finding> {
+    let mut options = Options::new(process(name, &["lost-feature=9mm3,0.001mm3"]));
+    options.only = vec![code.into()];
+    findings(&judge_mesh(mesh, &options), code).to_vec()
 }
 
 #[test]
 fn a_pin_is_lost_over_its_whole_length_however_few_facets_it_has() {
-    for (radius, sides, high) in [(0.169f64, 4, 5.0), (0.169, 4, 12.0), (0.15, 12, 9.0)] {
+    // Of five sides no two face each other.
+    for (radius, sides, high) in
+        [(0.169f64, 4, 5.0), (0.169, 4, 12.0), (0.15, 12, 9.0), (0.17, 5, 6.0), (0.17, 3, 6.0), (0.08, 24, 8.0)]
+    {
         let outline = [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [radius, 3.0], [radius, 3.0 + high], [0.0, 3.0 + high]];
         let truth = PI * radius * radius * high;
         for name in ["fdm", "sls"] {
-            let found = lost(lathe(&outline, sides), name);
-            let place = found.iter().find(|f| f.kind == "lost").expect("a pin narrower than the element");
+            let found = findings_of(lathe(&outline, sides), name, "AM106");
+            let place =
+                found.iter().find(|f| f.kind == "lost").unwrap_or_else(|| panic!("{name} {sides} {radius}: {found:?}"));
             assert!(place.low <= truth && truth <= place.high, "{name} {sides}: {truth} not in {place:?}");
-            assert!(place.high - place.low < 0.05 * truth, "{place:?}");
+            assert!(place.high - place.low < 0.05 * truth && place.count == 1, "{place:?}");
         }
     }
+}
+
+#[test]
+fn a_wire_is_a_pin_however_thin_it_is() {
+    for (radius, high) in [(0.08, 8.0), (0.03, 5.0), (0.03, 20.0)] {
+        let outline = [[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [radius, 3.0], [radius, 3.0 + high], [0.0, 3.0 + high]];
+        let found = findings_of(lathe(&outline, 24), "fdm", "AM102");
+        let pin = found.iter().find(|f| f.kind == "pin").expect("a pin");
+        assert!((pin.value - 2.0 * radius).abs() < 1e-3 && pin.message.contains("free at one end"), "{pin:?}");
+    }
+    // A cone runs out to a point.
+    let cone = lathe(&[[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [0.5, 3.0], [0.0, 9.0]], 24);
+    assert_eq!(findings_of(cone, "fdm", "AM102"), []);
 }
 
 /// A block of 16 × 4 × 10 mm that runs out over its upper edge to a wedge of 14°, each of its sides so many strips.
@@ -45,7 +62,7 @@ fn overhanging(strips: usize) -> TriangleMesh {
 fn a_wedge_that_runs_out_to_its_edge_is_no_lost_feature_and_no_detail() {
     for strips in [1, 2, 5, 16] {
         for name in ["fdm", "sls", "sla", "lpbf"] {
-            assert_eq!(lost(overhanging(strips), name), [], "{strips} {name}");
+            assert_eq!(findings_of(overhanging(strips), name, "AM106"), [], "{strips} {name}");
         }
     }
 }
