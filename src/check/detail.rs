@@ -4,11 +4,11 @@ use super::contract::{Context, limits_of};
 use super::thin_body::ThinBody;
 use super::{rods, search};
 use crate::geometry::health::Role;
-use crate::geometry::vector::{Vec3, add, along, cross, distance, hull, scale, sub, unit};
+use crate::geometry::vector::{Vec3, add, distance, hull, scale, sub, unit};
 use crate::medial::chord::{NEARLY_WALL, PARALLEL};
 use crate::medial::cluster::{Group, group, principal_extents};
 use crate::medial::crease::{SharpEdge, sharp_edges};
-use crate::medial::rod::{Rod, Rods};
+use crate::medial::rod::Rods;
 use crate::medial::{Passed, Sample, Shape, Side};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
@@ -23,9 +23,6 @@ const RUN_OUT: f64 = 0.3;
 
 /// Contacts that are less than this share of a thickness off the sides of a wedge lie on them.
 const ON_SIDES: f64 = 0.02;
-
-/// The direction of the build.
-const UP: Vec3 = [0.0, 0.0, 1.0];
 
 /// The widest limit of a rule, millimetres; 0 without one.
 pub fn rule_width(process: &Process, rule: &str) -> f64 {
@@ -58,9 +55,9 @@ pub struct Sought<'a> {
 
 /// What was found.
 pub struct Found<'a> {
-    part: &'a Part,
+    pub(super) part: &'a Part,
     /// The rods on the same side, if the process has a limit for them.
-    rods: Option<Cow<'a, Rods>>,
+    pub(super) rods: Option<Cow<'a, Rods>>,
     width: f64,
     link: f64,
     /// Sheets, and whether each belongs to a wedge that runs out to an edge.
@@ -210,28 +207,8 @@ impl Found<'_> {
                 summed(&samples, &[]).filter(|d| d.area >= self.width * self.width)
             })
             .collect();
-        if let Some(rods) = &self.rods {
-            out = along_rods(out, &rods.rods);
-        }
         out.sort_by(|a, b| b.volume.total_cmp(&a.volume));
         out
-    }
-
-    /// The rods that none of some places lies in and that are narrower than is asked across them: those of which no two sides face each other
-    /// have no ball between opposing sides.
-    ///
-    /// An element that is w(n) wide along n covers, seen along the rod, an ellipse as wide as that both level and at right angles to it: no
-    /// section with a lesser inscribed circle holds it, but for one whose circle is not about its centroid.
-    pub fn rods_beside(&self, places: &[Detail], asked: impl Fn(Vec3) -> f64) -> Vec<Detail> {
-        let rods = self.rods.iter().flat_map(|found| &found.rods);
-        let is_new = |r: &&Rod| !places.iter().any(|p| r.holds(p.thinnest.centre) || p.holds_middle_of(r));
-        let narrow = |r: &Rod| {
-            let axis = r.narrowest.axis;
-            let level = unit(cross(axis, if axis[2].abs() < 0.99 { UP } else { [1.0, 0.0, 0.0] }));
-            let least = asked(level).min(asked(cross(axis, level)));
-            (r.narrowest.inscribed < least - self.part.tie()).then(|| Detail::of_rod(r, level))
-        };
-        rods.filter(is_new).filter_map(narrow).collect()
     }
 
     /// For each group, the patches that were passed over because of it: those that may hold what is wanted on the features of its
@@ -253,34 +230,6 @@ impl Found<'_> {
         }
         out
     }
-}
-
-/// The same places, each as long as the rod that its thinnest lies in, and those in one rod together: the balls of a rod with few sides are
-/// stopped at its edges, and samples lie far apart on it.
-fn along_rods(places: Vec<Detail>, rods: &[Rod]) -> Vec<Detail> {
-    let mut in_rod: FxHashMap<usize, usize> = FxHashMap::default();
-    let mut out: Vec<Detail> = Vec::new();
-    for place in places {
-        let is_sheet = place.noun() == "sheet";
-        let middle = |p: &Patch| scale(add(p.extent.0, p.extent.1), 0.5);
-        let lies_in =
-            |r: &Rod| r.holds(place.thinnest.centre) || !is_sheet && place.patches.iter().any(|p| r.holds(middle(p)));
-        let rod = rods.iter().position(lies_in);
-        let known = rod.and_then(|at| in_rod.get(&at)).and_then(|&at| out.get_mut(at));
-        match (known, rod.and_then(|at| rods.get(at).zip(Some(at)))) {
-            (Some(known), _) => known.join(place),
-            (None, Some((rod, at))) => {
-                in_rod.insert(at, out.len());
-                out.push(Detail {
-                    extent: hull(place.extent, rod.extent),
-                    spans: [place.spans[0].max(rod.length - rod.diameter()), place.spans[1], place.spans[2]],
-                    ..place
-                });
-            }
-            (None, None) => out.push(place),
-        }
-    }
-    out
 }
 
 /// Whether a group runs out to an edge: it does if it thins as far as that, or lies between the sides of a wedge at its thinnest.
@@ -341,41 +290,6 @@ impl From<&ThinBody> for Detail {
 }
 
 impl Detail {
-    /// A rod as a whole, across which so a direction runs.
-    fn of_rod(rod: &Rod, across: Vec3) -> Self {
-        let (wide, mean) = (rod.narrowest.inscribed, rod.mean_diameter());
-        let contacts = [-0.5, 0.5].map(|t| along(rod.narrowest.centre, across, t * wide));
-        Detail {
-            thinnest: Thin { centre: rod.narrowest.centre, contacts, diameter: wide },
-            low: wide,
-            area: 0.5 * PI * mean * rod.length,
-            volume: 0.25 * PI * mean * mean * rod.length,
-            extent: rod.extent,
-            spans: [rod.length, 0.0, 0.0],
-            facet: rod.narrowest.facet,
-            whole: None,
-            patches: vec![Patch { extent: rod.extent, across }],
-        }
-    }
-
-    /// Whether the middle of a rod's narrowest section lies in its box.
-    fn holds_middle_of(&self, rod: &Rod) -> bool {
-        (0..3).all(|a| (self.extent.0[a]..=self.extent.1[a]).contains(&rod.narrowest.centre[a]))
-    }
-
-    /// Takes in another place.
-    fn join(&mut self, other: Detail) {
-        if other.thinnest.diameter < self.thinnest.diameter {
-            (self.thinnest, self.facet) = (other.thinnest, other.facet);
-        }
-        self.low = self.low.min(other.low);
-        self.area += other.area;
-        self.volume += other.volume;
-        self.extent = hull(self.extent, other.extent);
-        self.spans = [0, 1, 2].map(|i| self.spans[i].max(other.spans[i]));
-        self.patches.extend(other.patches);
-    }
-
     /// What it looks like.
     pub fn noun(&self) -> &'static str {
         if self.whole.is_some() {

@@ -74,7 +74,7 @@ impl<'a> LeastWidth<'a> {
         let (part, process, context, side) = (self.part, self.process, self.context, self.side);
         let found = Sought { part, process, context, side, between, width }.search();
         let tie = part.tie();
-        let mut places = found.sheets(|t| self.may_be_narrow(t) && t.diameter < self.along(t.direction()) - tie);
+        let mut places = found.places(|t| self.may_be_narrow(t) && t.diameter < self.along(t.direction()) - tie);
         // Samples on edges alone are the rim of another place: between them there is no volume.
         places.retain(|d| d.area > 0.0);
         Narrow { places, finest: found.finest, evaluations: found.evaluations }

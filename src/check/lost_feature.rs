@@ -75,7 +75,7 @@ impl Check for LostFeature {
                 let body = part.health().facet_body.get(d.facet as usize);
                 whole.iter().any(|b| body == Some(&b.body))
             };
-            let mut gone = found.sheets(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
+            let mut gone = found.places(|s| s.diameter < bead.width_along(s.direction()).as_mm() - part.tie());
             gone.extend(found.rods_beside(&gone, |n| bead.width_along(n).as_mm()));
             gone.retain(|d| !is_whole(d));
             gone.extend(whole.iter().map(Detail::from));

@@ -38,6 +38,7 @@ mod place;
 mod powder;
 pub mod registry;
 mod rib;
+mod rod_detail;
 mod rods;
 mod roof;
 mod room;
