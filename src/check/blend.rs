@@ -47,7 +47,8 @@ static META: Meta = Meta {
     why: "A sharp inner edge gathers stress and heat: it is where a part cracks in use, and in sintered and welded processes \
           while it is made.",
     how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
-          misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. Shallower edges \
+          misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. A step ends where \
+          the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns towards it. Shallower edges \
           side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
           suggested has been laid in along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole \
           narrower than itself; where it does not, a smaller one is sought.",

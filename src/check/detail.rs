@@ -1,19 +1,17 @@
 //! Fine sheets of material or void, found on the mesh: what AM106 and AM401 judge.
 
 use super::contract::{Context, limits_of};
+use super::search;
 use super::thin_body::ThinBody;
-use super::{rods, search};
 use crate::geometry::health::Role;
 use crate::geometry::vector::{Vec3, add, distance, hull, scale, sub, unit};
 use crate::medial::chord::{NEARLY_WALL, PARALLEL};
 use crate::medial::cluster::{Group, group, principal_extents};
 use crate::medial::crease::{SharpEdge, sharp_edges};
-use crate::medial::rod::Rods;
 use crate::medial::{Passed, Sample, Shape, Side};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
 use rustc_hash::FxHashMap;
-use std::borrow::Cow;
 use std::f64::consts::PI;
 
 /// What rises or sinks by no more than this is relief, millimetres.
@@ -56,8 +54,8 @@ pub struct Sought<'a> {
 /// What was found.
 pub struct Found<'a> {
     pub(super) part: &'a Part,
-    /// The rods on the same side, if the process has a limit for them.
-    pub(super) rods: Option<Cow<'a, Rods>>,
+    pub(super) process: &'a Process,
+    pub(super) side: Side,
     width: f64,
     link: f64,
     /// Sheets, and whether each belongs to a wedge that runs out to an edge.
@@ -163,11 +161,12 @@ impl<'a> Sought<'a> {
         let open = thin.map(|u| u.extent).fold(question.finest, f64::max);
         Found {
             part: self.part,
-            rods: rods::search(self.part, self.process, self.side),
+            process: self.process,
+            side: self.side,
             width: self.width,
             link,
             samples,
-            passed: cover.passed.clone(),
+            passed: cover.passed.iter().filter(|p| p.low < self.width).copied().collect(),
             finest: (1e3 * open).ceil() / 1e3,
             evaluations,
         }
@@ -223,7 +222,11 @@ impl Found<'_> {
         let mut out = vec![Vec::new(); groups.len()];
         for p in self.passed.iter().filter(|p| wanted(&Thin::from(*p))) {
             let away = |at: &Vec3| distance(*at, p.chord[0]);
-            let beside = on.get(&p.feature).into_iter().flatten().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
+            let beside = match on.get(&p.feature).map(Vec::as_slice) {
+                // In the order of their groups: mostly all are of one.
+                Some([first, .., last]) if first.0 == last.0 => Some(first),
+                of => of.into_iter().flatten().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1))),
+            };
             if let Some(of) = beside.and_then(|(g, _)| out.get_mut(*g)) {
                 of.push(p);
             }

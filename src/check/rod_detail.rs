@@ -1,6 +1,7 @@
 //! Rods among fine detail: places as long as the rods they lie in, and rods that no ball shows.
 
 use super::detail::{Detail, Found, Patch, Thin};
+use super::rods;
 use crate::geometry::vector::{Vec3, add, along, cross, hull, scale, unit};
 use crate::medial::rod::Rod;
 use rustc_hash::FxHashMap;
@@ -14,7 +15,7 @@ impl Found<'_> {
     /// rod with few sides are stopped at its edges, and samples lie far apart on it. Largest first.
     pub fn places(&self, wanted: impl Fn(&Thin) -> bool) -> Vec<Detail> {
         let sheets = self.sheets(wanted);
-        let Some(found) = &self.rods else { return sheets };
+        let Some(found) = rods::search(self.part, self.process, self.side) else { return sheets };
         let mut places = along_rods(sheets, &found.rods);
         places.sort_by(|a, b| b.volume.total_cmp(&a.volume));
         places
@@ -26,7 +27,7 @@ impl Found<'_> {
     /// An element that is w(n) wide along n covers, seen along the rod, an ellipse as wide as that both level and at right angles to it: no
     /// section with a lesser inscribed circle holds it, but for one whose circle is not about its centroid.
     pub fn rods_beside(&self, places: &[Detail], asked: impl Fn(Vec3) -> f64) -> Vec<Detail> {
-        let rods = self.rods.iter().flat_map(|found| &found.rods);
+        let Some(found) = rods::search(self.part, self.process, self.side) else { return Vec::new() };
         let is_new = |r: &&Rod| !places.iter().any(|p| r.holds(p.thinnest.centre) || p.holds_middle_of(r));
         let narrow = |r: &Rod| {
             let axis = r.narrowest.axis;
@@ -34,7 +35,7 @@ impl Found<'_> {
             let least = asked(level).min(asked(cross(axis, level)));
             (r.narrowest.inscribed < least - self.part.tie()).then(|| Detail::of_rod(r, level))
         };
-        rods.filter(is_new).filter_map(narrow).collect()
+        found.rods.iter().filter(is_new).filter_map(narrow).collect()
     }
 }
 

@@ -40,7 +40,7 @@ fn a_neck_is_as_wide_as_it_is_in_every_process_that_has_to_be_emptied() {
     }
 }
 
-/// Flasks side by side, their necks so wide, turned so that these lie on the side or on the plate.
+/// Flasks side by side, their necks so wide, turned.
 fn flasks(necks: &[f64], rotation: [[f64; 3]; 3]) -> TriangleMesh {
     let all = necks
         .iter()
@@ -66,7 +66,6 @@ fn equal_chambers_are_one_finding_with_the_ways_out_that_were_tried_at_each() {
 
 #[test]
 fn a_bore_through_a_chamber_has_two_mouths_also_where_one_is_on_the_plate() {
-    // Two flasks mouth to mouth would be one room: this one has a neck below and, through its floor, one above.
     for name in ["sla", "lpbf", "sls"] {
         let mut options = only(name, &["AM301"]);
         options.voxel = Some(Length::mm(0.25));
