@@ -94,7 +94,9 @@ impl Ground for Below<'_> {
         let mut found = Vec::new();
         self.part.distance().tree().in_box(reach, |g| {
             let carries = g != facet && mesh.normal(g as usize)[2] > 0.0 && self.part.bounds_solid(g as usize);
-            if carries && lies_below(corners, mesh.corners(g as usize), [-tie, self.layer_mm + tie]) {
+            // The two sides of an upright wall that leans by its rounding overlap in plan by that.
+            let height = [-tie, self.layer_mm + tie];
+            if carries && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
                 found.push(g);
             }
         });

@@ -17,6 +17,9 @@ pub struct Nearest {
     pub distance: f64,
 }
 
+/// What is nearer touches, millimetres: far below what floats resolve in the coordinates of a part.
+const TOUCHING_MM: f64 = 1e-12;
+
 /// A ball that meets no box.
 const NOTHING: (Vec3, f64) = ([0.0; 3], 0.0);
 
@@ -174,7 +177,7 @@ impl MeshDistance {
     /// Least distance to the facets of another mesh if it is below `within`, with the nearest points.
     ///
     /// # Cost
-    /// A best-first walk over both trees; exact up to rounding.
+    /// A best-first walk over both trees, which ends where they touch; exact up to rounding.
     pub fn pair_distance(&self, other: &MeshDistance, within: f64) -> Option<(f64, Vec3, Vec3)> {
         let (mine, theirs) = (self.tree.nodes(), other.tree.nodes());
         if mine.is_empty() || theirs.is_empty() {
@@ -186,6 +189,9 @@ impl MeshDistance {
         while let Some((a, b, bound)) = stack.pop() {
             if bound >= best2 {
                 continue;
+            }
+            if best2 <= TOUCHING_MM * TOUCHING_MM {
+                break;
             }
             let (na, nb) = (&mine[a], &theirs[b]);
             let pairs: Vec<(usize, usize)> = match (na.children(), nb.children()) {

@@ -25,10 +25,10 @@ impl Ground for () {
     }
 }
 
-/// Whether a triangle lies below a facet, on some area in plan, everywhere there by a height within the limits.
+/// Whether a triangle lies below a facet, in plan on an area wider than `narrow`, everywhere there by a height within the limits.
 ///
 /// { (x, y) : in both in plan }: its corners are those of a convex polygon, and the height between two planes is greatest and least at corners.
-pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2]) -> bool {
+pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], narrow: f64) -> bool {
     let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return false };
     let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return false };
     let mut polygon: Vec<Point> = under.map(in_plan).to_vec();
@@ -44,7 +44,7 @@ pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2]) -
     let area = 0.5 * own.windows(2).map(turned).sum::<f64>();
     let sides = own.iter().fold(0.0f64, |m, p| m.max(p[0].hypot(p[1])));
     let gap = |p: &Point| plane.height(*p) - ground.height(*p);
-    area.abs() > 1e-9 * sides * sides && polygon.iter().map(gap).all(|g| least <= g && g <= most)
+    area.abs() > sides * narrow.max(1e-9 * sides) && polygon.iter().map(gap).all(|g| least <= g && g <= most)
 }
 
 /// A plane that is not upright, as a height over each place.
@@ -251,7 +251,7 @@ mod tests {
         }
 
         fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
-            let near = |t: &[Vec3; 3]| lies_below(CEILING[facet as usize], *t, [0.0, 0.2]);
+            let near = |t: &[Vec3; 3]| lies_below(CEILING[facet as usize], *t, [0.0, 0.2], 0.0);
             self.tops().into_iter().filter(near).collect()
         }
     }

@@ -20,8 +20,6 @@ pub(super) struct Cuts<'a> {
     pub(super) on_edge: BTreeMap<[u32; 2], Vec<u32>>,
     /// The segments within each facet that others cut it along.
     pub(super) segments: BTreeMap<u32, Vec<[u32; 2]>>,
-    /// The facets that each one lies on in one plane.
-    pub(super) on_others: BTreeMap<u32, Vec<u32>>,
 }
 
 /// A facet, its corners and its unit normal.
@@ -51,8 +49,8 @@ impl<'a> Cuts<'a> {
         // Points are numbered in the order of the facets, whatever the tree.
         pairs.par_sort_unstable_by_key(|(pair, _)| *pair);
         let points = Points::new(&mesh.vertices, tolerance);
-        let (on_edge, segments, on_others) = Default::default();
-        let mut cuts = Cuts { mesh, tolerance, points, on_edge, segments, on_others };
+        let (on_edge, segments) = Default::default();
+        let mut cuts = Cuts { mesh, tolerance, points, on_edge, segments };
         pairs.into_iter().for_each(|(pair, met)| cuts.cut(pair.map(|f| Facet::of(mesh, f)), met));
         cuts.share_along_needles();
         cuts
@@ -109,19 +107,13 @@ impl<'a> Cuts<'a> {
 
     /// Cuts the second of two facets in one plane along what the edges of the first have in it.
     fn cut_in_plane(&mut self, [f, g]: [&Facet; 2]) {
-        let mut lies_on = false;
         for i in 0..3 {
             let [p, q] = [f.corners[i], f.corners[(i + 1) % 3]];
             let Some([from, to]) = within(g, [p, q], self.tolerance) else { continue };
             let ends = [from, to].map(|t| along(p, sub(q, p), t));
             if distance(ends[0], ends[1]) > self.tolerance {
                 self.note([g, f], ends);
-                lies_on = true;
             }
-        }
-        if lies_on {
-            self.on_others.entry(f.number).or_default().push(g.number);
-            self.on_others.entry(g.number).or_default().push(f.number);
         }
     }
 

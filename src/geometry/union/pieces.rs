@@ -4,44 +4,31 @@ use super::cuts::{Cuts, edges};
 use crate::geometry::TriangleMesh;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, distance};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use spade::handles::FixedVertexHandle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::BTreeMap;
 
-/// The pieces of all facets: triangles of points, the facet that each is of, and the edges along which others cut them.
-#[derive(Default)]
-pub(super) struct Pieces {
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) facet: Vec<u32>,
-    pub(super) cut: FxHashSet<[u32; 2]>,
-}
-
-impl Pieces {
-    /// Cuts all facets; those that nothing meets stay as they are. `None` if a facet cannot be cut.
-    ///
-    /// # Cost
-    /// For each facet that something meets, a constrained Delaunay triangulation and a comparison of its points with its segments.
-    pub(super) fn of(mesh: &TriangleMesh, cuts: &mut Cuts, tolerance: f64) -> Option<Self> {
-        let mut pieces = Pieces::default();
-        for (facet, &triangle) in (0u32..).zip(&mesh.triangles) {
-            if cuts.is_needle(facet) {
-                continue;
-            }
-            if !cuts.is_cut(facet) {
-                pieces.triangles.push(triangle);
-                pieces.facet.push(facet);
-                continue;
-            }
-            let plane = Flat::of(mesh, facet)?;
-            let net = Net::of((facet, triangle), &plane, cuts, tolerance)?;
-            let (all, cut) = net.pieces(triangle, cuts, tolerance);
-            pieces.facet.extend(all.iter().map(|_| facet));
-            pieces.triangles.extend(all);
-            pieces.cut.extend(cut);
+/// The triangles of points that the facets of a mesh fall into along their cuts; a facet that cannot be cut stays whole.
+///
+/// # Cost
+/// For each facet that something meets, a constrained Delaunay triangulation and a comparison of its points with its segments.
+pub(super) fn pieces(mesh: &TriangleMesh, cuts: &mut Cuts, tolerance: f64) -> Vec<[u32; 3]> {
+    let mut pieces = Vec::new();
+    for (facet, &triangle) in (0u32..).zip(&mesh.triangles) {
+        if cuts.is_needle(facet) {
+            continue;
         }
-        Some(pieces)
+        let net = cuts.is_cut(facet).then(|| {
+            let plane = Flat::of(mesh, facet)?;
+            Net::of((facet, triangle), &plane, cuts, tolerance)
+        });
+        match net.flatten() {
+            Some(net) => pieces.extend(net.pieces(triangle, cuts, tolerance)),
+            None => pieces.push(triangle),
+        }
     }
+    pieces
 }
 
 /// The plane of a facet seen along an axis, so that the facet runs counter-clockwise.
@@ -77,17 +64,15 @@ impl Flat {
 }
 
 /// The triangulation of a facet and the points of its vertices.
+#[derive(Default)]
 struct Net {
     net: ConstrainedDelaunayTriangulation<Point2<f64>>,
     point: FxHashMap<FixedVertexHandle, u32>,
-    /// Where others cut, between places.
-    segments: Vec<[Vec3; 2]>,
 }
 
 impl Net {
     fn of((facet, triangle): (u32, [u32; 3]), plane: &Flat, cuts: &mut Cuts, tolerance: f64) -> Option<Self> {
-        let (net, point, segments) = Default::default();
-        let mut made = Net { net, point, segments };
+        let mut made = Net::default();
         let mut handles: BTreeMap<u32, FixedVertexHandle> = BTreeMap::new();
         let segments = &cuts.segments.get(&facet).cloned().unwrap_or_default()[..];
         let crossed: Vec<u32> = crossings(segments, plane, cuts);
@@ -102,7 +87,6 @@ impl Net {
         for ends in drawn {
             made.draw_through(ends, (&handles, cuts), tolerance)?;
         }
-        made.segments = segments.iter().map(|s| s.map(|p| cuts.points.place(p))).collect();
         Some(made)
     }
 
@@ -130,8 +114,8 @@ impl Net {
         a == b || !self.net.try_add_constraint(a, b).is_empty()
     }
 
-    /// The pieces as triangles of points, and the edges along which others cut.
-    fn pieces(&self, triangle: [u32; 3], cuts: &Cuts, tolerance: f64) -> (Vec<[u32; 3]>, Vec<[u32; 2]>) {
+    /// The pieces as triangles of points.
+    fn pieces(&self, triangle: [u32; 3], cuts: &Cuts, tolerance: f64) -> Vec<[u32; 3]> {
         let point = |v: &FixedVertexHandle| self.point.get(v).copied().unwrap_or_default();
         let ends = edges(triangle).map(|e| e.map(|v| cuts.points.place(v)));
         // The edges of the facet that a point is on, a bit for each.
@@ -148,14 +132,7 @@ impl Net {
             let distinct = t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
             distinct && t.iter().fold(7, |bits, &p| bits & borders(p)) == 0
         };
-        let near = |[a, b]: [Vec3; 2], p: u32| {
-            let place = cuts.points.place(p);
-            distance(closest_point(place, [a, b, b]), place) <= 2.0 * tolerance
-        };
-        let drawn = self.net.undirected_edges().filter(|e| e.is_constraint_edge());
-        let drawn = drawn.map(|e| e.vertices().map(|v| point(&v.fix()))).filter(|[a, b]| a != b);
-        let cut = drawn.filter(|edge| self.segments.iter().any(|&s| edge.iter().all(|&p| near(s, p))));
-        (corners.filter(whole).collect(), cut.map(|[a, b]| [a.min(b), a.max(b)]).collect())
+        corners.filter(whole).collect()
     }
 }
 

@@ -1,36 +1,30 @@
-//! What of the pieces of a mesh bounds its union.
+//! The union of a mesh.
 
-use super::cuts::{Cuts, edges};
-use super::pieces::Pieces;
+use super::arrangement::Arrangement;
+use super::bounding::bounding;
+use super::cracks::filling;
+use super::cuts::Cuts;
+use super::pieces::pieces;
 use super::points::Points;
 use crate::geometry::health::{Health, meetings};
-use crate::geometry::triangle::closest_point;
-use crate::geometry::vector::{Vec3, along, distance, dot};
-use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh, Winding};
+use crate::geometry::{MeshDistance, TriangleMesh};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
-use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 
-/// Inside is where the winding number is at least this.
-const INSIDE: f64 = 0.5;
-
-/// How far beside a piece the winding number is asked at most, millimetres.
-const OFF_MM: f64 = 1e-3;
-
-/// A lesser tolerance, millimetres, and still far above what rounding does to where facets cross.
-const TIGHTER_MM: f64 = 1e-7;
+/// What is narrower than this is a speck, millimetres: folds of a surface whose facets are within the tolerance of each other, where no
+/// disc so wide lies between them.
+const SPECK_MM: f64 = 0.02;
 
 /// The mesh of `{ x : w(x) ≥ ½ }`, w the winding number of a closed surface: the union of its bodies, where they overlap or touch, and of
 /// what passes through itself; `None` if that is no surface that bounds a solid and meets itself nowhere.
 ///
-/// Facets are cut along the segments in which they meet others, what is nearer than `tolerance_mm` being met. The winding number on
-/// both sides of a piece is the same for all pieces joined over edges along which nothing was cut, and is asked at the widest of them.
-/// Of pieces that lie on each other one stays. Points move by no more than the tolerance. Vertices that nothing uses are left out.
-/// Where no such surface comes of it, facets are cut as they stand, by next to no tolerance; what comes of that is held to `tolerance_mm`
-/// all the same: facets that cross or lie on each other within it are refused.
+/// Facets are cut along the segments in which they meet others, and the winding number is known on both sides of each piece, all of it in
+/// rational numbers; then points are rounded. Where sheets remain that lie within `tolerance_mm` of each other, as between bodies that
+/// were meant to be flush, what is nearer than that is made to meet first; points move by no more. What is left of such sheets has to be
+/// specks. Vertices that nothing uses are left out.
 ///
 /// # Cost
-/// O(T log T), a triangulation for each facet that is met, and two winding numbers for each region between cuts.
+/// O(T log T), an exact triangulation for each facet that is met, and a line through the mesh for each region between cuts.
 ///
 /// # Source
 /// Q. Zhou, E. Grinspun, D. Zorin, A. Jacobson, Mesh arrangements for solid geometry, 2016.
@@ -42,36 +36,21 @@ const TIGHTER_MM: f64 = 1e-7;
 /// assert!((union.signed_volume() - 15.0).abs() < 1e-9);
 /// ```
 pub fn united(mesh: &TriangleMesh, tolerance_mm: f64) -> Option<TriangleMesh> {
-    let tighter = TIGHTER_MM.min(tolerance_mm);
-    let again = || (tighter < tolerance_mm).then(|| united_within(mesh, tighter, tolerance_mm)).flatten();
-    united_within(mesh, tolerance_mm, tolerance_mm).or_else(again)
+    let sound = |union: &TriangleMesh| is_sound(union, tolerance_mm);
+    let exact = |mesh: &TriangleMesh| bounding(&Arrangement::of(mesh)?).filter(sound);
+    exact(mesh).or_else(|| exact(&conformed(mesh, tolerance_mm)?))
 }
 
-/// The union by cuts along what is nearer than a tolerance, if no two facets of it cross or lie on each other within `apart_mm`.
-fn united_within(mesh: &TriangleMesh, tolerance_mm: f64, apart_mm: f64) -> Option<TriangleMesh> {
-    let mesh = &snapped(mesh, tolerance_mm);
-    let tree = MeshDistance::new(mesh);
-    let mut cuts = Cuts::of(mesh, &tree, tolerance_mm);
-    let pieces = Pieces::of(mesh, &mut cuts, tolerance_mm)?;
-    let made = TriangleMesh { vertices: cuts.points.places().to_vec(), triangles: pieces.triangles.clone() };
-    let region = regions(&pieces);
-    let bounds = bounding((mesh, &tree), &made, &region, tolerance_mm);
-    let doubled = doubled(mesh, &made, (&pieces, &cuts), &region, tolerance_mm);
-    let slivers = slivers(&made, &region, tolerance_mm);
-    let surface = |left_out: &BTreeSet<u32>| {
-        let kept = (0..made.triangles.len()).filter(|&piece| {
-            let of = region[piece];
-            bounds.contains(&of) && !doubled.contains(&of) && !left_out.contains(&of)
-        });
-        TriangleMesh::weld(kept.map(|piece| made.corners(piece)))
-    };
-    // Of what is thinner than the tolerance the winding number tells no sides: the surface closes without it, or with it.
-    let without = surface(&slivers);
-    if is_sound(&without, apart_mm) {
-        return Some(without);
-    }
-    let with = (!slivers.is_empty()).then(|| surface(&BTreeSet::new()));
-    with.filter(|union| is_sound(union, apart_mm))
+/// The mesh with all that is nearer than the tolerance made to meet: vertices as one, and facets cut through what lies on them; closed if
+/// the mesh is. `None` if a crack wider than that is left.
+fn conformed(mesh: &TriangleMesh, tolerance: f64) -> Option<TriangleMesh> {
+    let mesh = &snapped(mesh, tolerance);
+    let mut cuts = Cuts::of(mesh, &MeshDistance::new(mesh), tolerance);
+    let mut triangles = pieces(mesh, &mut cuts, tolerance);
+    let vertices = cuts.points.places().to_vec();
+    // The sides of what was left out are within the tolerance of each other, each moved by as much.
+    triangles.extend(filling(&vertices, &triangles, 4.0 * tolerance)?);
+    Some(TriangleMesh { vertices, triangles })
 }
 
 /// The mesh with vertices that are nearer than the tolerance as one; facets that shrink to less than a triangle are left out.
@@ -83,107 +62,7 @@ fn snapped(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
     TriangleMesh { vertices: points.places().to_vec(), triangles }
 }
 
-/// The region of each piece: those joined over edges of two pieces along which nothing was cut.
-fn regions(pieces: &Pieces) -> Vec<u32> {
-    let mut at: FxHashMap<[u32; 2], (u32, u32)> = FxHashMap::default();
-    let mut sets = DisjointSets::new(pieces.triangles.len());
-    let mut joined = Vec::new();
-    for (piece, &triangle) in (0u32..).zip(&pieces.triangles) {
-        for edge in edges(triangle) {
-            let (first, count) = at.entry(edge).or_insert((piece, 0));
-            *count += 1;
-            joined.push((edge, *first, piece));
-        }
-    }
-    for (edge, a, b) in joined {
-        if a != b && at.get(&edge).is_some_and(|known| known.1 == 2) && !pieces.cut.contains(&edge) {
-            sets.join(a, b);
-        }
-    }
-    (0..pieces.triangles.len() as u32).map(|piece| sets.root(piece)).collect()
-}
-
-/// The widest piece of each region.
-fn widest(made: &TriangleMesh, region: &[u32]) -> BTreeMap<u32, usize> {
-    let mut widest: BTreeMap<u32, (f64, usize)> = BTreeMap::new();
-    for (piece, &of) in region.iter().enumerate() {
-        let radius = inradius(made, piece);
-        let known = widest.entry(of).or_insert((radius, piece));
-        if radius > known.0 {
-            *known = (radius, piece);
-        }
-    }
-    widest.into_iter().map(|(of, (_, piece))| (of, piece)).collect()
-}
-
-/// The radius of the circle that touches the sides of a piece.
-fn inradius(made: &TriangleMesh, piece: usize) -> f64 {
-    let [a, b, c] = made.corners(piece);
-    let around = distance(a, b) + distance(b, c) + distance(c, a);
-    if around > 0.0 { 2.0 * made.facet_area(piece) / around } else { 0.0 }
-}
-
-/// The regions that are nowhere wider than the tolerance.
-fn slivers(made: &TriangleMesh, region: &[u32], tolerance: f64) -> BTreeSet<u32> {
-    let narrow = |piece: usize| {
-        let [a, b, c] = made.corners(piece);
-        let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
-        2.0 * made.facet_area(piece) <= 2.0 * tolerance * longest
-    };
-    widest(made, region).into_iter().filter(|&(_, piece)| narrow(piece)).map(|(of, _)| of).collect()
-}
-
-/// The regions behind which is material and before which is none.
-fn bounding(
-    (mesh, tree): (&TriangleMesh, &MeshDistance),
-    made: &TriangleMesh,
-    region: &[u32],
-    tolerance: f64,
-) -> BTreeSet<u32> {
-    let winding = Winding::new(mesh);
-    let widest: Vec<(u32, usize)> = widest(made, region).into_iter().collect();
-    let asked = widest.par_iter().filter(|(_, piece)| {
-        let (middle, normal) = (made.centroid(*piece), made.normal(*piece));
-        // Beyond what lies on the piece, and halfway to what is next.
-        let inside = |side: Vec3| {
-            let next = tree.first_hit(middle, side, 2.0 * tolerance, 2.0 * OFF_MM).map_or(2.0 * OFF_MM, |hit| hit.0);
-            winding.at(along(middle, side, 0.5 * next.max(4.0 * tolerance))) >= INSIDE
-        };
-        inside(normal.map(|x| -x)) && !inside(normal)
-    });
-    asked.map(|(of, _)| *of).collect()
-}
-
-/// The regions that lie on another of a lower number, facing alike.
-fn doubled(
-    mesh: &TriangleMesh,
-    made: &TriangleMesh,
-    (pieces, cuts): (&Pieces, &Cuts),
-    region: &[u32],
-    tolerance: f64,
-) -> BTreeSet<u32> {
-    let mut pieces_of: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
-    for (piece, &facet) in pieces.facet.iter().enumerate() {
-        if cuts.on_others.contains_key(&facet) {
-            pieces_of.entry(facet).or_default().push(piece);
-        }
-    }
-    let mut doubled = BTreeSet::new();
-    for (of, piece) in widest(made, region) {
-        let facet = pieces.facet[piece];
-        let Some(others) = cuts.on_others.get(&facet) else { continue };
-        let middle = made.centroid(piece);
-        let alike = |g: &&u32| dot(mesh.normal(**g as usize), mesh.normal(facet as usize)) > 0.0;
-        let lies_on = |&other: &usize| {
-            region[other] < of && distance(closest_point(middle, made.corners(other)), middle) <= 2.0 * tolerance
-        };
-        let found = others.iter().filter(alike).filter_map(|g| pieces_of.get(g)).flatten().copied().find(lies_on);
-        doubled.extend(found.map(|_| of));
-    }
-    doubled
-}
-
-/// Whether a surface bounds a solid and meets itself nowhere.
+/// Whether a surface bounds a solid and meets itself nowhere, but for specks.
 fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
     if !is_closed(union) {
         return false;
@@ -193,7 +72,7 @@ fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
         return false;
     }
     let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
-    found.crossing.count + found.overlapping.count == 0
+    found.crossing.count == 0 && found.overlap_mm2 <= 0.25 * PI * SPECK_MM * SPECK_MM
 }
 
 /// Whether as many facets run along each edge one way as the other: what is quickly seen, before all else is asked.
@@ -209,8 +88,8 @@ fn is_closed(union: &TriangleMesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cuboid;
-    use crate::geometry::vector::unit;
+    use crate::geometry::vector::{Vec3, unit};
+    use crate::geometry::{Winding, cuboid};
     use crate::random::Lcg;
 
     /// The union, and whether its volume and area are as told.
