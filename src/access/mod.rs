@@ -43,4 +43,4 @@ pub use station::{Stand, Station};
 pub use surface::{Patch, patches};
 pub use tool::{Basis, Body, SharpPoint, Tool};
 pub use turn::{Turn, least_hanging};
-pub use up::Up;
+pub use up::{Up, up_option};

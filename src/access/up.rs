@@ -31,3 +31,11 @@ impl Up {
         }
     }
 }
+
+/// A direction of the file as `--up` takes it, told so well that a facet laid on the plate lies there.
+pub fn up_option(direction: Vec3) -> String {
+    match (0..3).find(|&a| direction[a].abs() > 1.0 - 1e-9) {
+        Some(a) => format!("{}{}", if direction[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
+        None => direction.map(|c| format!("{c:.6}")).join(","),
+    }
+}

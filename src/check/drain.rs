@@ -235,11 +235,12 @@ impl Judge<'_> {
         let best = measured?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(b.1[2].total_cmp(&a.1[2])));
         let (left, [x, y, z]) = best.unwrap_or((f64::INFINITY, [0.0, 0.0, -1.0]));
         let angle = z.clamp(-1.0, 1.0).acos().to_degrees().round();
-        let towards = format!("{}{}", sign("x", x), sign("y", y));
+        let aside = self.part.direction_to_file([x, y, 0.0]);
+        let towards: String = ["x", "y", "z"].into_iter().zip(aside).map(|(axis, c)| sign(axis, c)).collect();
         let words = if towards.is_empty() {
             format!("turn it by {angle}°")
         } else {
-            format!("tilt it by {angle}° so that {towards} points down")
+            format!("tilt it by {angle}° so that its side towards {towards} goes down")
         };
         Ok((words, left))
     }
@@ -273,5 +274,5 @@ fn no_vent() -> String {
 }
 
 fn sign(axis: &str, c: f64) -> String {
-    if c == 0.0 { String::new() } else { format!("{}{axis}", if c > 0.0 { '+' } else { '-' }) }
+    if c.abs() < 1e-9 { String::new() } else { format!("{}{axis}", if c > 0.0 { '+' } else { '-' }) }
 }

@@ -62,6 +62,7 @@ mod topology;
 mod topple;
 mod trapped_volume;
 mod trial;
+mod untouched;
 mod vent;
 mod void;
 

@@ -4,8 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::hanging::{Supports, needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
-use super::tooling::direction_in_file;
-use crate::access::{Question, least_hanging};
+use crate::access::{Question, least_hanging, up_option};
 use crate::error::Result;
 use crate::layer::{DownwardRegion, downward_regions, support_volumes};
 use crate::part::Part;
@@ -153,12 +152,12 @@ fn better_turn(part: &Part, process: &Process, wanted: &[u32]) -> Option<String>
     let question = Question::of(process, part.step());
     let turn = least_hanging(part.mesh(), |f| part.bounds_solid(f), &question)?;
     (turn.hanging_mm2 < 0.5 * now).then(|| {
-        let up = direction_in_file(part, turn.up);
+        let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {
             left if left > 0.0 => format!("{} mm² hang over in all", short(left.ceil())),
             _ => "nothing hangs over".into(),
         };
-        format!("turn it so that {up} points up: measured so, {then}")
+        format!("turn it with --up {up}: measured so, {then}")
     })
 }
 

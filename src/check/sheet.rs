@@ -129,7 +129,7 @@ impl Sheets<'_> {
             let corners = |f: u32| self.part.mesh().triangles[f as usize];
             for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                match sheet_of(&samples, scale) {
+                match sheet_of(&samples, scale, |s| self.thins_out(s)) {
                     Some(sheet) => sheets.push((sheet, samples)),
                     None => *wedges += samples.len(),
                 }
@@ -137,7 +137,8 @@ impl Sheets<'_> {
             let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
             for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                sheets.extend(sheet_of(&samples, scale).filter(|s| self.is_waist(s)).map(|sheet| (sheet, samples)));
+                let waist = sheet_of(&samples, scale, |s| self.thins_out(s)).filter(|s| self.is_waist(s));
+                sheets.extend(waist.map(|sheet| (sheet, samples)));
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));

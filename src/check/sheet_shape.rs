@@ -2,11 +2,14 @@
 
 use crate::geometry::vector::{Vec3, bounds, cross, dot, norm, sub, unit};
 use crate::medial::Sample;
-use crate::medial::chord::PARALLEL;
+use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
 use crate::medial::cluster::principal_extents;
 
 /// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
 pub const RUN_OUT: f64 = 0.05;
+
+/// What tapers is a speck if its area is less than that of a square of so many thicknesses.
+const LEAST_WIDTHS: f64 = 3.0;
 
 /// Sine of the angle between two directions across that are as good as at right angles, and of the one that a direction across may be off the
 /// plane across an axis.
@@ -40,11 +43,23 @@ pub fn runs_out(sample: &Sample, scale: f64) -> bool {
 }
 
 /// Sums a group up, or says that it is a wedge: `None`.
-pub fn sheet_of(samples: &[Sample], scale: f64) -> Option<Sheet> {
+pub fn sheet_of(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
     if samples.iter().any(|s| runs_out(s, scale)) {
-        return parallel_sheet(samples, scale);
+        return blunt_sheet(samples, scale, thins_out);
     }
     summed(&samples.iter().collect::<Vec<_>>())
+}
+
+/// What is a sheet in a group that thins out to an edge: what of it tapers as a wall may and yet ends before, if that is no speck, or else what
+/// [`parallel_sheet`] says.
+pub fn blunt_sheet(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
+    let ends_before = |s: &&Sample| s.separation >= WALL_SEPARATION && !runs_out(s, scale) && !thins_out(s);
+    let blunt: Vec<&Sample> = samples.iter().filter(ends_before).collect();
+    let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
+    let area = tapered().map(|s| s.area).sum::<f64>();
+    let mean = tapered().map(|s| s.area * s.diameter).sum::<f64>() / area.max(f64::MIN_POSITIVE);
+    let is_speck = 0.5 * area < (LEAST_WIDTHS * mean).powi(2);
+    if is_speck { parallel_sheet(samples, scale) } else { summed(&blunt) }
 }
 
 /// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as the limit squared.

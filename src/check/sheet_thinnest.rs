@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::sheet::Sheets;
-use super::sheet_shape::{Sheet, parallel_sheet, runs_out};
+use super::sheet_shape::{Sheet, blunt_sheet, parallel_sheet, runs_out};
 use crate::geometry::vector::{Vec3, add, distance, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::refine::thinnest_on;
@@ -153,7 +153,8 @@ impl Sheets<'_> {
             let mut first = Budget::of(budget.left / OF_ALL);
             let rim = self.thinnest(&looked, sheet.clone(), &mut first, &other);
             budget.note(first.looks, first.spent);
-            Some(rim).filter(|s| !self.ends(&s.thinnest, how.scale)).or_else(|| parallel_sheet(samples, how.scale))?
+            let blunt = || blunt_sheet(samples, how.scale, |s| self.thins_out(s));
+            Some(rim).filter(|s| !self.ends(&s.thinnest, how.scale)).or_else(blunt)?
         } else {
             sheet.clone()
         };
@@ -224,7 +225,7 @@ impl Sheets<'_> {
     ///
     /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
     /// r, and in a wedge nothing until its edge.
-    fn thins_out(&self, s: &Sample) -> bool {
+    pub(super) fn thins_out(&self, s: &Sample) -> bool {
         if s.separation >= PARALLEL {
             return false;
         }

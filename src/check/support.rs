@@ -4,6 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst
 use super::finding::{Basis, Bracket, Finding, State};
 use super::hanging::{needing_support, support_angle};
 use super::place::locate;
+use crate::access::up_option;
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{TriangleMesh, contour, occupancy};
@@ -145,7 +146,7 @@ fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> Strin
             let bounding = |f: usize| part.bounds_solid(f);
             let wanted: Vec<u32> = facets.into_iter().filter(|&f| bounding(f as usize)).collect();
             let found = support_volume(&mesh, bounding, &wanted, plate, column_mm.max(longest / SHOWN));
-            Some((found.volume_mm3[1], named(part, rotation[2])))
+            Some((found.volume_mm3[1], up_option(part.direction_to_file(rotation[2]))))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
@@ -157,16 +158,5 @@ fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> Strin
             "no turn by 90° takes less than {} cm³; `amcheck orient` tries all directions",
             short((0.8 * now.volume_mm3[0]).round() / 1000.0)
         ),
-    }
-}
-
-/// A direction of the build in the frame of the file, as `--up` takes it.
-fn named(part: &Part, direction: Vec3) -> String {
-    let (tip, tail) = (part.to_file(direction), part.to_file([0.0; 3]));
-    let d = crate::geometry::vector::sub(tip, tail);
-    let axis = (0..3).find(|&a| d[a].abs() > 1.0 - 1e-9);
-    match axis {
-        Some(a) => format!("{}{}", if d[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
-        None => d.map(|c| format!("{c:.6}")).join(","),
     }
 }

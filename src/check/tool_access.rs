@@ -5,16 +5,15 @@ use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::powder::{Powder, area, between};
 use super::tooling::{Tooling, direction_in_file, round};
+use super::untouched::{Region, gathered, regions, shut_off_sealed};
 use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
 use crate::error::{Error, Result, ToolFault};
-use crate::field::{Field, Indicator};
+use crate::field::Field;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, bounds};
-use crate::grid::Grid;
 use crate::part::Part;
 use crate::process::Process;
-use crate::topology::{Adjacency, components};
-use crate::units::{Length, report_digits, short};
+use crate::units::{report_digits, short};
 use std::collections::BTreeMap;
 use std::ops::Add;
 
@@ -78,7 +77,8 @@ impl Check for ToolAccess {
             return Err(Error::Tool { tool: tool.name.clone(), fault: ToolFault::NoFaces });
         }
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
-        let found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
+        let mut found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
+        shut_off_sealed(&surface, &mut found, part);
         let regions = regions(&surface, &found, part, tooling.spacing)?;
         let powder = if process.powder_supports {
             let never: Vec<usize> = (0..surface.len()).filter(|&p| found.states[p] == State::Unreachable).collect();
@@ -114,70 +114,9 @@ impl Check for ToolAccess {
         if let Some(gathered) = gathered(rest) {
             measured.findings.push(judged.finding(&gathered, "small-places", rest.len() as u64));
         }
+        measured.findings.extend(judged.narrow());
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-/// A connected piece of surface that cannot be touched.
-struct Region {
-    /// Area that cannot be touched for certain, and what of its surroundings is open, mm².
-    area: f64,
-    open: f64,
-    /// The patch that the tools stop furthest short of.
-    worst: usize,
-    /// What cannot be touched for certain.
-    patches: Vec<usize>,
-    extent: (Vec3, Vec3),
-}
-
-/// The pieces, largest first: patches whose cells of three spacings touch are joined.
-fn regions(surface: &[Patch], found: &Reach, part: &Part, spacing: f64) -> Result<Vec<Region>> {
-    let never = |p: &usize| found.states[*p] == State::Unreachable;
-    let grid = Grid::covering([0.0; 3], part.extent(), Length::mm(3.0 * spacing), 1, [0.0; 3])?;
-    let mut cells = Indicator::empty(grid);
-    for p in (0..surface.len()).filter(never) {
-        grid.sample_at(surface[p].at).into_iter().for_each(|i| cells.set(i, true));
-    }
-    let joined = components(&cells, Adjacency::Corner);
-    let mut members: BTreeMap<u32, (Vec<usize>, f64)> = BTreeMap::new();
-    for (p, patch) in surface.iter().enumerate() {
-        let Some(index) = grid.sample_at(patch.at) else { continue };
-        match found.states[p] {
-            State::Unreachable => {
-                joined.of(index).into_iter().for_each(|c| members.entry(c).or_default().0.push(p));
-            }
-            State::Open => {
-                let near = (0..27).find_map(|n| {
-                    let step = [n % 3, n / 3 % 3, n / 9].map(|s| s as isize - 1);
-                    let i = [0, 1, 2].map(|a| index[a].checked_add_signed(step[a]));
-                    let [Some(i), Some(j), Some(k)] = i else { return None };
-                    joined.of([i, j, k])
-                });
-                near.into_iter().for_each(|c| members.entry(c).or_default().1 += patch.area);
-            }
-            State::Reached { .. } => {}
-        }
-    }
-    let short = |p: usize| found.short[p].map_or(f64::INFINITY, |s| s.0);
-    let mut list: Vec<Region> = members
-        .into_values()
-        .filter_map(|(patches, open)| {
-            let worst = patches.iter().copied().max_by(|a, b| short(*a).total_cmp(&short(*b)).then(b.cmp(a)))?;
-            let extent = bounds(patches.iter().map(|&p| surface[p].at))?;
-            Some(Region { area: patches.iter().map(|&p| surface[p].area).sum(), open, worst, patches, extent })
-        })
-        .collect();
-    list.sort_by(|a, b| b.area.total_cmp(&a.area).then(a.worst.cmp(&b.worst)));
-    Ok(list)
-}
-
-/// Several pieces as one.
-fn gathered(rest: &[Region]) -> Option<Region> {
-    let first = rest.first()?;
-    let (lo, hi) = bounds(rest.iter().flat_map(|r| [r.extent.0, r.extent.1]))?;
-    let sum = |of: fn(&Region) -> f64| rest.iter().map(of).sum();
-    let patches = rest.iter().flat_map(|r| r.patches.iter().copied()).collect();
-    Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, patches, extent: (lo, hi) })
 }
 
 /// How the tool that comes nearest to a patch is held off, in words.
@@ -283,6 +222,29 @@ impl Judged<'_> {
             facets: Vec::new(),
             field: Some(field),
         }))
+    }
+
+    /// The surface of which the tools' lattice does not tell whether they reach it, where that is more than the limits allow.
+    fn narrow(&self) -> Option<Finding> {
+        let open = || self.surface.iter().zip(&self.found.states).filter(|(_, s)| **s == State::Open).map(|(p, _)| p);
+        let bracket = Bracket::new(0.0, 0.0, self.open_area());
+        let mut f = Finding::judged(META.code, "narrow", bracket, Basis::Certified, self.limits, "mm2", LEAST_AREA);
+        let at = open().max_by(|a, b| a.area.total_cmp(&b.area)).filter(|_| !f.decided)?.at;
+        f.area_mm2 = Some(report_digits(bracket.high));
+        locate(&mut f, self.part, self.context, at, bounds(open().map(|p| p.at))?);
+        let spacing = short(round(self.tooling.spacing));
+        f.message = format!(
+            "{} lies so narrow that a lattice of {spacing} mm does not tell whether {} touch it",
+            area(bracket.high),
+            self.names()
+        );
+        f.fix = match self.limits.fail {
+            // The user's own tools.
+            Some(_) => "name the faces that matter with --faces, or a tool that is clearly thinner or wider",
+            None => "name a tool with --tool to look on a finer lattice, or the faces that matter with --faces",
+        }
+        .into();
+        Some(f)
     }
 
     fn finding(&self, region: &Region, kind: &str, count: u64) -> Finding {

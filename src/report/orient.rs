@@ -1,7 +1,7 @@
 //! The answer of `amcheck orient`: its data, its JSON, its table for a terminal.
 
 use super::schema::Tool;
-use crate::access::{Orientation, Orientations};
+use crate::access::{Orientation, Orientations, up_option};
 use crate::units::short;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -50,7 +50,7 @@ pub fn row(o: &Orientation) -> [String; 10] {
     let cm3 = |v: f64| short((v / 10.0).round() / 100.0);
     let whole = |v: f64| short(v.round());
     [
-        direction(o.up),
+        up_option(o.up),
         o.from.clone(),
         cm3(o.support_mm3),
         whole(o.contact_mm2),
@@ -65,17 +65,9 @@ pub fn row(o: &Orientation) -> [String; 10] {
 
 /// A direction for the eye: at three decimals.
 pub fn short_direction(up: [f64; 3]) -> String {
-    match direction(up) {
+    match up_option(up) {
         axis if axis.len() == 2 => axis,
         _ => up.map(|c| short((c * 1e3).round() / 1e3)).join(", "),
-    }
-}
-
-/// A direction as `--up` takes it.
-pub fn direction(up: [f64; 3]) -> String {
-    match (0..3).find(|&a| up[a].abs() > 1.0 - 1e-9) {
-        Some(a) => format!("{}{}", if up[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
-        None => up.map(|c| format!("{c:.6}")).join(","),
     }
 }
 
@@ -101,7 +93,7 @@ pub fn text(report: &OrientReport) -> String {
     }
     out.push_str("\n* no other is at least as good in everything   ! does not fit the machine\n");
     if let Some(best) = list.first() {
-        let _ = writeln!(out, "best: --up {}", direction(best.up));
+        let _ = writeln!(out, "best: --up {}", up_option(best.up));
     }
     out
 }

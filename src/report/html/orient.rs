@@ -1,11 +1,11 @@
 //! The page of `amcheck orient`: chart, table, thumbnails.
 
 use super::page::{Context, image_of};
-use crate::access::Orientation;
+use crate::access::{Orientation, up_option};
 use crate::geometry::vector::Vec3;
 use crate::report::chart;
 use crate::report::markup::{Markup, markup};
-use crate::report::orient::{HEADS, OrientReport, direction, row, short_direction};
+use crate::report::orient::{HEADS, OrientReport, row, short_direction};
 use crate::report::render::Picture;
 
 /// The orientations of a part as one HTML file without script; `pictures` are thumbnails named `1`, `2`, … by rank.
@@ -33,7 +33,7 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
         list.len().to_string(),
         best(list, &report.file),
         chart::orientations(list),
-        table(list, direction),
+        table(list, up_option),
         figures(list, pictures),
         report.tool.version,
         report.schema
@@ -73,7 +73,7 @@ pub(super) fn section(c: &Context) -> Markup {
 
 /// The command that judges a part in the best orientation.
 fn best(list: &[Orientation], file: &str) -> String {
-    list.first().map_or(String::new(), |o| format!("amcheck --up {} {file}", direction(o.up)))
+    list.first().map_or(String::new(), |o| format!("amcheck --up {} {file}", up_option(o.up)))
 }
 
 /// What is to be said of an orientation beside its numbers.
