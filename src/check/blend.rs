@@ -240,20 +240,24 @@ impl Notches<'_> {
     /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
     ///
     /// The ball moves out from the edge by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides along
-    /// what it touches. One that is not clear within its radius over cos 75° lies in a groove or a hole.
+    /// what it touches. One that is not clear within its radius over cos 75°, or before the surface on the other side, lies in a groove or a hole.
     fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
         let outward = edge.outward();
+        let deepest = r / (0.5 * GROOVE).cos();
+        let beside = 4.0 * self.part.step() + CLEAR * r;
+        let opposite = self.part.distance().first_hit(edge.middle, outward, beside, deepest);
+        let room = opposite.map_or(deepest, |(far, _)| far);
         let mut away = (1.0 + share) * r;
         for looks in 0..40 {
+            if away > room {
+                return None;
+            }
             let centre = along(edge.middle, outward, away);
             let Some(near) = self.part.distance().nearest(centre, r * (1.0 - CLEAR)) else {
                 let rest = if looks > 0 { self.slid(centre, edge.middle, r, share) } else { centre };
                 return (looks > 0 && distance(rest, edge.middle) > (1.0 + share) * r).then_some(rest);
             };
             away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
-            if away > r / (0.5 * GROOVE).cos() {
-                return None;
-            }
         }
         None
     }
@@ -488,6 +492,32 @@ mod tests {
         // One facet of 0.05 mm between two bends of 60°.
         assert_eq!(judge(&valley(60.0, 0.05, 1), "0.3mm").findings.len(), 1);
         assert_eq!(judge(&valley(60.0, 0.0, 0), "0.3mm").findings.len(), 1);
+    }
+
+    /// A pipe 9 mm long, 12 mm wide outside, its bore of a diameter in so many facets.
+    fn bored(diameter: f64, facets: usize) -> Part {
+        let turn = |i: usize| std::f64::consts::TAU * (i % facets) as f64 / facets as f64;
+        let at = |i: usize, r: f64, z: f64| [r * turn(i).cos(), r * turn(i).sin(), z];
+        let mut triangles = Vec::new();
+        for i in 0..facets {
+            let corners = [(0.5 * diameter, 0.0), (6.0, 0.0), (6.0, 9.0), (0.5 * diameter, 9.0)];
+            for ((r, z), (s, w)) in corners.into_iter().zip(corners.into_iter().cycle().skip(1)) {
+                let [a, b, c, d] = [at(i, r, z), at(i, s, w), at(i + 1, s, w), at(i + 1, r, z)];
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let mesh = TriangleMesh::weld(triangles);
+        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    #[test]
+    fn a_round_hole_narrower_than_the_ball_is_no_fillet() {
+        for diameter in [0.7, 1.2, 1.5, 1.8, 1.95, 2.0, 3.0] {
+            for facets in [12, 24, 64] {
+                assert_eq!(judge(&bored(diameter, facets), "1mm").findings, [], "{diameter} {facets}");
+            }
+        }
     }
 
     #[test]
