@@ -4,7 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
-use super::step::Profile;
+use super::step::{Stretch, higher_than};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, distance, dot, sub, unit};
 use crate::medial::cluster::principal_extents;
@@ -48,7 +48,7 @@ static META: Meta = Meta {
           while it is made.",
     how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
           misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. A step ends where \
-          the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns towards it. Shallower edges \
+          the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns towards it; an edge is judged piece by piece, from one change of its profile to the next. Shallower edges \
           side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
           suggested has been laid in along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole \
           narrower than itself; where it does not, a smaller one is sought.",
@@ -75,7 +75,7 @@ impl Check for Blend {
         let (sharp, shallow): (Vec<ReflexEdge>, Vec<ReflexEdge>) = edges.iter().partition(|e| e.bend > sharp_bend);
         let all_sharp = sharp.len();
         let notches = Notches { part, context, limits, radius };
-        let chains = notches.chains(sharp);
+        let chains = notches.chains(&sharp);
         let rounds = notches.rounds(&shallow);
         let mut measured = Measured {
             cover: format!(
@@ -110,19 +110,26 @@ struct Notches<'a> {
 
 /// Sharp edges end to end.
 struct Chain {
-    edges: Vec<ReflexEdge>,
+    stretches: Vec<Stretch>,
     length: f64,
 }
 
+impl Chain {
+    fn longest(&self) -> Option<&Stretch> {
+        self.stretches.iter().max_by(|a, b| a.edge.length.total_cmp(&b.edge.length))
+    }
+}
+
 impl Notches<'_> {
-    /// The sharp edges that are no relief, joined where they share a vertex, longest first.
-    fn chains(&self, sharp: Vec<ReflexEdge>) -> Vec<Chain> {
-        let edges: Vec<ReflexEdge> = sharp.into_iter().filter(|e| !self.is_relief(e)).collect();
-        let mut chains: Vec<Chain> = joined(&edges, |e| e.ends.to_vec())
+    /// The sharp edges where they are no relief, joined where they share a vertex, longest first.
+    fn chains(&self, sharp: &[ReflexEdge]) -> Vec<Chain> {
+        let lower = RELIEF * self.radius * (1.0 - 1e-9);
+        let high: Vec<Stretch> = sharp.par_iter().flat_map_iter(|e| higher_than(self.part, e, lower)).collect();
+        let mut chains: Vec<Chain> = joined(&high, |s| s.vertices.into_iter().flatten().collect())
             .into_iter()
             .map(|members| {
-                let edges: Vec<ReflexEdge> = members.into_iter().map(|i| edges[i]).collect();
-                Chain { length: edges.iter().map(|e| e.length).sum(), edges }
+                let stretches: Vec<Stretch> = members.into_iter().map(|i| high[i]).collect();
+                Chain { length: stretches.iter().map(|s| s.edge.length).sum(), stretches }
             })
             .filter(|c| c.length >= self.radius)
             .collect();
@@ -130,32 +137,25 @@ impl Notches<'_> {
         chains
     }
 
-    /// Whether one of the two faces ends within a few radii of the edge.
-    fn is_relief(&self, edge: &ReflexEdge) -> bool {
-        let lower = RELIEF * self.radius * (1.0 - 1e-9);
-        Profile::across(self.part, edge).is_some_and(|profile| profile.is_step_within(lower))
-    }
-
     /// All sharp edges as one finding.
     fn of_edges(&self, chains: &[Chain]) -> Option<Finding> {
         let longest = chains.first()?;
-        let lead = longest.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
+        let lead = longest.longest()?;
         let mut f =
             Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.tie());
-        let vertices = chains.iter().flat_map(|c| &c.edges).flat_map(|e| e.ends);
-        let extent = bounds(vertices.map(|v| self.part.mesh().vertices[v as usize]))?;
-        locate(&mut f, self.part, self.context, lead.middle, extent);
+        let extent = bounds(chains.iter().flat_map(|c| &c.stretches).flat_map(|s| s.ends))?;
+        locate(&mut f, self.part, self.context, lead.edge.middle, extent);
         f.count = chains.len() as u64;
         f.places = chains
             .iter()
             .take(NAMED)
-            .filter_map(|c| c.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length)))
-            .map(|e| Spot { at_mm: reported(self.part, e.middle), value: 0.0, low: 0.0, high: 0.0 })
+            .filter_map(Chain::longest)
+            .map(|s| Spot { at_mm: reported(self.part, s.edge.middle), value: 0.0, low: 0.0, high: 0.0 })
             .collect();
-        let ends = lead.ends.map(|v| reported(self.part, self.part.mesh().vertices[v as usize]));
+        let ends = lead.ends.map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });
         let all: f64 = chains.iter().map(|c| c.length).sum();
-        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| c.edges.iter().copied()).collect();
+        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect();
         let laid = Fillets(self.part).lay(&edges, self.radius);
         let noun =
             if chains.len() == 1 { "concave edge is".into() } else { format!("{} concave edges are", chains.len()) };
