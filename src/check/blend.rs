@@ -4,7 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
-use super::step::Profile;
+use super::step::{Stretch, higher_than};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, distance, dot, sub, unit};
 use crate::medial::cluster::principal_extents;
@@ -27,12 +27,18 @@ const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 const RELIEF: f64 = 5.0;
 /// A ball that stays no further than this share of its radius from a round touches it.
 const TOUCHED: f64 = 2e-3;
+/// A ball that stays no further than this share of its radius from what it would touch fits a round as it was written.
+const NEAR: f64 = 0.01;
 /// A ball that reaches no deeper than this share of its radius is clear.
 const CLEAR: f64 = 1e-6;
 /// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
 const STRAIGHT: usize = 6;
 /// Facets that a ball slides over at most.
 const SLIDES: usize = 16;
+/// Edges of a round that a ball stays away from by less than this share of the most lie towards its sides.
+const DEEP: f64 = 0.5;
+/// Edges of a round shorter than this share of its longest say nothing of it.
+const CRUMB: f64 = 0.1;
 /// Edges of a round that are measured.
 const TRIED: usize = 9;
 /// Places named one by one.
@@ -48,13 +54,17 @@ static META: Meta = Meta {
           while it is made.",
     how: "A ball of the asked radius that rolls in an edge bent by φ stays r·(1/cos(φ/2) − 1) away from its bottom; an edge it \
           misses by more than a tenth of its radius (bent by more than 49°) is sharp, its radius 0, exactly. A step ends where \
-          the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns towards it. Shallower edges \
-          side by side are the facets of a round, whose radius is that of the largest ball that touches them. The fillet that is \
-          suggested has been laid in along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole \
-          narrower than itself; where it does not, a smaller one is sought.",
+          the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns \
+          towards it; an edge is judged piece by piece, from one change of its profile to the next. Shallower edges side by \
+          side are the facets of a round: its radius is that of the largest ball that touches them, at most that of the circle \
+          whose chords they are. It is told where it turns by more than 49° and the asked ball stays a hundredth of its radius \
+          away. The fillet that is suggested has been laid in along every edge: the ball rests on both faces and meets nothing \
+          else, so that it fills no slot or hole narrower than itself; where it does not, a smaller one is sought.",
     limits: "Steps lower than five radii are relief and are not judged, nor are sharp edges shorter than a radius and rounds shorter than five. Grooves and holes that \
-             turn by more than 150 degrees are judged by narrow-gap and small-hole. Edges between bodies that only touch are \
-             not seen. The radius of a round is an estimate. A process asks for one only where a published guide does; else it is yours to ask.",
+             turn by more than 150 degrees, and rounds in a gap that the ball does not fit into, are left to narrow-gap and small-hole. Edges between bodies that \
+             only touch are not seen. The radius of a round is an estimate. One that may be as large as asked, where its facets are chords, is told only where the \
+             ball misses it by a tenth; at 90 degrees, one less than 3 percent too small is not told. A process asks for one only where a published guide does; \
+             else it is yours to ask.",
     source: "Rolling-ball blends as closings: J. R. Rossignac, A. A. G. Requicha, Offsetting operations in solid modelling, 1986. \
              Limits: see the profile.",
 };
@@ -75,7 +85,7 @@ impl Check for Blend {
         let (sharp, shallow): (Vec<ReflexEdge>, Vec<ReflexEdge>) = edges.iter().partition(|e| e.bend > sharp_bend);
         let all_sharp = sharp.len();
         let notches = Notches { part, context, limits, radius };
-        let chains = notches.chains(sharp);
+        let chains = notches.chains(&sharp);
         let rounds = notches.rounds(&shallow);
         let mut measured = Measured {
             cover: format!(
@@ -110,19 +120,26 @@ struct Notches<'a> {
 
 /// Sharp edges end to end.
 struct Chain {
-    edges: Vec<ReflexEdge>,
+    stretches: Vec<Stretch>,
     length: f64,
 }
 
+impl Chain {
+    fn longest(&self) -> Option<&Stretch> {
+        self.stretches.iter().max_by(|a, b| a.edge.length.total_cmp(&b.edge.length))
+    }
+}
+
 impl Notches<'_> {
-    /// The sharp edges that are no relief, joined where they share a vertex, longest first.
-    fn chains(&self, sharp: Vec<ReflexEdge>) -> Vec<Chain> {
-        let edges: Vec<ReflexEdge> = sharp.into_iter().filter(|e| !self.is_relief(e)).collect();
-        let mut chains: Vec<Chain> = joined(&edges, |e| e.ends.to_vec())
+    /// The sharp edges where they are no relief, joined where they share a vertex, longest first.
+    fn chains(&self, sharp: &[ReflexEdge]) -> Vec<Chain> {
+        let lower = RELIEF * self.radius * (1.0 - 1e-9);
+        let high: Vec<Stretch> = sharp.par_iter().flat_map_iter(|e| higher_than(self.part, e, lower)).collect();
+        let mut chains: Vec<Chain> = joined(&high, |s| s.vertices.into_iter().flatten().collect())
             .into_iter()
             .map(|members| {
-                let edges: Vec<ReflexEdge> = members.into_iter().map(|i| edges[i]).collect();
-                Chain { length: edges.iter().map(|e| e.length).sum(), edges }
+                let stretches: Vec<Stretch> = members.into_iter().map(|i| high[i]).collect();
+                Chain { length: stretches.iter().map(|s| s.edge.length).sum(), stretches }
             })
             .filter(|c| c.length >= self.radius)
             .collect();
@@ -130,32 +147,25 @@ impl Notches<'_> {
         chains
     }
 
-    /// Whether one of the two faces ends within a few radii of the edge.
-    fn is_relief(&self, edge: &ReflexEdge) -> bool {
-        let lower = RELIEF * self.radius * (1.0 - 1e-9);
-        Profile::across(self.part, edge).is_some_and(|profile| profile.is_step_within(lower))
-    }
-
     /// All sharp edges as one finding.
     fn of_edges(&self, chains: &[Chain]) -> Option<Finding> {
         let longest = chains.first()?;
-        let lead = longest.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length))?;
+        let lead = longest.longest()?;
         let mut f =
             Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.tie());
-        let vertices = chains.iter().flat_map(|c| &c.edges).flat_map(|e| e.ends);
-        let extent = bounds(vertices.map(|v| self.part.mesh().vertices[v as usize]))?;
-        locate(&mut f, self.part, self.context, lead.middle, extent);
+        let extent = bounds(chains.iter().flat_map(|c| &c.stretches).flat_map(|s| s.ends))?;
+        locate(&mut f, self.part, self.context, lead.edge.middle, extent);
         f.count = chains.len() as u64;
         f.places = chains
             .iter()
             .take(NAMED)
-            .filter_map(|c| c.edges.iter().max_by(|a, b| a.length.total_cmp(&b.length)))
-            .map(|e| Spot { at_mm: reported(self.part, e.middle), value: 0.0, low: 0.0, high: 0.0 })
+            .filter_map(Chain::longest)
+            .map(|s| Spot { at_mm: reported(self.part, s.edge.middle), value: 0.0, low: 0.0, high: 0.0 })
             .collect();
-        let ends = lead.ends.map(|v| reported(self.part, self.part.mesh().vertices[v as usize]));
+        let ends = lead.ends.map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });
         let all: f64 = chains.iter().map(|c| c.length).sum();
-        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| c.edges.iter().copied()).collect();
+        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect();
         let laid = Fillets(self.part).lay(&edges, self.radius);
         let noun =
             if chains.len() == 1 { "concave edge is".into() } else { format!("{} concave edges are", chains.len()) };
@@ -190,13 +200,13 @@ impl Notches<'_> {
 
     /// Rounds of a smaller radius than asked.
     fn rounds(&self, shallow: &[ReflexEdge]) -> Vec<Finding> {
-        let tight: Vec<ReflexEdge> = shallow
+        let tight: Vec<Tight> = shallow
             .par_iter()
-            .filter(|e| e.inscribed_radius() < 0.98 * self.radius && self.misses(e, self.radius, MISSED))
-            .copied()
+            .filter(|e| e.inscribed_radius() < 0.98 * self.radius)
+            .filter_map(|e| Some(Tight { edge: *e, missed: self.missed(e)? }))
             .collect();
         let triangles = &self.part.mesh().triangles;
-        let corners = |e: &ReflexEdge| e.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
+        let corners = |t: &Tight| t.edge.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
         let (mut findings, rooms): (Vec<Finding>, Vec<([f64; 3], bool)>) = joined(&tight, corners)
             .into_iter()
             .filter_map(|members| self.round(&members.into_iter().map(|i| tight[i]).collect::<Vec<_>>()))
@@ -232,6 +242,16 @@ impl Notches<'_> {
         }
     }
 
+    /// How far a ball of the asked radius stays away from an edge of a round, if by more than a tenth of what its radius is larger by.
+    ///
+    /// Over a round that turns by φ that is 1/cos(φ/2) − 1: one that turns no further than the least of sharp edges is none.
+    fn missed(&self, edge: &ReflexEdge) -> Option<f64> {
+        let rest = self.rest(edge, self.radius, touching(edge) + NEAR)?;
+        let missed = distance(rest, edge.middle) - self.radius;
+        let smaller = self.radius - missed / MISSED;
+        (smaller <= 0.0 || !self.misses(edge, smaller, touching(edge))).then_some(missed)
+    }
+
     /// Whether a ball of radius r comes down over an edge and stays more than a share of r away.
     fn misses(&self, edge: &ReflexEdge, r: f64, share: f64) -> bool {
         self.rest(edge, r, share).is_some()
@@ -240,20 +260,24 @@ impl Notches<'_> {
     /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
     ///
     /// The ball moves out from the edge by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides along
-    /// what it touches. One that is not clear within its radius over cos 75° lies in a groove or a hole.
+    /// what it touches. One that is not clear within its radius over cos 75°, or before the surface on the other side, lies in a groove or a hole.
     fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
         let outward = edge.outward();
+        let deepest = r / (0.5 * GROOVE).cos();
+        let beside = 4.0 * self.part.step() + CLEAR * r;
+        let opposite = self.part.distance().first_hit(edge.middle, outward, beside, deepest);
+        let room = opposite.map_or(deepest, |(far, _)| far);
         let mut away = (1.0 + share) * r;
         for looks in 0..40 {
+            if away > room {
+                return None;
+            }
             let centre = along(edge.middle, outward, away);
             let Some(near) = self.part.distance().nearest(centre, r * (1.0 - CLEAR)) else {
                 let rest = if looks > 0 { self.slid(centre, edge.middle, r, share) } else { centre };
                 return (looks > 0 && distance(rest, edge.middle) > (1.0 + share) * r).then_some(rest);
             };
             away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
-            if away > r / (0.5 * GROOVE).cos() {
-                return None;
-            }
         }
         None
     }
@@ -263,9 +287,11 @@ impl Notches<'_> {
     fn slid(&self, mut centre: Vec3, to: Vec3, r: f64, share: f64) -> Vec3 {
         let surface = self.part.distance();
         let is_clear = |c: Vec3| surface.nearest(c, r * (1.0 - CLEAR)).is_none();
+        let mut touched = surface.nearest(centre, 1.01 * r);
+        let mut stuck = false;
         for _ in 0..SLIDES {
             let way = sub(to, centre);
-            let level = surface.nearest(centre, 1.01 * r).map_or(way, |touched| {
+            let level = touched.map_or(way, |touched| {
                 let normal = unit(sub(centre, touched.point));
                 along(way, normal, -dot(way, normal))
             });
@@ -277,65 +303,86 @@ impl Notches<'_> {
                 let middle = 0.5 * (clear + met);
                 if is_clear(along(centre, level, middle)) { clear = middle } else { met = middle }
             }
+            // What stops it is what it slides along next: in a round of facets it touches more than one.
+            touched = surface.nearest(along(centre, level, met), 1.01 * r);
             let before = distance(centre, to);
             centre = along(centre, level, clear);
             let now = distance(centre, to);
-            if now <= (1.0 + share) * r || now > before - CLEAR * r {
+            let was_stuck = std::mem::replace(&mut stuck, now > before - CLEAR * r);
+            if now <= (1.0 + share) * r || (stuck && was_stuck) {
                 break;
             }
         }
         centre
     }
 
-    /// The largest ball, up to the asked radius, that touches the facets beside an edge.
-    fn largest(&self, edge: &ReflexEdge) -> f64 {
-        // A ball that touches both facets stays this far from the edge.
-        let share = 1.0 / (0.5 * edge.bend).cos() - 1.0 + TOUCHED;
+    /// The largest ball, up to the asked radius, that touches the facets beside an edge, and the largest radius of a round that they are facets of:
+    /// its facets may be its chords.
+    fn largest(&self, edge: &ReflexEdge) -> (f64, f64) {
+        let share = touching(edge);
         let (mut low, mut high) = (0.0, self.radius);
         while high - low > TOUCHED * self.radius {
             let middle = 0.5 * (low + high);
             if self.misses(edge, middle, share) { high = middle } else { low = middle }
         }
-        low
+        (low, high / (0.5 * edge.bend).cos())
     }
 
     /// The share by which a ball that is taken to touch a round is larger than it at most: in one that turns by φ, a ball larger by ΔR stays
-    /// ΔR·(1/cos(φ/2) − 1) away from its bottom.
-    fn too_large(&self, edges: &[ReflexEdge]) -> f64 {
-        let normals = || edges.iter().flat_map(|e| e.normals);
+    /// ΔR·(1/cos(φ/2) − 1) away from its bottom, and half of it where the round is measured.
+    fn too_large(&self, edges: &[Tight]) -> f64 {
+        let normals = || edges.iter().flat_map(|t| t.edge.normals);
         let turn = normals().map(|n| normals().take(2).map(|m| angle(m, n)).fold(0.0, f64::max)).fold(0.0, f64::max);
-        TOUCHED / (1.0 / (0.5 * turn).cos() - 1.0).max(TOUCHED)
+        TOUCHED / (DEEP * (1.0 / (0.5 * turn).cos() - 1.0).max(MISSED))
     }
 
-    /// One round, if it is long enough to be a fillet: the median over its longest edges.
+    /// One round, if it is long enough to be a fillet: the median over the longest of its edges that the asked ball stays far from.
     ///
     /// And whether a ball of the asked radius comes to rest on faces beside it.
-    fn round(&self, edges: &[ReflexEdge]) -> Option<(Finding, bool)> {
-        let ends: Vec<_> = edges.iter().flat_map(|e| e.ends).map(|v| self.part.mesh().vertices[v as usize]).collect();
+    fn round(&self, edges: &[Tight]) -> Option<(Finding, bool)> {
+        let vertices = &self.part.mesh().vertices;
+        let ends: Vec<_> = edges.iter().flat_map(|t| t.edge.ends).map(|v| vertices[v as usize]).collect();
         if principal_extents(&ends)[0] < RELIEF * self.radius {
             return None;
         }
-        let mut longest: Vec<&ReflexEdge> = edges.iter().collect();
+        let missed = edges.iter().map(|t| t.missed).fold(0.0, f64::max);
+        let mut longest: Vec<&ReflexEdge> =
+            edges.iter().filter(|t| t.missed >= DEEP * missed).map(|t| &t.edge).collect();
         longest.sort_by(|a, b| b.length.total_cmp(&a.length));
         let lead = *longest.first()?;
         longest.truncate(TRIED);
+        longest.retain(|e| e.length >= CRUMB * lead.length);
         let fits = |e: &&ReflexEdge| {
-            let rest = self.rest(e, self.radius, MISSED);
+            let rest = self.rest(e, self.radius, touching(e));
             rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
         };
         let has_room = longest.iter().all(fits);
-        let mut radii: Vec<f64> = longest.into_iter().map(|e| self.largest(e)).collect();
-        radii.sort_by(f64::total_cmp);
-        let radius = *radii.get(radii.len() / 2)?;
-        let low = radii.first()? * (1.0 - self.too_large(edges));
-        let bracket = Bracket::new(radius, low, *radii.last()? + TOUCHED * self.radius);
+        let mut radii: Vec<(f64, f64)> = longest.into_iter().map(|e| self.largest(e)).collect();
+        radii.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (radius, _) = *radii.get(radii.len() / 2)?;
+        let low = radii.first()?.0 * (1.0 - self.too_large(edges));
+        let high = radii.iter().map(|r| r.1).fold(0.0, f64::max);
+        let bracket = Bracket::new(radius, low, high);
         let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.tie());
-        if f.state == State::Pass {
+        // A round of few facets that may be as large as asked is told where the ball misses it as it misses a sharp edge.
+        if f.state == State::Pass || (f.high >= self.radius && missed <= MISSED * self.radius) {
             return None;
         }
         locate(&mut f, self.part, self.context, lead.middle, bounds(ends)?);
         Some((f, has_room))
     }
+}
+
+/// An edge of a round, and how far the asked ball stays away from it.
+#[derive(Clone, Copy)]
+struct Tight {
+    edge: ReflexEdge,
+    missed: f64,
+}
+
+/// The share of its radius that a ball stays away from an edge whose two facets it touches.
+fn touching(edge: &ReflexEdge) -> f64 {
+    1.0 / (0.5 * edge.bend).cos() - 1.0 + TOUCHED
 }
 
 /// Three digits, for sentences.
@@ -484,10 +531,60 @@ mod tests {
     }
 
     #[test]
+    fn a_fillet_a_little_too_small_is_told_and_one_that_may_be_large_enough_is_not() {
+        for degrees in [70.0, 90.0, 110.0] {
+            for facets in [8, 12, 24, 48] {
+                for fillet in [1.5, 1.67, 1.8, if degrees > 90.0 { 1.85 } else { 1.9 }] {
+                    let found = judge(&valley(degrees, fillet, facets), "2mm").findings;
+                    assert_eq!(found.len(), 1, "{degrees} {facets} {fillet}: {found:?}");
+                    assert!(found[0].low <= fillet && fillet <= found[0].high && found[0].high < 2.0, "{found:?}");
+                    assert_eq!(found[0].state, State::Warn);
+                }
+            }
+            // Fewer facets bend by more than 49°.
+            for facets in [3, 4, 5, 6, 8, 12, 24, 48] {
+                for fillet in [2.0, 2.1] {
+                    assert_eq!(
+                        judge(&valley(degrees, fillet, facets), "2mm").findings,
+                        [],
+                        "{degrees} {facets} {fillet}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_narrow_face_at_the_bottom_of_a_notch_makes_it_no_relief() {
         // One facet of 0.05 mm between two bends of 60°.
         assert_eq!(judge(&valley(60.0, 0.05, 1), "0.3mm").findings.len(), 1);
         assert_eq!(judge(&valley(60.0, 0.0, 0), "0.3mm").findings.len(), 1);
+    }
+
+    /// A pipe 9 mm long, 12 mm wide outside, its bore of a diameter in so many facets.
+    fn bored(diameter: f64, facets: usize) -> Part {
+        let turn = |i: usize| std::f64::consts::TAU * (i % facets) as f64 / facets as f64;
+        let at = |i: usize, r: f64, z: f64| [r * turn(i).cos(), r * turn(i).sin(), z];
+        let mut triangles = Vec::new();
+        for i in 0..facets {
+            let corners = [(0.5 * diameter, 0.0), (6.0, 0.0), (6.0, 9.0), (0.5 * diameter, 9.0)];
+            for ((r, z), (s, w)) in corners.into_iter().zip(corners.into_iter().cycle().skip(1)) {
+                let [a, b, c, d] = [at(i, r, z), at(i, s, w), at(i + 1, s, w), at(i + 1, r, z)];
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let mesh = TriangleMesh::weld(triangles);
+        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    #[test]
+    fn a_round_hole_narrower_than_the_ball_is_no_fillet() {
+        for diameter in [0.7, 1.2, 1.5, 1.8, 1.95, 2.0, 3.0] {
+            for facets in [12, 24, 64] {
+                assert_eq!(judge(&bored(diameter, facets), "1mm").findings, [], "{diameter} {facets}");
+            }
+        }
     }
 
     #[test]

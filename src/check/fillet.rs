@@ -1,6 +1,6 @@
 //! Fillets laid into concave edges before they are advised: a ball that rests on both faces and meets nothing else.
 
-use crate::geometry::vector::{Vec3, along, angle, dot, norm, sub, unit};
+use crate::geometry::vector::{Vec3, along, angle, distance, dot, norm, sub, unit};
 use crate::medial::reflex::ReflexEdge;
 use crate::part::Part;
 use rayon::prelude::*;
@@ -83,7 +83,7 @@ impl Fillets<'_> {
         let (surface, step) = (self.0.distance(), self.0.step());
         let run = self.run(edge);
         // The two contacts are at the radius itself.
-        let clear = radius * (1.0 - 1e-6) - 2.0 * step;
+        let clear = radius * (1.0 - 1e-6) - self.slack(edge, radius);
         let mut foot = along(edge.middle, run, off);
         let centre = |foot: Vec3| along(edge.fillet_centre(radius), run, dot(sub(foot, edge.middle), run));
         if let Some(met) = surface.nearest(centre(foot), clear) {
@@ -104,6 +104,19 @@ impl Fillets<'_> {
             surface.nearest(contact, CONTACT * radius + 2.0 * step).is_some()
         };
         behind.is_none() && edge.normals.iter().all(|&n| touches(n))
+    }
+
+    /// How far the surface may reach into a ball that touches both facets of an edge: the narrower a facet, the more the resolution of the file tilts
+    /// its plane, and the ball's contact lies further up.
+    fn slack(&self, edge: &ReflexEdge, radius: f64) -> f64 {
+        let narrow = |facet: u32| {
+            let [a, b, c] = self.0.distance().corners(facet);
+            let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+            2.0 * self.0.mesh().facet_area(facet as usize) / longest.max(f64::MIN_POSITIVE)
+        };
+        let width = narrow(edge.facets[0]).min(narrow(edge.facets[1])).max(f64::MIN_POSITIVE);
+        let reach = radius * (0.5 * edge.bend).tan();
+        (self.0.tie() * (1.0 + reach / width)).min(CONTACT * radius)
     }
 
     /// Unit vector along an edge.
@@ -151,6 +164,37 @@ mod tests {
         Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
     }
 
+    /// A block of 26 × 26 × 10 mm with a pocket of 16 × 16 mm, 5 mm deep, its upright corners round, each in so many facets.
+    fn round_pocket(corner: f64, facets: usize) -> crate::geometry::TriangleMesh {
+        let turn = std::f64::consts::FRAC_PI_2;
+        let arc = |quarter: usize, i: usize| {
+            let a = turn * (quarter as f64 + i as f64 / facets as f64);
+            let middle = turn * (quarter as f64 + 0.5);
+            [(middle.cos(), a.cos()), (middle.sin(), a.sin())]
+                .map(|(m, x)| 13.0 + (8.0 - corner) * m.signum() + corner * x)
+        };
+        let mouth: Vec<[f64; 2]> = (0..4).flat_map(|q| (0..=facets).map(move |i| arc(q, i))).collect();
+        let n = mouth.len();
+        let at = |i: usize, z: f64| [mouth[i % n][0], mouth[i % n][1], z];
+        let corner_of =
+            |i: usize, z: f64| [[26.0, 26.0, z], [0.0, 26.0, z], [0.0, 0.0, z], [26.0, 0.0, z]][(i / (facets + 1)) % 4];
+        let mut out = Vec::new();
+        for i in 0..n {
+            out.extend([[at(i, 10.0), at(i, 5.0), at(i + 1, 5.0)], [at(i, 10.0), at(i + 1, 5.0), at(i + 1, 10.0)]]);
+            out.push([at(i, 10.0), at(i + 1, 10.0), corner_of(i, 10.0)]);
+            if i > 0 && i + 1 < n {
+                out.push([at(0, 5.0), at(i + 1, 5.0), at(i, 5.0)]);
+            }
+        }
+        for i in (0..4).map(|q| q * (facets + 1)) {
+            let (a, b) = (corner_of(i, 10.0), corner_of(i + facets + 1, 10.0));
+            let [c, d] = [a, b].map(|p| [p[0], p[1], 0.0]);
+            out.push([at(i + facets + 1, 10.0), b, a]);
+            out.extend([[a, b, d], [a, d, c], [c, d, [13.0, 13.0, 0.0]]]);
+        }
+        crate::geometry::TriangleMesh::weld(out).flipped()
+    }
+
     fn laid(part: &Part, radius: f64) -> Laid {
         Fillets(part).lay(&reflex_edges(part.mesh(), 0.8, |_| true), radius)
     }
@@ -163,6 +207,22 @@ mod tests {
         let tight = laid(&pocket(1.5, 5.0, None), 1.0);
         assert!(!tight.everywhere && tight.fitting == 0.0 && tight.volume == 0.0, "{tight:?}");
         assert!((tight.elsewhere - 0.7).abs() < 1e-9, "{tight:?}");
+    }
+
+    #[test]
+    fn a_fillet_fits_alike_in_a_pocket_that_was_turned_before_it_was_written() {
+        // Round corners of 3 mm in chords of 0.3 mm, the floor a fan: rounded to 32 bits, its facets are tilted.
+        for degrees in [0.0f64, 11.0, 33.0, 57.0, 78.0] {
+            let (s, c) = degrees.to_radians().sin_cos();
+            let turned =
+                round_pocket(3.0, 16).transformed([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]], [0.3, 0.7, -0.2]);
+            let written =
+                turned.triangles.iter().map(|t| t.map(|v| turned.vertices[v as usize].map(|x| f64::from(x as f32))));
+            let mesh = crate::geometry::TriangleMesh::weld(written);
+            let part = Part::new(mesh, Up::PlusZ, 2e-6, 1.0).unwrap();
+            let found = laid(&part, 0.4);
+            assert!(found.everywhere && found.fitting > 40.0, "{degrees}: {found:?}");
+        }
     }
 
     #[test]

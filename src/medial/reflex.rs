@@ -65,9 +65,9 @@ pub fn reflex_edges(mesh: &TriangleMesh, least: f64, use_facet: impl Fn(usize) -
     edges.into_par_iter().filter_map(|c| reflex(mesh, [c[0].0, c[0].1], [c[0].2, c[1].2], least)).collect()
 }
 
-/// Edges that share a key, such as a vertex or a facet, as lists of indices: each list in increasing order, the lists by
-/// their first member.
-pub fn joined(edges: &[ReflexEdge], keys: impl Fn(&ReflexEdge) -> Vec<u32>) -> Vec<Vec<usize>> {
+/// Edges, or parts of them, that share a key, such as a vertex or a facet, as lists of indices: each list in increasing order,
+/// the lists by their first member.
+pub fn joined<E>(edges: &[E], keys: impl Fn(&E) -> Vec<u32>) -> Vec<Vec<usize>> {
     let mut with_key: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (i, e) in edges.iter().enumerate() {
         keys(e).into_iter().for_each(|key| with_key.entry(key).or_default().push(i));
