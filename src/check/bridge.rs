@@ -38,7 +38,9 @@ static META: Meta = Meta {
           where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
           ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, and every 15 degrees from the first of them; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: the shortest way inside the ceiling counts, to an anchor or to a place with such a line, \
-          for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. Squares of places are \
+          for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. A place beyond both limits is \
+          what exceeds its limit by less: a ledge along a wall, told with its reach from there and not with the length of strands along it, or a \
+          bridge; a ceiling is told as what its place farthest from all anchors is, and as the other one too where that exceeds its limit by more. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
           out, and of a bridge too where they have none. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
           along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
@@ -124,7 +126,9 @@ fn told_apart(
     });
     let closer = looked_at_again(part, process, c, beyond, budget.left.saturating_mul(PAIRS))?;
     budget.note(1, closer.pairs / PAIRS);
-    Some(judged(part, process, context, &closer))
+    // Where nothing reaches out for certain, nothing does, however coarse the second look.
+    let cantilever = closer.cantilever.filter(|_| c.cantilever.is_some());
+    Some(judged(part, process, context, &Ceiling { cantilever, ..closer }))
 }
 
 /// What a ceiling breaks: its bridge and its ledge if it is flat, its diameter if it is a crown.
@@ -173,7 +177,7 @@ fn place(
     let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
     f.layers = Some([layer(c.extent.0[2]), layer(c.extent.1[2])]);
     f.witness = Some(Witness { kind: "span".into(), points_mm: ends.map(|p| reported(part, p)).to_vec() });
-    let value = short((bracket.value * 100.0).round() / 100.0);
+    let value = hundredths(bracket.value);
     f.message = match kind {
         "bridge" => {
             format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round()))
@@ -184,11 +188,16 @@ fn place(
                 short((bracket.high * 100.0).ceil() / 100.0)
             )
         }
+        "ledge" if c.is_beside => format!("flat ledge reaches {value} mm out from its nearest anchor"),
         "ledge" if c.bridge.is_some() => format!("flat ledge reaches {value} mm out from what holds it"),
         "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
+}
+
+fn hundredths(value: f64) -> String {
+    short((value * 100.0).round() / 100.0)
 }
 
 /// A remedy tried at the place of a finding.
