@@ -190,7 +190,7 @@ fn place(
             )
         }
         "ledge" if c.is_beside => format!("flat ledge reaches {value} mm out from its nearest anchor"),
-        "ledge" if c.bridge.is_some() => format!("flat ledge reaches {value} mm out from what holds it"),
+        "ledge" if c.is_spanned => format!("flat ledge reaches {value} mm out from what holds it"),
         "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };

@@ -42,6 +42,8 @@ pub struct Ceiling {
     pub cantilever: Option<Reach>,
     /// Whether the cantilever is such a ledge.
     pub is_beside: bool,
+    /// Whether strands cross it from anchor to anchor, though it may be told as a ledge.
+    pub is_spanned: bool,
     /// The round passage whose crown this is; `None` for flat ceilings, for what reaches out by more than half its span and for what does
     /// not rise between its anchors.
     pub crown: Option<Crown>,
@@ -337,6 +339,7 @@ fn describe(
         bridge,
         cantilever,
         is_beside: spans.is_beside,
+        is_spanned: spans.is_spanned,
         crown,
         pairs,
         facets,
@@ -518,6 +521,34 @@ mod tests {
                 assert!((crown.diameter_mm - diameter).abs() <= crown.sagitta_mm + 1e-6, "{n} {diameter}: {crown:?}");
                 assert_eq!(holding.holds(&all[0]), diameter < 5.0, "{n} {diameter}: {:?}", all[0]);
             }
+        }
+    }
+
+    #[test]
+    fn a_hole_with_round_ends_is_the_hole_that_it_is_with_flat_ones() {
+        // A capsule: rings of 30 sides, those of its ends ever smaller.
+        let (sides, radius) = (30, 2.17);
+        let ring = |k: i32, n: usize| {
+            let over = (f64::from(k.abs()) - 1.0) * 17f64.to_radians();
+            let (s, c) = (std::f64::consts::TAU * (n % 30) as f64 / f64::from(sides)).sin_cos();
+            let y = f64::from(k.signum()) * (4.0 + radius * over.sin());
+            [radius * over.cos() * s, y, 9.0 + radius * over.cos() * c]
+        };
+        let rings: Vec<i32> = (-5..=5).filter(|k| *k != 0).collect();
+        let mut facets = Vec::new();
+        for (k, l) in rings.iter().zip(rings.iter().skip(1)) {
+            for n in 0..sides as usize {
+                let [a, b, c, d] = [ring(*k, n), ring(*k, n + 1), ring(*l, n + 1), ring(*l, n)];
+                facets.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let tube = TriangleMesh::weld(facets);
+        let top = (0..tube.triangles.len()).max_by(|&f, &g| tube.centroid(f)[2].total_cmp(&tube.centroid(g)[2]));
+        let tube = if tube.normal(top.unwrap())[2] > 0.0 { tube.flipped() } else { tube };
+        for turn in [0.0, 0.6] {
+            let all = found_within(&turned(&tube, turn), 19.0, [1.0, 2.5]);
+            let crown = all.iter().find_map(|c| c.crown).unwrap_or_else(|| panic!("{all:?}"));
+            assert!((crown.diameter_mm - 2.0 * radius).abs() <= crown.sagitta_mm + 0.1, "{crown:?}");
         }
     }
 

@@ -8,6 +8,8 @@ const CLOSE: f64 = 0.01;
 /// A place this share of its strand from the nearest anchor is no part of a ledge, whatever the limits: the middle of a plain bridge lies
 /// half of it away, and the corner of two anchors a third.
 const CORNER: f64 = 0.4;
+/// A place is clearly on a ledge whose strand exceeds its limit by so much more than its way to the anchor does.
+const CLEARLY: f64 = 1.1;
 
 /// A length that a place of the region has, with bounds over the whole region.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +33,8 @@ pub struct Spans {
     pub cantilever: Option<Farthest>,
     /// Whether the cantilever is a ledge beside an anchor whose strands exceed their limit by more.
     pub is_beside: bool,
+    /// Whether any line goes from anchor to anchor, or none is known not to.
+    pub is_spanned: bool,
     /// Pairs of a line and a side that finding them took.
     pub pairs: u64,
 }
@@ -104,14 +108,15 @@ pub(super) struct Found {
     limits: Limits,
     /// Bridge, cantilever, and ledge beside an anchor.
     pub lengths: [Option<Farthest>; 3],
-    /// The farthest from an anchor of places on bridges beyond the limit.
+    /// The farthest from an anchor of places on bridges beyond the limit, and of places on ledges that are clearly so.
     deepest: f64,
+    firm: f64,
     pub pairs: u64,
 }
 
 impl Found {
     pub fn new(limits: Limits) -> Self {
-        Found { limits, lengths: [None; 3], deepest: 0.0, pairs: 0 }
+        Found { limits, lengths: [None; 3], deepest: 0.0, firm: 0.0, pairs: 0 }
     }
 
     pub fn keep(&mut self, n: usize, candidate: Farthest) {
@@ -125,6 +130,9 @@ impl Found {
         let strand = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
         if walk.most < self.limits.share() * strand {
             let is_farther = self.low(2) < walk.least;
+            if CLEARLY * walk.most < self.limits.share() * strand {
+                self.firm = self.firm.max(walk.least);
+            }
             self.keep(2, Farthest { low: walk.least, high: walk.most, at, ends: [at, walk.anchor] });
             return is_farther;
         }
@@ -139,15 +147,16 @@ impl Found {
         self.lengths.get(n).copied().flatten().map_or(0.0, |f| f.low)
     }
 
-    /// Whether the place farthest from all anchors is on a ledge.
+    /// Whether the places farthest from all anchors are on a ledge, as far as the search tells, and clearly so where others are not.
     fn is_ledge(&self) -> bool {
-        self.low(2) > self.deepest
+        let alone = self.deepest == 0.0 && self.low(2) > 0.0;
+        alone || self.firm > self.deepest * (1.0 - 2.0 * CLOSE)
     }
 
     /// Bounds up to which squares need no closer look.
     pub fn enough(&self, search: Search) -> [f64; 3] {
         let share = self.limits.share();
-        let bridge = if self.is_ledge() { self.low(0).max(self.low(2) / share) } else { self.low(0) };
+        let bridge = if self.is_ledge() { self.low(0).max(self.firm / share) } else { self.low(0) };
         let known = [bridge, self.low(1), self.low(2).max(share * self.low(0))];
         let least = search.of_no_interest();
         [0, 1, 2].map(|n| known[n].max(least[n]) * (1.0 + CLOSE) + 1e-9)
@@ -160,6 +169,7 @@ impl Found {
         let [bridge, cantilever, beside] = self.lengths;
         let mut bridge = raised(bridge, closed[0], 0.0, at);
         let mut cantilever = raised(cantilever, closed[1], ledge, at);
+        let is_spanned = bridge.or(beside).is_some();
         let exceeds = bridge.is_some_and(|b| b.high > limit);
         let told = beside.filter(|b| self.is_ledge() || b.low > share * self.low(0) * (1.0 + 2.0 * CLOSE));
         let beside = match told {
@@ -178,7 +188,7 @@ impl Found {
             let farther = if is_beside { b } else { other };
             cantilever = Some(Farthest { high: b.high.max(other.high), ..farther });
         }
-        Spans { bridge, cantilever, is_beside, pairs: self.pairs }
+        Spans { bridge, cantilever, is_beside, is_spanned, pairs: self.pairs }
     }
 }
 
