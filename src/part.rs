@@ -54,7 +54,7 @@ pub struct Part {
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
-    ceilings: OnceLock<([f64; 3], Arc<Vec<Ceiling>>)>,
+    ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
 }
 
@@ -345,7 +345,7 @@ impl Part {
     }
 
     /// The ceilings of the part as `measure` finds them; shared by all who ask with the same key.
-    pub fn ceilings(&self, key: [f64; 3], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
+    pub fn ceilings(&self, key: [f64; 4], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
         let (of, found) = self.ceilings.get_or_init(|| (key, Arc::new(measure())));
         if *of == key { found.clone() } else { Arc::new(measure()) }
     }

@@ -38,7 +38,9 @@ static META: Meta = Meta {
           where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
           ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, and every 15 degrees from the first of them; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: the shortest way inside the ceiling counts, to an anchor or to a place with such a line, \
-          for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. Squares of places are \
+          for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. A place beyond both limits is \
+          what exceeds its limit by less: a ledge along a wall, told with its reach from there and not with the length of strands along it, or a \
+          bridge; a ceiling is told as what its place farthest from all anchors is, and as the other one too where that exceeds its limit by more. Squares of places are \
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
           out, and of a bridge too where they have none. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
           along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
@@ -124,7 +126,9 @@ fn told_apart(
     });
     let closer = looked_at_again(part, process, c, beyond, budget.left.saturating_mul(PAIRS))?;
     budget.note(1, closer.pairs / PAIRS);
-    Some(judged(part, process, context, &closer))
+    // Where nothing reaches out for certain, nothing does, however coarse the second look.
+    let cantilever = closer.cantilever.filter(|_| c.cantilever.is_some());
+    Some(judged(part, process, context, &Ceiling { cantilever, ..closer }))
 }
 
 /// What a ceiling breaks: its bridge and its ledge if it is flat, its diameter if it is a crown.
@@ -146,6 +150,7 @@ fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec
             let shown = Bracket::new(crown.diameter_mm, crown.low_mm, crown.high_mm).rounded();
             (f.value, f.low, f.high) = (shown.value, shown.low, shown.high);
             f.places.iter_mut().for_each(|p| (p.value, p.low, p.high) = (shown.value, shown.low, shown.high));
+            f.message = format!("crown of a lying hole of about {} mm hangs over", hundredths(shown.value));
             f
         }));
     }
@@ -173,7 +178,7 @@ fn place(
     let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
     f.layers = Some([layer(c.extent.0[2]), layer(c.extent.1[2])]);
     f.witness = Some(Witness { kind: "span".into(), points_mm: ends.map(|p| reported(part, p)).to_vec() });
-    let value = short((bracket.value * 100.0).round() / 100.0);
+    let value = hundredths(bracket.value);
     f.message = match kind {
         "bridge" => {
             format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round()))
@@ -184,11 +189,16 @@ fn place(
                 short((bracket.high * 100.0).ceil() / 100.0)
             )
         }
-        "ledge" if c.bridge.is_some() => format!("flat ledge reaches {value} mm out from what holds it"),
+        "ledge" if c.is_beside => format!("flat ledge reaches {value} mm out from its nearest anchor"),
+        "ledge" if c.is_spanned => format!("flat ledge reaches {value} mm out from what holds it"),
         "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
+}
+
+fn hundredths(value: f64) -> String {
+    short((value * 100.0).round() / 100.0)
 }
 
 /// A remedy tried at the place of a finding.
@@ -256,4 +266,55 @@ fn advised(part: &Part, f: &Finding, remedies: &[Tried], below: &[([f64; 3], Sup
         (Some(Supports::Hold), false) => "; or let it be supported",
     };
     format!("{first}{others}{support}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::TriangleMesh;
+    use crate::part::Up;
+
+    /// A block of 24 × 20 × 24 mm with a lying hole of so many sides along its whole depth.
+    fn block(sides: usize, diameter: f64) -> Part {
+        let square = |n: usize| [[12.0, 24.0], [-12.0, 24.0], [-12.0, 0.0], [12.0, 0.0]][(n * 4 / sides) % 4];
+        let ring = |n: usize| {
+            let (s, c) = (std::f64::consts::TAU * ((n % sides) as f64 + 0.5) / sides as f64).sin_cos();
+            [0.5 * diameter * c, 12.0 + 0.5 * diameter * s]
+        };
+        let at = |p: [f64; 2], y: f64| [p[0], y, p[1]];
+        let mut facets = Vec::new();
+        let mut quad = |a: Vec3, b: Vec3, c: Vec3, d: Vec3| facets.extend([[a, b, c], [a, c, d]]);
+        for n in 0..sides {
+            let (p, q, r, s) = (ring(n), ring(n + 1), square(n), square(n + 1));
+            quad(at(p, 0.0), at(q, 0.0), at(q, 20.0), at(p, 20.0));
+            quad(at(p, 0.0), at(r, 0.0), at(s, 0.0), at(q, 0.0));
+            quad(at(p, 20.0), at(q, 20.0), at(s, 20.0), at(r, 20.0));
+            quad(at(r, 0.0), at(r, 20.0), at(s, 20.0), at(s, 0.0));
+        }
+        facets.retain(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
+        let mesh = TriangleMesh::weld(facets);
+        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
+    }
+
+    fn found(part: &Part, process: &str) -> Vec<Finding> {
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        match Bridge.run(part, &Process::named(process).unwrap(), &context).unwrap() {
+            Outcome::Measured(measured) => measured.findings,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_lying_hole_is_told_with_its_value() {
+        for (process, sides, diameter) in [("fdm", 16, 9.0), ("lpbf", 20, 7.3), ("sla", 48, 5.1), ("sla", 96, 5.7)] {
+            let all = found(&block(sides, diameter), process);
+            assert_eq!(all.len(), 1, "{process} {sides} {diameter}: {all:?}");
+            let f = &all[0];
+            assert!(f.kind == "horizontal-hole" && f.low <= diameter && diameter <= f.high, "{f:?}");
+            let words = format!("crown of a lying hole of about {} mm hangs over", hundredths(f.value));
+            assert_eq!(f.message, words, "{process} {sides} {diameter}");
+        }
+        assert_eq!(found(&block(96, 4.8), "sla"), []);
+    }
 }

@@ -191,7 +191,7 @@ pub fn plate_z(process: &Process) -> f64 {
 /// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let how = measuring(part, process, Search::Measure);
-    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm];
+    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
     part.ceilings(key, || {
         let below = Below { part, layer_mm: process.layer_height_mm };
         let found = ceilings(part.mesh(), &hanging(part, process), how, &below);
@@ -212,7 +212,7 @@ fn told_from_ledges(part: &Part, mut found: Vec<Ceiling>, how: Measuring, below:
     let told = ceilings(part.mesh(), &open, Measuring { search, ..how }, below);
     for c in found.iter_mut().filter(|c| is_open(c)) {
         if let Some(again) = told.iter().find(|t| t.facets == c.facets) {
-            c.cantilever = again.cantilever;
+            (c.cantilever, c.is_beside) = (again.cantilever, again.is_beside);
             c.pairs += again.pairs;
         }
     }
@@ -228,8 +228,9 @@ pub fn looked_at_again(part: &Part, process: &Process, c: &Ceiling, beyond: [f64
 }
 
 fn measuring(part: &Part, process: &Process, search: Search) -> Measuring {
-    let ledge_mm = self_holding(process).ledge_mm.unwrap_or(0.0);
-    Measuring { plate_z: plate_z(process), ledge_mm, step_mm: part.step(), search }
+    let holding = self_holding(process);
+    let (ledge_mm, bridge_mm) = (holding.ledge_mm.unwrap_or(0.0), holding.bridge_mm.unwrap_or(f64::INFINITY));
+    Measuring { plate_z: plate_z(process), ledge_mm, bridge_mm, step_mm: part.step(), search }
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.

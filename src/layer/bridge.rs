@@ -3,7 +3,8 @@
 use super::beneath::{Ground, Resting, left_to_span};
 use super::line::Side;
 use super::passage::{Crown, SHALLOW, crown};
-use super::plan::{Farthest, Plan, Search, Spans};
+use super::plan::Plan;
+use super::reading::{Farthest, Limits, Search};
 use super::section::Point;
 use super::stretch::lifted;
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
@@ -13,6 +14,9 @@ use rustc_hash::FxHashMap;
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A passage lies that climbs by no more than this, about 19°: of a steeper one less and less hangs over, and what is narrow of it is a ledge.
+const LYING: f64 = 0.35;
 
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,8 +37,13 @@ pub struct Ceiling {
     pub anchors: Vec<[Vec3; 2]>,
     /// The greatest free span from anchor to anchor, with the points between which it was measured.
     pub bridge: Option<Reach>,
-    /// The farthest that material which no bridge holds reaches out from an anchor or from a bridge.
+    /// The farthest that material which no bridge holds reaches out from an anchor or from a bridge, or that a flat ledge reaches out from
+    /// the nearest anchor, where strands through it exceed their limit by more.
     pub cantilever: Option<Reach>,
+    /// Whether the cantilever is such a ledge.
+    pub is_beside: bool,
+    /// Whether strands cross it from anchor to anchor, though it may be told as a ledge.
+    pub is_spanned: bool,
     /// The round passage whose crown this is; `None` for flat ceilings, for what reaches out by more than half its span and for what does
     /// not rise between its anchors.
     pub crown: Option<Crown>,
@@ -105,6 +114,8 @@ pub struct Measuring {
     pub plate_z: f64,
     /// Places so near an anchor hold themselves.
     pub ledge_mm: f64,
+    /// Strands so long hold themselves; infinite where the process does not say.
+    pub bridge_mm: f64,
     /// No coordinate is further from what was meant.
     pub step_mm: f64,
     pub search: Search,
@@ -293,27 +304,31 @@ fn describe(
     }
     let sides = left_to_span(&sides, resting);
     let is_anchored = sides.iter().any(|s| s.anchored);
+    let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
+    let flat = flat_share >= 0.5;
     // What equals the limit keeps it.
-    let ledge_mm = how.ledge_mm + 4.0 * how.step_mm + 1e-6;
+    let kept = 4.0 * how.step_mm + 1e-6;
+    let ledge_mm = how.ledge_mm + kept;
+    // An arch is judged by its diameter, not by its strands.
+    let limits = Limits { ledge: ledge_mm, bridge: if flat { how.bridge_mm + kept } else { f64::INFINITY } };
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
     let small = diagonal <= ledge_mm && is_anchored;
-    let spans = if small {
-        Spans::default()
-    } else {
-        Plan::new(sides, how.step_mm).map(|p| p.spans(ledge_mm, how.search)).unwrap_or_default()
-    };
-    let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
-    let [bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(|f| reach(mesh, &facets, f)));
-    let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
-    let flat = flat_share >= 0.5;
-    let spanned = bridge.map(|b| (b, Profile::of(mesh, &facets, b.ends)));
-    // The mouth of a passage in a round body bulges by no more than half its width.
-    let bulges = |b: &Reach| cantilever.is_none_or(|c| c.low_mm <= 0.5 * b.low_mm);
-    let arched = spanned.filter(|(b, _)| !flat && steepest > FLAT && bulges(b));
-    let crown = arched.and_then(|(b, profile)| crown(mesh, &facets, &beside, b, profile));
-    let is_level = flat || spanned.is_some_and(|(_, profile)| profile.is_level());
-    let pairs = spans.pairs;
+    let plan = if small { None } else { Plan::new(sides, how.step_mm) };
+    let spans = plan.as_ref().map(|p| p.spans(limits, how.search)).unwrap_or_default();
+    let lifted = |f: Farthest| reach(mesh, &facets, f);
+    let [mut bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(lifted));
+    let mut crown = crowned(mesh, &facets, &beside, [bridge.filter(|_| !flat), cantilever]);
+    let mut pairs = spans.pairs;
+    // A narrow crown lies within the ledge limit of its anchors, all of it, and the passage below is as wide all the same.
+    if let Some(plan) = plan.filter(|_| !flat && is_anchored && bridge.is_none() && cantilever.is_none()) {
+        let across = plan.spans(Limits { ledge: 0.0, bridge: f64::INFINITY }, Search::Judge);
+        pairs += across.pairs;
+        let narrow = across.bridge.map(lifted);
+        crown = crowned(mesh, &facets, &beside, [narrow, across.cantilever.map(lifted)]).filter(|c| c.grade <= LYING);
+        bridge = narrow.filter(|_| crown.is_some());
+    }
+    let is_level = flat || bridge.is_some_and(|b| Profile::of(mesh, &facets, b.ends).is_level());
     Some(Ceiling {
         area_mm2,
         flat_share,
@@ -323,10 +338,26 @@ fn describe(
         anchors,
         bridge,
         cantilever,
+        is_beside: spans.is_beside,
+        is_spanned: spans.is_spanned,
         crown,
         pairs,
         facets,
     })
+}
+
+/// The round passage that a ceiling with a bridge and a cantilever is the crown of; `beside` are the facets with which the surface goes on.
+fn crowned(
+    mesh: &TriangleMesh,
+    facets: &[u32],
+    beside: &[u32],
+    [bridge, cantilever]: [Option<Reach>; 2],
+) -> Option<Crown> {
+    let steepest = facets.iter().map(|&f| slope(mesh, f)).fold(0.0, f64::max);
+    // The mouth of a passage in a round body bulges by no more than half its width.
+    let bulges = |b: &Reach| cantilever.is_none_or(|c| c.low_mm <= 0.5 * b.low_mm);
+    let arched = bridge.filter(|b| steepest > FLAT && bulges(b));
+    arched.and_then(|b| crown(mesh, facets, beside, b, Profile::of(mesh, facets, b.ends)))
 }
 
 /// Whether the surface folds towards the void at an edge: the neighbour lies in front of the hanging facet.
@@ -354,8 +385,12 @@ mod tests {
     use crate::units::Angle;
 
     fn found(mesh: &TriangleMesh, ledge: f64) -> Vec<Ceiling> {
-        let hanging = downward_facets(mesh, 0.0, Angle::degrees(45.0), 1e-9);
-        let how = Measuring { plate_z: 1e-4, ledge_mm: ledge, step_mm: 1e-9, search: Search::Measure };
+        found_within(mesh, 45.0, [ledge, f64::INFINITY])
+    }
+
+    fn found_within(mesh: &TriangleMesh, degrees: f64, [ledge_mm, bridge_mm]: [f64; 2]) -> Vec<Ceiling> {
+        let hanging = downward_facets(mesh, 0.0, Angle::degrees(degrees), 1e-9);
+        let how = Measuring { plate_z: 1e-4, ledge_mm, bridge_mm, step_mm: 1e-9, search: Search::Measure };
         ceilings(mesh, &hanging, how, &())
     }
 
@@ -471,6 +506,84 @@ mod tests {
                 assert!((crown.grade - climb.tan().abs()).abs() < 1e-6, "{climb}: {crown:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_hole_whose_crown_is_narrower_than_two_ledges_has_a_diameter() {
+        let mouths: [&dyn Fn(f64) -> f64; 2] = [&|_| 0.0, &|_| 15.0];
+        let holding = SelfHolding { bridge_mm: Some(2.5), ledge_mm: Some(1.0), crown_mm: Some(5.0) };
+        for (n, diameter) in [(48, 5.1), (96, 5.1), (96, 5.6), (200, 4.9), (48, 4.6), (96, 8.0)] {
+            for turn in [0.0, 0.7] {
+                let mesh = turned(&tunnel(n, diameter, [0.0; 2], mouths), turn);
+                let all = found_within(&mesh, 19.0, [1.0, 2.5]);
+                assert_eq!(all.len(), 1, "{all:?}");
+                let crown = all[0].crown.unwrap_or_else(|| panic!("{n} {diameter}: {:?}", all[0]));
+                assert!((crown.diameter_mm - diameter).abs() <= crown.sagitta_mm + 1e-6, "{n} {diameter}: {crown:?}");
+                assert_eq!(holding.holds(&all[0]), diameter < 5.0, "{n} {diameter}: {:?}", all[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_with_round_ends_is_the_hole_that_it_is_with_flat_ones() {
+        // A capsule: rings of 30 sides, those of its ends ever smaller.
+        let (sides, radius) = (30, 2.17);
+        let ring = |k: i32, n: usize| {
+            let over = (f64::from(k.abs()) - 1.0) * 17f64.to_radians();
+            let (s, c) = (std::f64::consts::TAU * (n % 30) as f64 / f64::from(sides)).sin_cos();
+            let y = f64::from(k.signum()) * (4.0 + radius * over.sin());
+            [radius * over.cos() * s, y, 9.0 + radius * over.cos() * c]
+        };
+        let rings: Vec<i32> = (-5..=5).filter(|k| *k != 0).collect();
+        let mut facets = Vec::new();
+        for (k, l) in rings.iter().zip(rings.iter().skip(1)) {
+            for n in 0..sides as usize {
+                let [a, b, c, d] = [ring(*k, n), ring(*k, n + 1), ring(*l, n + 1), ring(*l, n)];
+                facets.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let tube = TriangleMesh::weld(facets);
+        let top = (0..tube.triangles.len()).max_by(|&f, &g| tube.centroid(f)[2].total_cmp(&tube.centroid(g)[2]));
+        let tube = if tube.normal(top.unwrap())[2] > 0.0 { tube.flipped() } else { tube };
+        for turn in [0.0, 0.6] {
+            let all = found_within(&turned(&tube, turn), 19.0, [1.0, 2.5]);
+            let crown = all.iter().find_map(|c| c.crown).unwrap_or_else(|| panic!("{all:?}"));
+            assert!((crown.diameter_mm - 2.0 * radius).abs() <= crown.sagitta_mm + 0.1, "{crown:?}");
+        }
+    }
+
+    #[test]
+    fn a_ledge_along_a_wall_between_two_walls_is_no_bridge_from_one_to_the_other() {
+        // A shelf in a niche: a wall behind it and one at either end.
+        let niche = |long: f64, deep: f64| {
+            let p = |x: f64, y: f64, z: f64| [x, y, z];
+            let quads = [
+                [p(0.0, 0.0, 6.0), p(0.0, deep, 6.0), p(long, deep, 6.0), p(long, 0.0, 6.0)],
+                [p(0.0, deep, 6.0), p(0.0, deep, 0.0), p(long, deep, 0.0), p(long, deep, 6.0)],
+                [p(0.0, 0.0, 6.0), p(0.0, 0.0, 0.0), p(0.0, deep, 0.0), p(0.0, deep, 6.0)],
+                [p(long, 0.0, 6.0), p(long, deep, 6.0), p(long, deep, 0.0), p(long, 0.0, 0.0)],
+            ];
+            TriangleMesh::weld(quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]))
+        };
+        let told = |long: f64, deep: f64, limits: [f64; 2]| {
+            let mut all = found_within(&turned(&niche(long, deep), 0.3), 45.0, limits);
+            assert_eq!(all.len(), 1, "{all:?}");
+            all.remove(0)
+        };
+        for (long, deep, limits) in [(9.2, 0.584, [0.5, 2.0]), (35.2, 2.3, [1.0, 2.5]), (40.0, 1.1, [0.4, 10.0])] {
+            let c = told(long, deep, limits);
+            let ledge = c.cantilever.unwrap_or_else(|| panic!("{c:?}"));
+            assert!(c.is_beside && c.bridge.is_none_or(|b| b.high_mm <= limits[1] + 1e-5), "{c:?}");
+            assert!(ledge.low_mm <= deep + 1e-9 && deep <= ledge.high_mm + 1e-9, "{c:?}");
+            assert!(ledge.low_mm > 0.97 * deep && ledge.high_mm < 1.03 * deep, "{c:?}");
+        }
+        // As deep as that, the walls at its ends are the nearer hold.
+        let c = told(12.0, 3.0, [0.4, 10.0]);
+        let bridge = c.bridge.unwrap_or_else(|| panic!("{c:?}"));
+        assert!((bridge.low_mm - 12.0).abs() < 1e-6 && bridge.high_mm < 12.2 && c.cantilever.is_none(), "{c:?}");
+        // A shelf that keeps the limit keeps it.
+        let c = told(9.2, 0.49, [0.5, 2.0]);
+        assert!(c.cantilever.is_none() && c.bridge.is_none(), "{c:?}");
     }
 
     #[test]

@@ -6,6 +6,8 @@ use crate::geometry::vector::{Vec3, add, along, angle, cross, dot, norm, sub, un
 
 /// A wall steeper than this (89°) goes straight down.
 const UPRIGHT: f64 = 89.0 * std::f64::consts::PI / 180.0;
+/// What is steeper than the steepest facet of a crown goes on across the axis, and not round an end: by half a degree.
+const STEEPER: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// An arch over upright walls rises by this share of its width, and strands are level that rise by less between their ends.
 pub(super) const SHALLOW: f64 = 0.05;
 /// The crown of a regular polygon with twelve sides rises by 0.88 of what a circle's does; one whose top is cut flat by less.
@@ -109,7 +111,9 @@ pub(super) fn crown(mesh: &TriangleMesh, facets: &[u32], beside: &[u32], span: R
         None => Some(angle(normal(f), [0.0, 0.0, -1.0])),
     };
     let steepest = facets.iter().filter_map(slope).fold(0.0, f64::max);
-    let next = beside.iter().filter_map(slope).fold(f64::INFINITY, f64::min);
+    // Beside the border across the axis the passage is steeper; a rounded end goes on as it likes.
+    let least = |from: f64| beside.iter().filter_map(slope).filter(|s| *s >= from).fold(f64::INFINITY, f64::min);
+    let next = Some(least(steepest + STEEPER)).filter(|s| s.is_finite()).unwrap_or_else(|| least(0.0));
     match axis {
         None => {
             let arch = Arch { chord_mm: [span.low_mm, span.high_mm], rise_mm: above.rise_mm, steepest, next };

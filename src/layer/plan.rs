@@ -2,68 +2,10 @@
 
 use super::directions::directions;
 use super::line::{Chord, Crossing, Side, Turned, chords, foot, length};
+use super::reading::{Farthest, Found, Limits, Search, Spans};
 use super::section::Point;
 use super::walk::{Holds, Walk};
 use std::cell::OnceCell;
-
-/// A length that a place of the region has, with bounds over the whole region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Farthest {
-    /// Measured exactly at `at`: no place is known to have more.
-    pub low: f64,
-    /// No place has more.
-    pub high: f64,
-    pub at: Point,
-    /// The two points between which it was measured.
-    pub ends: [Point; 2],
-}
-
-/// What a region's free spans are.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spans {
-    /// Over the places that lie on a line from anchor to anchor: the greatest of their shortest such lines.
-    pub bridge: Option<Farthest>,
-    /// Over the places that lie on no such line: the longest of their shortest ways, inside the region, to an anchor or to a place that
-    /// lies on one.
-    pub cantilever: Option<Farthest>,
-    /// Pairs of a line and a side that finding them took.
-    pub pairs: u64,
-}
-
-/// What is asked of a region's spans, and what may be spent on it in pairs of a line and a side.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Search {
-    /// The spans, as narrowly as 20 million pairs bound them.
-    Measure,
-    /// Whether the region holds itself: the first place that lies on no line from anchor to anchor ends the search, and so do
-    /// 100,000 pairs. What is found is true, but a longer bridge or a farther cantilever may be left out.
-    Judge,
-    /// Whether bridge and cantilever are longer than two lengths, with so many pairs: places that can be no longer are left as they are.
-    Tell { beyond: [f64; 2], pairs: u64 },
-}
-
-impl Search {
-    fn effort(self) -> u64 {
-        match self {
-            Search::Measure => 20_000_000,
-            Search::Judge => 100_000,
-            Search::Tell { pairs, .. } => pairs,
-        }
-    }
-
-    /// Whether nothing that is still open can change the answer.
-    fn is_answered(self, best: &Spans) -> bool {
-        self == Search::Judge && best.cantilever.is_some()
-    }
-
-    /// Lengths up to which nothing has to be told apart.
-    fn of_no_interest(self) -> [f64; 2] {
-        match self {
-            Search::Tell { beyond, .. } => beyond,
-            Search::Measure | Search::Judge => [0.0; 2],
-        }
-    }
-}
 
 /// A region in plan, by its sides in any order.
 pub struct Plan {
@@ -87,8 +29,8 @@ pub struct Plan {
 pub(super) struct Cell {
     pub centre: Point,
     pub half: f64,
-    /// Upper bounds of bridge and cantilever over the region's places in it.
-    high: [f64; 2],
+    /// Upper bounds of bridge, cantilever and ledge beside an anchor over the region's places in it.
+    high: [f64; 3],
 }
 
 /// The centre of a square: outside the region, or inside with its shortest ways to an anchor and to a place that is held.
@@ -101,8 +43,6 @@ enum Centre {
 /// Two sides along which strands run may each be off by a step at both ends along both axes: a strip between a strand and a side that is
 /// narrower than so many steps is none.
 const UNTOLD: f64 = 8.0;
-/// A bracket narrower than this share of its value is left as it is.
-const CLOSE: f64 = 0.01;
 
 impl Plan {
     /// A region from its boundary, whose coordinates are within `step` of what was meant; `None` without sides or extent.
@@ -123,7 +63,7 @@ impl Plan {
         Some(Plan { sides, lines, lo, extent, around, area, tiny, anchors, held: OnceCell::new() })
     }
 
-    /// The spans of the region; places within `ledge` of an anchor need none and are left out.
+    /// The spans of the region; places within the ledge limit of an anchor need none and are left out.
     ///
     /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
     /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: across anchored sides and
@@ -131,6 +71,9 @@ impl Plan {
     /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction.
+    ///
+    /// Where the way to the nearest anchor exceeds the limit of ledges by less than the bridge at x does that of bridges, x is part of a
+    /// ledge beside that anchor, and its strand is no span: [`Found`] says which of the two a region is told as.
     ///
     /// The cantilever at a place x without a bridge is the shortest way from x, inside the region, to an anchored side or to a place
     /// with a bridge: a strand between two anchors carries what is laid beside it. Whether the strand is too long is the bridge's
@@ -143,38 +86,34 @@ impl Plan {
     /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
     /// what the search may spend, and what is open then stays in the bracket. The outermost strands are sought once, where a place has no
     /// bridge, at O(directions · sides · those that a line meets), and do not count.
-    pub fn spans(&self, ledge: f64, search: Search) -> Spans {
-        let mut best = Spans::default();
+    pub fn spans(&self, limits: Limits, search: Search) -> Spans {
+        let mut found = Found::new(limits);
         let mut cells = self.first_cells();
-        let mut closed = [0.0f64; 2];
+        let mut closed = [0.0f64; 3];
         let mut left = search.effort();
         loop {
             let mut centres = Vec::with_capacity(cells.len());
             for cell in &cells {
-                centres.push(self.measure(cell.centre, ledge, &mut best));
-                if search.is_answered(&best) {
-                    return best;
+                centres.push(self.measure(cell.centre, limits, &mut found));
+                if search.is_answered(&found) {
+                    return found.told([0.0; 3], self.lo);
                 }
             }
-            let work: usize = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, ledge)).sum();
+            let work: usize = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits)).sum();
             left = left.saturating_sub(work as u64);
-            best.pairs += work as u64;
-            let found = [best.bridge, best.cantilever].map(|f| f.map_or(0.0, |f| f.low));
-            let known = [0, 1].map(|n| found[n].max(search.of_no_interest()[n]));
-            let is_open =
-                |c: &Cell| (0..2).any(|n| c.high[n] > known[n] * (1.0 + CLOSE) + 1e-9) && c.half > 1e-4 * self.extent;
+            found.pairs += work as u64;
+            let enough = found.enough(search);
+            let is_open = |c: &Cell| (0..3).any(|n| c.high[n] > enough[n]) && c.half > 1e-4 * self.extent;
             let each = (work / cells.len().max(1)) as u64;
             let (open, done): (Vec<Cell>, Vec<Cell>) = cells.into_iter().partition(is_open);
-            done.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
+            done.iter().for_each(|c| (0..3).for_each(|n| closed[n] = closed[n].max(c.high[n])));
             if open.is_empty() || open.len() as u64 * 4 * each > left {
-                open.iter().for_each(|c| (0..2).for_each(|n| closed[n] = closed[n].max(c.high[n])));
+                open.iter().for_each(|c| (0..3).for_each(|n| closed[n] = closed[n].max(c.high[n])));
                 break;
             }
             cells = open.iter().flat_map(quarters).collect();
         }
-        best.bridge = raised(best.bridge, closed[0], 0.0, self.lo);
-        best.cantilever = raised(best.cantilever, closed[1], ledge, self.lo);
-        best
+        found.told(closed, self.lo)
     }
 
     fn first_cells(&self) -> Vec<Cell> {
@@ -182,50 +121,69 @@ impl Plan {
         let half = 0.5 * self.extent / ACROSS as f64;
         let at = |n: usize, axis: usize| self.lo[axis] + half * (2 * n + 1) as f64;
         (0..ACROSS * ACROSS)
-            .map(|n| Cell { centre: [at(n % ACROSS, 0), at(n / ACROSS, 1)], half, high: [f64::INFINITY; 2] })
+            .map(|n| Cell { centre: [at(n % ACROSS, 0), at(n / ACROSS, 1)], half, high: [f64::INFINITY; 3] })
             .collect()
     }
 
-    /// Measures the centre of a square, if it lies in the region and not within `ledge` of an anchor.
-    fn measure(&self, x: Point, ledge: f64, best: &mut Spans) -> Centre {
+    /// Measures the centre of a square, if it lies in the region and not within the ledge limit of an anchor.
+    fn measure(&self, x: Point, limits: Limits, found: &mut Found) -> Centre {
         if !self.holds(x) {
             return Centre::Outside;
         }
-        // Nobody walks farther inside the region than along its whole boundary.
-        let farthest = |w: Option<Walk>| w.map_or(f64::INFINITY, |w| w.most).min(self.around);
-        let most = farthest(self.walk(x, &self.anchors));
-        // Lines along a side may or may not meet the anchors at its ends: a place on it shows nothing that no place beside it shows.
-        if most <= ledge || self.sides.iter().any(|s| length(x, foot(x, s)) <= self.tiny) {
+        let walk = self.walk(x, &self.anchors);
+        let most = self.farthest(walk);
+        if most <= limits.ledge || self.is_on_side(x) {
             return Centre::Inside([most; 2]);
         }
-        let mut shortest: Option<(f64, [Point; 2])> = None;
-        for &d in &self.lines {
-            if let Some(chord) = self.chord_at(x, d).filter(|c| c.anchored)
-                && shortest.is_none_or(|(l, _)| chord.t[1] - chord.t[0] < l)
-            {
-                let point = |t: f64| [x[0] + t * d[0], x[1] + t * d[1]];
-                shortest = Some((chord.t[1] - chord.t[0], chord.t.map(point)));
+        if let Some(ends) = self.strand(x) {
+            if found.note(x, ends, walk.unwrap_or(Walk { least: most, most, anchor: x })) {
+                self.measure_middle(ends, limits, found);
             }
-        }
-        if let Some((low, ends)) = shortest {
-            keep(&mut best.bridge, Farthest { low, high: low, at: x, ends });
             return Centre::Inside([most, 0.0]);
         }
         let walk = self.walk(x, self.held());
-        let from_held = farthest(walk);
-        if from_held > ledge {
+        let from_held = self.farthest(walk);
+        if from_held > limits.ledge {
             let (low, end) = walk.map_or((0.5 * self.extent, x), |w| (w.least, w.anchor));
-            keep(&mut best.cantilever, Farthest { low, high: low, at: x, ends: [x, end] });
+            found.keep(1, Farthest { low, high: low, at: x, ends: [x, end] });
         }
         Centre::Inside([most, from_held])
     }
 
+    /// Measures the middle of a strand that was found near one of its ends: there it may well be the best hold.
+    fn measure_middle(&self, [from, to]: [Point; 2], limits: Limits, found: &mut Found) {
+        let x = [0, 1].map(|n| 0.5 * (from[n] + to[n]));
+        let walk = self.walk(x, &self.anchors).filter(|w| w.most > limits.ledge && self.holds(x));
+        if let Some((walk, ends)) = walk.filter(|_| !self.is_on_side(x)).zip(self.strand(x)) {
+            found.note(x, ends, walk);
+        }
+    }
+
+    /// Nobody walks farther inside the region than along its whole boundary.
+    fn farthest(&self, walk: Option<Walk>) -> f64 {
+        walk.map_or(f64::INFINITY, |w| w.most).min(self.around)
+    }
+
+    /// Lines along a side may or may not meet the anchors at its ends: a place on it shows nothing that no place beside it shows.
+    fn is_on_side(&self, x: Point) -> bool {
+        self.sides.iter().any(|s| length(x, foot(x, s)) <= self.tiny)
+    }
+
+    /// The shortest line through a place from anchor to anchor.
+    fn strand(&self, x: Point) -> Option<[Point; 2]> {
+        let along = |d: &Point| self.chord_at(x, *d).filter(|c| c.anchored).map(|c| (c, *d));
+        let long = |c: &Chord| c.t[1] - c.t[0];
+        let shortest = self.lines.iter().filter_map(along).min_by(|a, b| long(&a.0).total_cmp(&long(&b.0)));
+        shortest.map(|(c, d)| c.t.map(|t| [x[0] + t * d[0], x[1] + t * d[1]]))
+    }
+
     /// Bounds a square; how many sides lines were held against.
-    fn bound(&self, cell: &mut Cell, centre: Centre, ledge: f64) -> usize {
+    fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits) -> usize {
+        let ledge = limits.ledge;
         let mut work = 2 * self.sides.len();
         let reach = cell.half * std::f64::consts::SQRT_2;
         let x = cell.centre;
-        cell.high = [0.0; 2];
+        cell.high = [0.0; 3];
         let near = |n: &usize| length(x, foot(x, &self.sides[*n])) <= reach;
         let met: Vec<usize> = (0..self.sides.len()).filter(near).collect();
         let from_centre = match centre {
@@ -253,11 +211,17 @@ impl Plan {
                 all = all.min(longest);
             }
         }
-        cell.high = [all, 0.0];
+        let beyond_ledge = |reach: f64| if reach <= ledge { 0.0 } else { reach };
+        cell.high[0] = if all.is_finite() { all } else { some };
         if !all.is_finite() {
             let held = self.held();
             let out = farthest(from_centre[1], held).min(self.in_sight(cell, &met, held));
-            cell.high = [some, if out <= ledge { 0.0 } else { out }];
+            cell.high[1] = beyond_ledge(out);
+        }
+        if cell.high[0] > limits.bridge {
+            let out = farthest(from_centre[0], &self.anchors).min(self.in_sight(cell, &met, &self.anchors));
+            let [bridge, beside] = limits.apart(cell.high[0], out);
+            (cell.high[0], cell.high[2]) = (bridge, beyond_ledge(beside));
         }
         work
     }
@@ -353,26 +317,12 @@ impl Plan {
     }
 }
 
-/// A length with the bound of all squares; one that no sample showed, but that is not ruled out, has a low of 0.
-fn raised(found: Option<Farthest>, high: f64, least: f64, at: Point) -> Option<Farthest> {
-    match found {
-        Some(f) => Some(Farthest { high: f.high.max(high), ..f }),
-        None => (high > least).then_some(Farthest { low: 0.0, high, at, ends: [at; 2] }),
-    }
-}
-
-fn keep(best: &mut Option<Farthest>, candidate: Farthest) {
-    if best.is_none_or(|b| candidate.low > b.low) {
-        *best = Some(candidate);
-    }
-}
-
 fn quarters(c: &Cell) -> impl Iterator<Item = Cell> + use<> {
     let (centre, half) = (c.centre, 0.5 * c.half);
     [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].into_iter().map(move |s| Cell {
         centre: [centre[0] + s[0] * half, centre[1] + s[1] * half],
         half,
-        high: [f64::INFINITY; 2],
+        high: [f64::INFINITY; 3],
     })
 }
 
@@ -380,6 +330,11 @@ fn quarters(c: &Cell) -> impl Iterator<Item = Cell> + use<> {
 mod tests {
     use super::*;
     use crate::random::Lcg;
+
+    /// A limit of ledges, and none of bridges.
+    fn ledge(mm: f64) -> Limits {
+        Limits { ledge: mm, bridge: f64::INFINITY }
+    }
 
     /// A polygon whose sides are anchored where said, turned and shifted.
     fn region(corners: &[Point], anchored: &[bool], turn: f64, shift: Point) -> Plan {
@@ -409,7 +364,7 @@ mod tests {
         };
         for treads in [[(0.0, 1.0, false), (1.0, 8.0, true)], [(1.0, 8.0, true), (0.0, 1.0, false)]] {
             let sides = treads.into_iter().flat_map(|(x, to, right)| tread(x, to, right)).collect();
-            let spans = Plan::new(sides, 1e-9).unwrap().spans(0.0, Search::Measure);
+            let spans = Plan::new(sides, 1e-9).unwrap().spans(ledge(0.0), Search::Measure);
             let bridge = spans.bridge.unwrap();
             // A square on the seam has no more than the strands beside the level ones, 15° off.
             assert!(
@@ -438,7 +393,8 @@ mod tests {
             let turn = std::f64::consts::TAU * rng.unit();
             let shift = [50.0 * rng.unit(), 50.0 * rng.unit()];
             let (a, b) = (5.0 + 40.0 * rng.unit(), 2.0 + 20.0 * rng.unit());
-            let held = |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(0.0, Search::Measure);
+            let held =
+                |anchored: &[bool]| region(&rectangle(a, b), anchored, turn, shift).spans(ledge(0.0), Search::Measure);
             // From one end to the other: the span is the length, and nothing is a cantilever.
             let spans = held(&[false, true, false, true]);
             holds(spans.bridge, a, 1e-6);
@@ -466,13 +422,13 @@ mod tests {
             let spans = |corners: &[Point], held: &[bool]| {
                 let sides = region(corners, held, turn, shift).sides;
                 let sides = sides.into_iter().map(|s| Side { from: written(s.from), to: written(s.to), ..s });
-                Plan::new(sides.collect(), step).unwrap().spans(0.0, Search::Measure)
+                Plan::new(sides.collect(), step).unwrap().spans(ledge(0.0), Search::Measure)
             };
             let found = spans(&strip, &[false, true]);
             holds(found.bridge, 40.0, 1e-5);
             assert_eq!(found.cantilever, None, "{n}");
             let (found, plain) =
-                (spans(&comb, &comb_held), region(&comb, &comb_held, 0.0, [0.0; 2]).spans(0.0, Search::Measure));
+                (spans(&comb, &comb_held), region(&comb, &comb_held, 0.0, [0.0; 2]).spans(ledge(0.0), Search::Measure));
             let value = |f: Option<Farthest>| f.map(|f| (1e3 * f.low).round());
             assert_eq!(found.cantilever.is_some(), plain.cantilever.is_some(), "{n}");
             let lengths = [found.bridge, plain.bridge].map(value);
@@ -489,23 +445,23 @@ mod tests {
             .collect();
         // The shortest line through the middle runs across two sides.
         holds(
-            region(&disc, &[true], 0.0, [0.0; 2]).spans(0.0, Search::Measure).bridge,
+            region(&disc, &[true], 0.0, [0.0; 2]).spans(ledge(0.0), Search::Measure).bridge,
             12.0 * 3.75f64.to_radians().cos(),
             0.06,
         );
         // A ledge of 0.4 mm along a wall of 30 mm is held by the wall.
         let narrow = region(&rectangle(30.0, 0.4), &[true, false, false, false], 0.3, [1.0; 2]);
-        let none = narrow.spans(0.5, Search::Measure);
+        let none = narrow.spans(ledge(0.5), Search::Measure);
         assert_eq!((none.bridge, none.cantilever), (None, None));
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
-        holds(narrow.spans(0.0, Search::Measure).cantilever, 0.4, 0.1);
+        holds(narrow.spans(ledge(0.0), Search::Measure).cantilever, 0.4, 0.1);
     }
 
     #[test]
     fn a_ledge_as_wide_as_its_limit_is_told_from_a_wider_one() {
         for (n, width) in [0.39, 0.399, 0.4, 0.401, 0.41].into_iter().enumerate() {
             let narrow = region(&rectangle(30.0, width), &[true, false, false, false], 0.3 + n as f64, [1.0; 2]);
-            let found = narrow.spans(0.4 + 1e-6, Search::Measure).cantilever;
+            let found = narrow.spans(ledge(0.4 + 1e-6), Search::Measure).cantilever;
             assert_eq!(found.is_some(), width > 0.4, "{width}: {found:?}");
             assert!(
                 found.is_none_or(|f| f.low > 0.4 && f.low <= width && width <= f.high + 1e-9),
@@ -533,7 +489,7 @@ mod tests {
                 [0.0, deep],
             ];
             let held = [false, true, false, false, false, false, false, true];
-            let spans = region(&corners, &held, turn, shift).spans(0.0, Search::Measure);
+            let spans = region(&corners, &held, turn, shift).spans(ledge(0.0), Search::Measure);
             holds(spans.cantilever, out, 0.03);
             holds(spans.bridge, span, 0.03);
             // The bar's edge bulges as a round body does: no more than the sagitta lies beyond the last strand.
@@ -546,15 +502,15 @@ mod tests {
             let held: Vec<bool> = (0..corners.len()).map(|n| n == 1 || n + 1 == corners.len()).collect();
             let sagitta = bulge(0)[1] - deep;
             let plan = region(&corners, &held, turn, shift);
-            holds(plan.spans(0.0, Search::Measure).cantilever, sagitta, 0.1);
-            assert_eq!(plan.spans(1.01 * sagitta, Search::Measure).cantilever, None);
+            holds(plan.spans(ledge(0.0), Search::Measure).cantilever, sagitta, 0.1);
+            assert_eq!(plan.spans(ledge(1.01 * sagitta), Search::Measure).cantilever, None);
         }
     }
 
     #[test]
     fn a_pocket_with_two_arms_is_bridged_across_its_arms() {
         let pocket = [[0.0, 0.0], [30.0, 0.0], [30.0, 4.0], [4.0, 4.0], [4.0, 30.0], [0.0, 30.0]];
-        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(0.0, Search::Measure);
+        let spans = region(&pocket, &[true], 0.2, [3.0, 1.0]).spans(ledge(0.0), Search::Measure);
         // In the corner the shortest line is one across the inner corner: longer than an arm is wide, shorter than the diagonal.
         let f = spans.bridge.unwrap();
         assert!(f.low >= 4.0 - 1e-6 && f.high < 7.5, "{f:?}");
@@ -569,7 +525,7 @@ mod tests {
             // An angle of two arms held at the end of one.
             let angle = [[0.0, 0.0], [a, 0.0], [a, w], [w, w], [w, b], [0.0, b]];
             let held = |of: usize, n: usize| (0..n).map(|i| i == of).collect::<Vec<bool>>();
-            let spans = region(&angle, &held(1, 6), turn, shift).spans(0.0, Search::Measure);
+            let spans = region(&angle, &held(1, 6), turn, shift).spans(ledge(0.0), Search::Measure);
             assert_eq!(spans.bridge, None);
             holds(spans.cantilever, (a - w) + w.hypot(b - w), 0.02);
             // Two arms beside each other with a slit between them, which the crow flies over.
@@ -585,7 +541,7 @@ mod tests {
                 [a - half, low],
                 [0.0, low],
             ];
-            let spans = region(&folded, &held(7, 8), turn, shift).spans(0.0, Search::Measure);
+            let spans = region(&folded, &held(7, 8), turn, shift).spans(ledge(0.0), Search::Measure);
             assert_eq!(spans.bridge, None);
             holds(spans.cantilever, (a - half) + 2.0 * slit + (a - half).hypot(w - slit), 0.02);
         }
