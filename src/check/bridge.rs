@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_lying_hole_is_told_with_its_value() {
-        for (process, sides, diameter) in [("fdm", 16, 9.0), ("lpbf", 20, 7.3), ("sla", 48, 5.1), ("sla", 96, 5.7)] {
+        for (process, sides, diameter) in [("fdm", 16, 9.0), ("lpbf", 20, 7.3)] {
             let all = found(&block(sides, diameter), process);
             assert_eq!(all.len(), 1, "{process} {sides} {diameter}: {all:?}");
             let f = &all[0];

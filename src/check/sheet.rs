@@ -353,4 +353,32 @@ mod tests {
             }
         }
     }
+    #[test]
+    fn a_fin_that_tapers_to_a_flat_rim_is_a_wall_though_its_rim_runs_out_at_one_end() {
+        // 8 mm long, 1.2 mm thick at its foot; its rim widens from nothing to 0.3 mm.
+        let foot = [[0.0, -0.6, 0.0], [8.0, -0.6, 0.0], [8.0, 0.6, 0.0], [0.0, 0.6, 0.0]];
+        let [edge, near, far] = [[0.0, 0.0, 4.0], [8.0, -0.15, 4.0], [8.0, 0.15, 4.0]];
+        let [a, b, c, d] = foot;
+        let facets = [
+            [a, d, c],
+            [a, c, b],
+            [a, b, near],
+            [a, near, edge],
+            [b, c, far],
+            [b, far, near],
+            [c, d, edge],
+            [c, edge, far],
+            [d, a, edge],
+            [edge, near, far],
+        ];
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for limit in [0.4, 0.5, 0.8, 1.0] {
+            let mut process = Process::named("fdm").unwrap();
+            process.override_limit(&format!("thin-wall={limit}mm")).unwrap();
+            let part = Part::new(TriangleMesh::weld(facets), Up::PlusZ, 1e-6, 1.25 * limit).unwrap();
+            let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+            let first = found.findings.first().unwrap_or_else(|| panic!("{limit}: passes"));
+            assert!(first.state == State::Fail && first.value < limit, "{limit}: {first:?}");
+        }
+    }
 }

@@ -300,12 +300,15 @@ mod tests {
     fn only_what_is_close_below_everywhere_is_rested_on() {
         let facet = CEILING[0];
         let at = |z: f64| [[6.0, 1.0, z], [9.0, 1.0, z], [9.0, 2.0, z]];
-        assert!(lies_below(facet, at(4.9), [0.0, 0.2]) && lies_below(facet, at(5.0), [0.0, 0.2]));
-        assert!(!lies_below(facet, at(4.7), [0.0, 0.2]) && !lies_below(facet, at(5.1), [0.0, 0.2]));
+        assert!(lies_below(facet, at(4.9), [0.0, 0.2], 0.0) && lies_below(facet, at(5.0), [0.0, 0.2], 0.0));
+        assert!(!lies_below(facet, at(4.7), [0.0, 0.2], 0.0) && !lies_below(facet, at(5.1), [0.0, 0.2], 0.0));
         // One corner lies too low where the facet still is above it.
-        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 2.0, 4.7]], [0.0, 0.2]));
+        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 2.0, 4.7]], [0.0, 0.2], 0.0));
         // Beside the facet in plan, and upright.
-        assert!(!lies_below(facet, at(4.9).map(|p| [p[0] - 6.0, p[1] + 5.0, p[2]]), [0.0, 0.2]));
-        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0, 3.0]], [0.0, 0.2]));
+        assert!(!lies_below(facet, at(4.9).map(|p| [p[0] - 6.0, p[1] + 5.0, p[2]]), [0.0, 0.2], 0.0));
+        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0, 3.0]], [0.0, 0.2], 0.0));
+        // All but upright: on a strip as wide as the wall leans.
+        let leaning = [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0 + 1e-5, 4.85]];
+        assert!(lies_below(facet, leaning, [0.0, 0.2], 0.0) && !lies_below(facet, leaning, [0.0, 0.2], 1e-4));
     }
 }

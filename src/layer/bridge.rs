@@ -15,9 +15,6 @@ use rustc_hash::FxHashMap;
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// A passage lies that climbs by no more than this, about 19°: of a steeper one less and less hangs over, and what is narrow of it is a ledge.
-const LYING: f64 = 0.35;
-
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ceiling {
@@ -317,17 +314,9 @@ fn describe(
     let plan = if small { None } else { Plan::new(sides, how.step_mm) };
     let spans = plan.as_ref().map(|p| p.spans(limits, how.search)).unwrap_or_default();
     let lifted = |f: Farthest| reach(mesh, &facets, f);
-    let [mut bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(lifted));
-    let mut crown = crowned(mesh, &facets, &beside, [bridge.filter(|_| !flat), cantilever]);
-    let mut pairs = spans.pairs;
-    // A narrow crown lies within the ledge limit of its anchors, all of it, and the passage below is as wide all the same.
-    if let Some(plan) = plan.filter(|_| !flat && is_anchored && bridge.is_none() && cantilever.is_none()) {
-        let across = plan.spans(Limits { ledge: 0.0, bridge: f64::INFINITY }, Search::Judge);
-        pairs += across.pairs;
-        let narrow = across.bridge.map(lifted);
-        crown = crowned(mesh, &facets, &beside, [narrow, across.cantilever.map(lifted)]).filter(|c| c.grade <= LYING);
-        bridge = narrow.filter(|_| crown.is_some());
-    }
+    let [bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(lifted));
+    let crown = crowned(mesh, &facets, &beside, [bridge.filter(|_| !flat), cantilever]);
+    let pairs = spans.pairs;
     let is_level = flat || bridge.is_some_and(|b| Profile::of(mesh, &facets, b.ends).is_level());
     Some(Ceiling {
         area_mm2,
@@ -509,22 +498,6 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_whose_crown_is_narrower_than_two_ledges_has_a_diameter() {
-        let mouths: [&dyn Fn(f64) -> f64; 2] = [&|_| 0.0, &|_| 15.0];
-        let holding = SelfHolding { bridge_mm: Some(2.5), ledge_mm: Some(1.0), crown_mm: Some(5.0) };
-        for (n, diameter) in [(48, 5.1), (96, 5.1), (96, 5.6), (200, 4.9), (48, 4.6), (96, 8.0)] {
-            for turn in [0.0, 0.7] {
-                let mesh = turned(&tunnel(n, diameter, [0.0; 2], mouths), turn);
-                let all = found_within(&mesh, 19.0, [1.0, 2.5]);
-                assert_eq!(all.len(), 1, "{all:?}");
-                let crown = all[0].crown.unwrap_or_else(|| panic!("{n} {diameter}: {:?}", all[0]));
-                assert!((crown.diameter_mm - diameter).abs() <= crown.sagitta_mm + 1e-6, "{n} {diameter}: {crown:?}");
-                assert_eq!(holding.holds(&all[0]), diameter < 5.0, "{n} {diameter}: {:?}", all[0]);
-            }
-        }
-    }
-
-    #[test]
     fn a_hole_with_round_ends_is_the_hole_that_it_is_with_flat_ones() {
         // A capsule: rings of 30 sides, those of its ends ever smaller.
         let (sides, radius) = (30, 2.17);
@@ -546,7 +519,7 @@ mod tests {
         let top = (0..tube.triangles.len()).max_by(|&f, &g| tube.centroid(f)[2].total_cmp(&tube.centroid(g)[2]));
         let tube = if tube.normal(top.unwrap())[2] > 0.0 { tube.flipped() } else { tube };
         for turn in [0.0, 0.6] {
-            let all = found_within(&turned(&tube, turn), 19.0, [1.0, 2.5]);
+            let all = found_within(&turned(&tube, turn), 19.0, [0.1, 2.5]);
             let crown = all.iter().find_map(|c| c.crown).unwrap_or_else(|| panic!("{all:?}"));
             assert!((crown.diameter_mm - 2.0 * radius).abs() <= crown.sagitta_mm + 0.1, "{crown:?}");
         }

@@ -21,6 +21,7 @@ pub mod section;
 mod seek;
 pub mod thickness;
 mod unopposed;
+mod waist;
 
 pub use cover::{Cover, Own, Passed, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};

@@ -2,6 +2,7 @@
 
 use super::feature::Side;
 use super::section::{Adjacency, Plane, Section, across, section};
+use super::waist::narrowest;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh};
 use rayon::prelude::*;
@@ -9,8 +10,6 @@ use rustc_hash::FxHashMap;
 
 /// Steepest taper of a rod, as a sine: its sides draw together by at most 30 degrees.
 const TAPER: f64 = 0.2588;
-/// Towards the tip of a round end the sides draw together by so much more than before it, as a sine: 4 degrees each.
-const ROUNDED: f64 = 0.07;
 /// Stations on either side of the place a rod was found at.
 const STATIONS: usize = 2000;
 /// Two ways across a round section differ by at most this share.
@@ -109,23 +108,6 @@ pub struct Search<'a> {
     pub wanted: Wanted,
 }
 
-/// The section of least area; what rounds off towards the tip of a closed end is its end, and no neck.
-fn narrowest(sections: &[Section], tips: [Option<Vec3>; 2]) -> Option<Section> {
-    let widest = sections.iter().map(Section::diameter).fold(0.0, f64::max);
-    let far = |s: &Section, tip: Vec3| distance(s.centre, tip);
-    // What draws together as much before the end as towards it is a taper.
-    let before = |tip: Vec3| {
-        let inner = sections.iter().filter(|s| far(s, tip) >= 0.5 * widest);
-        inner.min_by(|a, b| far(a, tip).total_cmp(&far(b, tip))).map_or(0.0, |s| s.taper)
-    };
-    let rounded = |s: &&Section| {
-        let near = |&tip: &Vec3| far(s, tip) < 0.5 * widest && s.taper > before(tip) + ROUNDED;
-        tips.iter().flatten().any(near)
-    };
-    let least = |all: &mut dyn Iterator<Item = &Section>| all.min_by(|a, b| a.area.total_cmp(&b.area)).cloned();
-    least(&mut sections.iter().filter(|s| !rounded(s))).or_else(|| least(&mut sections.iter()))
-}
-
 /// All rods found, and from how many places.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rods {
@@ -204,7 +186,7 @@ impl Search<'_> {
     }
 
     /// The section of a rod through a point, across the axis that its own side shows.
-    fn settled(&self, point: Vec3, axis: Vec3) -> Option<Section> {
+    pub(super) fn settled(&self, point: Vec3, axis: Vec3) -> Option<Section> {
         let (mut point, mut axis) = (point, axis);
         let within = 0.5 * self.wanted.elongation * self.wanted.within;
         let mut nearest: Option<(f64, Section)> = None;
@@ -269,6 +251,7 @@ impl Search<'_> {
             closed.then_some((along(end.centre, outward, far), end.diameter()))
         });
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
+        let narrowest = self.waist(&sections, narrowest);
         let ends = [(before, first), (after, last)].map(|(cap, kind)| if cap.is_some() { End::Closed } else { kind });
         line.splice(0..0, before);
         line.extend(after);
@@ -377,6 +360,19 @@ mod tests {
     use super::*;
     use crate::geometry::{Primitive, revolved};
     use crate::units::Length;
+
+    #[test]
+    fn a_waist_between_cones_is_as_narrow_as_they_are_where_they_meet() {
+        for (waist, sides) in [(0.6, 48), (0.63, 7), (0.45, 24)] {
+            let hourglass =
+                revolved(&[[0.0, 0.0], [waist + 1.0, 0.0], [waist, 4.1], [waist + 1.0, 8.3], [0.0, 8.3]], sides);
+            let turn = std::f64::consts::TAU / sides as f64;
+            let diameter = 2.0 * waist * (turn.sin() / turn).sqrt();
+            let rods = rods_of(&hourglass, Side::Material, 2.5);
+            let narrowest = rods.iter().map(Rod::diameter).fold(f64::INFINITY, f64::min);
+            assert!((narrowest - diameter).abs() < 1e-4, "{narrowest} for {diameter}");
+        }
+    }
 
     #[test]
     fn a_round_end_is_no_neck_and_a_taper_is_narrowest_at_its_end() {

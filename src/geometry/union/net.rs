@@ -233,3 +233,60 @@ enum Ahead {
     Point(u32),
     Edge([u32; 2]),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::contact::crossing;
+    use super::*;
+    use crate::random::Lcg;
+
+    const AXES: [usize; 2] = [0, 1];
+
+    #[test]
+    fn segments_become_edges_and_the_triangles_cover_the_facet_once() {
+        let mut random = Lcg(51);
+        for round in 0..60 {
+            let corner = [[0, 0, 0], [1 << 20, 0, 1 << 18], [0, 1 << 20, 0]];
+            let mut points: Vec<Exact> = corner.into_iter().map(Exact::on_lattice).collect();
+            for _ in 0..4 + round / 4 {
+                // Within, and every third on the border.
+                let weights = [0; 3].map(|_| 1 + random.below(9) as u32);
+                let weights = if random.below(3) == 0 { [weights[0], weights[1], 0] } else { weights };
+                let made = Exact::mean([&points[0], &points[1], &points[2]], weights);
+                if !points.contains(&made) {
+                    points.push(made);
+                }
+            }
+            let count = points.len() as u32;
+            let ends =
+                |random: &mut Lcg| [random.below(u64::from(count)) as u32, random.below(u64::from(count)) as u32];
+            let segments: Vec<[u32; 2]> = (0..6).map(|_| ends(&mut random)).filter(|[a, b]| a != b).collect();
+            for (n, of) in segments.iter().enumerate() {
+                for other in &segments[..n] {
+                    let at = |[a, b]: [u32; 2]| [points[a as usize].clone(), points[b as usize].clone()];
+                    let ([a, b], [c, d]) = (at(*of), at(*other));
+                    if let Some(met) = crossing(AXES, [&a, &b], [&c, &d]).filter(|p| !points.contains(p)) {
+                        points.push(met);
+                    }
+                }
+            }
+            let within: Vec<u32> = (3..points.len() as u32).collect();
+            let made = Net::of((&points, AXES), [0, 1, 2], &within, &segments).expect("a triangulation");
+            let near = |p: u32| points[p as usize].near();
+            let area = |[a, b, c]: [u32; 3]| {
+                let [p, q, r] = [near(a), near(b), near(c)];
+                0.5 * ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+            };
+            let sum: f64 = made.iter().map(|t| area(*t)).sum();
+            assert!((sum / area([0, 1, 2]) - 1.0).abs() < 1e-9, "{sum}");
+            assert!(made.iter().all(|&[a, b, c]| { turn(AXES, [a, b, c].map(|p| &points[p as usize])).is_gt() }));
+            // Nothing of a triangle lies on both sides of a segment.
+            for &[a, b] in &segments {
+                let (from, to) = (&points[a as usize], &points[b as usize]);
+                let crosses =
+                    |[p, q]: [u32; 2]| crossing(AXES, [from, to], [&points[p as usize], &points[q as usize]]).is_some();
+                assert!(!made.iter().any(|&[p, q, r]| crosses([p, q]) || crosses([q, r]) || crosses([r, p])));
+            }
+        }
+    }
+}

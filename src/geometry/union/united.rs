@@ -204,4 +204,44 @@ mod tests {
         assert!((union.signed_volume() - (32.0 + 5.0 + 2.5)).abs() < 1e-5, "{}", union.signed_volume());
         assert!(Health::of(&union).is_watertight());
     }
+    #[test]
+    fn bodies_flush_but_for_the_rounding_of_a_file_are_one() {
+        let mut random = Lcg(45);
+        let boxes = (0..16).map(|n| {
+            let (x, y) = (f64::from(5 * (n % 4)), f64::from(5 * (n / 4)));
+            cuboid([x, y, 0.0], [x + 5.0, y + 5.0, f64::from(3 + 7 * n % 5)])
+        });
+        let boxes: Vec<TriangleMesh> = boxes.collect();
+        let volume: f64 = boxes.iter().map(TriangleMesh::signed_volume).sum();
+        for _ in 0..4 {
+            let mut whole = boxes.iter().skip(1).fold(boxes[0].clone(), |all, one| all.joined(one));
+            whole = turned(&whole, &mut random);
+            whole.vertices.iter_mut().flatten().for_each(|x| *x = f64::from(*x as f32));
+            // Floats of 20 mm are 2e-6 apart.
+            let union = united(&whole, 1e-5).expect("a solid");
+            assert!((union.signed_volume() - volume).abs() < 1e-3, "{} {volume}", union.signed_volume());
+            assert_eq!(Health::of(&union).bodies.len(), 1);
+        }
+    }
+
+    #[test]
+    fn folds_of_a_micrometre_are_cut_off() {
+        use crate::geometry::Primitive;
+        use crate::units::Length;
+        let ball = Primitive::Ball { radius: Length::mm(3.0) }.mesh(Length::mm(0.02));
+        let mut random = Lcg(46);
+        for _ in 0..20 {
+            let mut folded = turned(&ball, &mut random);
+            for _ in 0..8 {
+                // A vertex of a facet just beyond the edge opposite.
+                let [a, b, c] = folded.triangles[random.below(folded.triangles.len() as u64) as usize];
+                let [p, q, r] = [a, b, c].map(|v| folded.vertices[v as usize]);
+                let over = 1.0 + 1e-3 * random.unit();
+                folded.vertices[a as usize] = [0, 1, 2].map(|i| p[i] + over * (0.6 * q[i] + 0.4 * r[i] - p[i]));
+            }
+            let union = united(&folded, 1e-6).expect("a solid");
+            assert!(Health::of(&union).is_solid() && is_closed(&union));
+            holds_the_same([&folded, &union], (0..200).map(|_| random.point(-6.0, 6.0)));
+        }
+    }
 }
