@@ -58,7 +58,7 @@ pub fn blunt_sheet(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -
     let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
     let area = tapered().map(|s| s.area).sum::<f64>();
     let mean = tapered().map(|s| s.area * s.diameter).sum::<f64>() / area.max(f64::MIN_POSITIVE);
-    let is_speck = 0.5 * area < (LEAST_WIDTHS * mean).powi(2);
+    let is_speck = 0.5 * area <= (LEAST_WIDTHS * mean).powi(2);
     if is_speck { parallel_sheet(samples, scale) } else { summed(&blunt) }
 }
 

@@ -34,7 +34,7 @@ static META: Meta = Meta {
           cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
-             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open, and their area is given. A tool \
+             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open: their area is given, and for tools that the user named they are undecided. A tool \
              of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
              one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
@@ -114,7 +114,9 @@ impl Check for ToolAccess {
         if let Some(gathered) = gathered(rest) {
             measured.findings.push(judged.finding(&gathered, "small-places", rest.len() as u64));
         }
-        measured.findings.extend(judged.narrow());
+        if process.tools.named {
+            measured.findings.extend(judged.narrow());
+        }
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
@@ -238,12 +240,7 @@ impl Judged<'_> {
             area(bracket.high),
             self.names()
         );
-        f.fix = match self.limits.fail {
-            // The user's own tools.
-            Some(_) => "name the faces that matter with --faces, or a tool that is clearly thinner or wider",
-            None => "name a tool with --tool to look on a finer lattice, or the faces that matter with --faces",
-        }
-        .into();
+        f.fix = "name the faces that matter with --faces, or a tool that is clearly thinner or wider".into();
         Some(f)
     }
 

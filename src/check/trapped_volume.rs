@@ -119,7 +119,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
         if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
             let standing = voids.above_plate(&clearance)?;
-            judge.on_plate(&voids.on_plate(&standing, widest, &mut met)?, &chambers, limits);
+            judge.on_plate(&voids.on_plate(&standing, widest, &mut met)?, &chambers, (limits, widest));
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
@@ -290,14 +290,15 @@ impl Judge<'_> {
         Ok(())
     }
 
-    /// One finding for all that the plate closes and that is open otherwise.
-    fn on_plate(&mut self, standing: &[Trapped], known: &[Trapped], limits: Limits) {
+    /// One finding for all that the plate closes and that is open otherwise; what may be as wide open as wanted may hold nothing.
+    fn on_plate(&mut self, standing: &[Trapped], known: &[Trapped], (limits, widest): (Limits, f64)) {
         let news: Vec<&Trapped> = standing.iter().filter(|t| !known.iter().any(|k| k.overlaps(t))).collect();
         let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
             return;
         };
         let sum = |of: fn(&Bracket) -> f64| news.iter().map(|t| of(&t.volume_mm3)).sum::<f64>();
-        let bracket = Bracket::new(sum(|b| b.value), sum(|b| b.low), sum(|b| b.high));
+        let shut = news.iter().filter(|t| t.way_out_mm.high < widest).map(|t| t.volume_mm3.low).sum::<f64>();
+        let bracket = Bracket::new(sum(|b| b.value), shut, sum(|b| b.high));
         let tie = 2.0 * ROUNDING * bracket.high;
         let mut f = Finding::judged(META.code, "on-plate", bracket, Basis::Estimated, limits, "mm3", tie);
         if f.state == State::Pass {

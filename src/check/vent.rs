@@ -18,16 +18,16 @@ pub(super) struct Vent {
     pub axis: usize,
     pub upward: bool,
     pub diameter_mm: f64,
-    /// Length of the material on its axis.
+    /// Length of the material on its axis, to a sample for each piece of it.
     pub wall_mm: f64,
 }
 
 impl Vent {
-    /// In words: `a straight vent of 4 mm towards +z through 3.2 mm of material`.
+    /// In words: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
     pub fn words(&self) -> String {
         let sign = if self.upward { '+' } else { '-' };
         format!(
-            "a straight vent of {} mm towards {sign}{} through {} mm of material",
+            "a straight vent of {} mm towards {sign}{} through about {} mm of material",
             short(self.diameter_mm),
             ["x", "y", "z"][self.axis],
             short((self.wall_mm * 10.0).round() / 10.0)
@@ -92,24 +92,31 @@ fn with(mut index: [usize; 3], axis: usize, at: usize) -> [usize; 3] {
     index
 }
 
-/// Whether the part goes on around a vent: along every line as far beside it as the wall is thick it meets material. Where the
-/// plate is there the vent may be a notch in what stands on it.
+/// Whether a vent has a wall all round: halfway through each piece of material on its axis, everything as far beside it as the wall is thick is
+/// material. Where the plate is there the vent may be a notch in what stands on it.
 fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
     let grid = solid.centres.grid();
     let (u, v, beside) = ((vent.axis + 1) % 3, (vent.axis + 2) % 3, 0.5 * vent.diameter_mm + wanted.wall_mm);
-    (0..LINES).all(|n| {
-        let turn = std::f64::consts::TAU * n as f64 / LINES as f64;
-        let mut from = vent.from;
-        from[u] += beside * turn.cos();
-        from[v] += beside * turn.sin();
-        if wanted.downward == Downward::Closed && from[2] < 0.0 {
-            return true;
-        }
-        let Some(first) = grid.sample_at(from) else { return false };
-        let last = grid.dims()[vent.axis] - 1;
-        let mut along = if vent.upward { first[vent.axis]..=last } else { 0..=first[vent.axis] };
-        along.any(|c| solid.centres.contains(with(first, vent.axis, c)))
-    })
+    let Some(start) = grid.sample_at(vent.from) else { return false };
+    let is_walled = |c: usize| {
+        (0..LINES).all(|n| {
+            let turn = std::f64::consts::TAU * n as f64 / LINES as f64;
+            let mut at = grid.position(with(start, vent.axis, c));
+            at[u] += beside * turn.cos();
+            at[v] += beside * turn.sin();
+            let below = wanted.downward == Downward::Closed && at[2] < 0.0;
+            below || grid.sample_at(at).is_some_and(|sample| solid.centres.contains(sample))
+        })
+    };
+    halfway(solid, vent, start).into_iter().all(is_walled)
+}
+
+/// The middles of the pieces of material on the axis of a vent, as indices along it.
+fn halfway(solid: &Solid, vent: &Vent, start: [usize; 3]) -> Vec<usize> {
+    let last = solid.centres.grid().dims()[vent.axis].saturating_sub(1);
+    let passed = if vent.upward { start[vent.axis]..=last } else { 0..=start[vent.axis] };
+    let material: Vec<usize> = passed.filter(|&c| solid.centres.contains(with(start, vent.axis, c))).collect();
+    material.chunk_by(|a, b| a + 1 == *b).filter_map(|piece| piece.get(piece.len() / 2).copied()).collect()
 }
 
 /// Samples of the least piece that counts: what is smaller may be how the grid cuts an edge.
