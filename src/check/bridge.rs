@@ -270,32 +270,8 @@ fn advised(part: &Part, f: &Finding, remedies: &[Tried], below: &[([f64; 3], Sup
 
 #[cfg(test)]
 mod tests {
+    use super::super::roof::tests::block;
     use super::*;
-    use crate::geometry::TriangleMesh;
-    use crate::part::Up;
-
-    /// A block of 24 × 20 × 24 mm with a lying hole of so many sides along its whole depth.
-    fn block(sides: usize, diameter: f64) -> Part {
-        let square = |n: usize| [[12.0, 24.0], [-12.0, 24.0], [-12.0, 0.0], [12.0, 0.0]][(n * 4 / sides) % 4];
-        let ring = |n: usize| {
-            let (s, c) = (std::f64::consts::TAU * ((n % sides) as f64 + 0.5) / sides as f64).sin_cos();
-            [0.5 * diameter * c, 12.0 + 0.5 * diameter * s]
-        };
-        let at = |p: [f64; 2], y: f64| [p[0], y, p[1]];
-        let mut facets = Vec::new();
-        let mut quad = |a: Vec3, b: Vec3, c: Vec3, d: Vec3| facets.extend([[a, b, c], [a, c, d]]);
-        for n in 0..sides {
-            let (p, q, r, s) = (ring(n), ring(n + 1), square(n), square(n + 1));
-            quad(at(p, 0.0), at(q, 0.0), at(q, 20.0), at(p, 20.0));
-            quad(at(p, 0.0), at(r, 0.0), at(s, 0.0), at(q, 0.0));
-            quad(at(p, 20.0), at(q, 20.0), at(s, 20.0), at(r, 20.0));
-            quad(at(r, 0.0), at(r, 20.0), at(s, 20.0), at(s, 0.0));
-        }
-        facets.retain(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
-        let mesh = TriangleMesh::weld(facets);
-        let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
-        Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap()
-    }
 
     fn found(part: &Part, process: &str) -> Vec<Finding> {
         let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
@@ -308,13 +284,13 @@ mod tests {
     #[test]
     fn a_lying_hole_is_told_with_its_value() {
         for (process, sides, diameter) in [("fdm", 16, 9.0), ("lpbf", 20, 7.3)] {
-            let all = found(&block(sides, diameter), process);
+            let all = found(&block(sides, diameter, 6.0), process);
             assert_eq!(all.len(), 1, "{process} {sides} {diameter}: {all:?}");
             let f = &all[0];
             assert!(f.kind == "horizontal-hole" && f.low <= diameter && diameter <= f.high, "{f:?}");
             let words = format!("crown of a lying hole of about {} mm hangs over", hundredths(f.value));
             assert_eq!(f.message, words, "{process} {sides} {diameter}");
         }
-        assert_eq!(found(&block(96, 4.8), "sla"), []);
+        assert_eq!(found(&block(96, 4.8, 6.0), "sla"), []);
     }
 }

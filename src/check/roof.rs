@@ -115,20 +115,20 @@ fn thickness(part: &Part, from: Vec3, way: Vec3) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::check::hanging::ceilings_of;
     use crate::geometry::TriangleMesh;
     use crate::part::Up;
 
-    /// A block 24 mm wide and 12 mm deep with a lying hole of 64 sides and 8 mm, its axis 8 mm up, under so much material.
-    fn block(above: f64) -> Part {
-        let sides = 64;
+    /// A block 24 mm wide and 12 mm deep with a lying hole of so many sides, 4 mm above its foot and under so much material.
+    pub fn block(sides: usize, diameter: f64, above: f64) -> Part {
+        let (radius, axis) = (0.5 * diameter, 0.5 * diameter + 4.0);
         let ring = |n: usize| {
             let (s, c) = (std::f64::consts::TAU * ((n % sides) as f64 + 0.5) / sides as f64).sin_cos();
-            [4.0 * c, 8.0 + 4.0 * s]
+            [radius * c, axis + radius * s]
         };
-        let top = 12.0 + above;
+        let top = axis + radius + above;
         // A corner of the block for each quarter of the ring.
         let square = |n: usize| [[12.0, top], [-12.0, top], [-12.0, 0.0], [12.0, 0.0]][(n * 4 / sides) % 4];
         let mut facets = Vec::new();
@@ -150,7 +150,7 @@ mod tests {
     }
 
     fn tried(above: f64) -> (Roof, Part) {
-        let part = block(above);
+        let part = block(64, 8.0, above);
         assert!(part.health().is_watertight(), "{:?}", part.health().open_edges);
         let process = Process::named("fdm").unwrap();
         let all = ceilings_of(&part, &process);

@@ -49,7 +49,7 @@ impl Points {
 
 impl Arrangement {
     /// The arrangement of the facets of a mesh, its vertices moved onto a lattice of 2⁻³⁹ of its size or less; `None` if its vertices are
-    /// no finite numbers.
+    /// no finite numbers, or all so near 0 that no float tells the lattice's step.
     ///
     /// # Cost
     /// O(T log T), and for each pair of facets that have a point in common a few quotients of large integers.
@@ -58,7 +58,7 @@ impl Arrangement {
         if !(most > 0.0 && mesh.vertices.iter().flatten().all(|x| x.is_finite())) {
             return None;
         }
-        let scale = 2f64.powi(BITS - 1 - most.log2().floor() as i32);
+        let scale = Some(2f64.powi(BITS - 1 - most.log2().floor() as i32)).filter(|scale| scale.is_finite())?;
         let (lattice, vertices, facets) = on_lattice(mesh, scale);
         let corners = facets.iter().map(|f| f.corners.map(|p| p.map(|x| x as f64)));
         let tree = MeshDistance::new(&TriangleMesh::weld(corners));

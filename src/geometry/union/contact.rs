@@ -77,7 +77,7 @@ pub(super) fn contact(f: &Facet, g: &Facet) -> Vec<[Exact; 2]> {
     if apart(over_f) || shared == 1 && is_on_one_side(over_f) {
         return Vec::new();
     }
-    if is_clear([f, g], [over_g, over_f], shared == 1) {
+    if is_clear([f, g], [over_g, over_f]) {
         return Vec::new();
     }
     along_line([f, g], [over_g, over_f]).into_iter().collect()
@@ -91,7 +91,7 @@ fn is_on_one_side(heights: [i128; 3]) -> bool {
 
 /// Whether floats are sure that along the line in which their planes meet two facets have nothing in common but, if they share one, a
 /// corner.
-fn is_clear([f, g]: [&Facet; 2], heights: [[i128; 3]; 2], share_a_corner: bool) -> bool {
+fn is_clear([f, g]: [&Facet; 2], heights: [[i128; 3]; 2]) -> bool {
     let [m, n] = [f, g].map(|of| unit(of.plane.normal.map(|x| x as f64)));
     let line = cross(m, n);
     let axis = (1..3).fold(0, |most, a| if line[a].abs() > line[most].abs() { a } else { most });
@@ -101,7 +101,7 @@ fn is_clear([f, g]: [&Facet; 2], heights: [[i128; 3]; 2], share_a_corner: bool) 
     let ([from, to], [start, end]) = (f.about(heights[0], axis), g.about(heights[1], axis));
     let gap = (start - to).max(from - end);
     // The end that is the corner is told exactly.
-    if share_a_corner { gap > -SURE && (to - from).min(end - start) > 4.0 * SURE } else { gap > SURE }
+    if f.shared(g) > 0 { gap > -SURE && (to - from).min(end - start) > 4.0 * SURE } else { gap > SURE }
 }
 
 /// What two facets have in common along the line in which their planes meet, by the heights of their corners over those.

@@ -1,7 +1,7 @@
 //! Cracks in a surface: edges along which more facets run one way than the other.
 
 use crate::geometry::vector::{Vec3, cross, distance, norm, sub};
-use rustc_hash::FxHashMap;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// The triangles that close the cracks of a surface, if none of them is wider than `most_mm`.
@@ -25,20 +25,29 @@ pub(super) fn filling(vertices: &[Vec3], triangles: &[[u32; 3]], most_mm: f64) -
     filled.iter().all(|&triangle| width(vertices, triangle) <= most_mm).then_some(filled)
 }
 
+/// Whether as many facets run along each edge one way as the other, and there are any.
+pub(super) fn is_closed(triangles: &[[u32; 3]]) -> bool {
+    !triangles.is_empty() && surplus(triangles).is_empty()
+}
+
+/// The edges, from the lesser point to the greater, along which more facets run one way than the other, and by how many more forwards.
+fn surplus(triangles: &[[u32; 3]]) -> Vec<([u32; 2], i64)> {
+    let edge = |a: u32, b: u32| ([a.min(b), a.max(b)], a < b);
+    let of_facet = |&[a, b, c]: &[u32; 3]| [edge(a, b), edge(b, c), edge(c, a)];
+    let mut edges: Vec<([u32; 2], bool)> = triangles.par_iter().flat_map_iter(of_facet).collect();
+    edges.par_sort_unstable();
+    let forwards = |of: &[([u32; 2], bool)]| of.iter().map(|(_, forwards)| if *forwards { 1 } else { -1 }).sum();
+    let alike = edges.chunk_by(|a, b| a.0 == b.0);
+    alike.filter_map(|of| Some((of.first()?.0, forwards(of)))).filter(|(_, surplus)| *surplus != 0).collect()
+}
+
 /// The edges that are missing, from point to point.
 fn missing(triangles: &[[u32; 3]]) -> BTreeMap<u32, Vec<u32>> {
-    let mut surplus: FxHashMap<[u32; 2], i32> = FxHashMap::default();
-    for &[a, b, c] in triangles {
-        for [a, b] in [[a, b], [b, c], [c, a]] {
-            *surplus.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
-        }
-    }
     let mut missing: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for ([a, b], surplus) in surplus.into_iter().filter(|(_, surplus)| *surplus != 0) {
+    for ([a, b], surplus) in surplus(triangles) {
         let (from, to) = if surplus > 0 { (b, a) } else { (a, b) };
         missing.entry(from).or_default().extend((0..surplus.abs()).map(|_| to));
     }
-    missing.values_mut().for_each(|to| to.sort_unstable());
     missing
 }
 
@@ -97,7 +106,7 @@ mod tests {
         let filled = filling(&mesh.vertices, &mesh.triangles, 1e-5).expect("a crack");
         assert_eq!(filled.len(), 1);
         mesh.triangles.extend(filled);
-        assert!(missing(&mesh.triangles).is_empty());
+        assert!(is_closed(&mesh.triangles));
         mesh.triangles.remove(0);
         assert_eq!(filling(&mesh.vertices, &mesh.triangles, 1e-3), None);
     }

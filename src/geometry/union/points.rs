@@ -31,7 +31,8 @@ impl Points {
         let [i, j, k] = self.cell(p);
         let mut near: Option<(f64, u32)> = None;
         for n in 0..27 {
-            let cell = [i + n % 3 - 1, j + n / 3 % 3 - 1, k + n / 9 - 1];
+            let step = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
+            let cell = [i.saturating_add(step[0]), j.saturating_add(step[1]), k.saturating_add(step[2])];
             for &point in self.cells.get(&cell).into_iter().flatten() {
                 let found = (distance(p, self.place(point)), point);
                 if found.0 <= self.tolerance && near.is_none_or(|known| found < known) {

@@ -2,13 +2,12 @@
 
 use super::arrangement::Arrangement;
 use super::bounding::bounding;
-use super::cracks::filling;
+use super::cracks::{filling, is_closed};
 use super::cuts::Cuts;
 use super::pieces::pieces;
 use super::points::Points;
 use crate::geometry::health::{Health, meetings};
 use crate::geometry::{MeshDistance, TriangleMesh};
-use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// What is narrower than this is a speck, millimetres: folds of a surface whose facets are within the tolerance of each other, where no
@@ -37,8 +36,9 @@ const SPECK_MM: f64 = 0.02;
 /// ```
 pub fn united(mesh: &TriangleMesh, tolerance_mm: f64) -> Option<TriangleMesh> {
     let sound = |union: &TriangleMesh| is_sound(union, tolerance_mm);
-    let exact = |mesh: &TriangleMesh| bounding(&Arrangement::of(mesh)?).filter(sound);
-    exact(mesh).or_else(|| exact(&conformed(mesh, tolerance_mm)?))
+    let exact = |arrangement: Arrangement| bounding(&arrangement).filter(sound);
+    let as_it_is = Arrangement::of(mesh)?;
+    exact(as_it_is).or_else(|| exact(Arrangement::of(&conformed(mesh, tolerance_mm)?)?))
 }
 
 /// The mesh with all that is nearer than the tolerance made to meet: vertices as one, and facets cut through what lies on them; closed if
@@ -64,7 +64,8 @@ fn snapped(mesh: &TriangleMesh, tolerance: f64) -> TriangleMesh {
 
 /// Whether a surface bounds a solid and meets itself nowhere, but for specks.
 fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
-    if !is_closed(union) {
+    // Quickly seen, before all else is asked.
+    if !is_closed(&union.triangles) {
         return false;
     }
     let health = Health::of(union);
@@ -73,16 +74,6 @@ fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
     }
     let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
     found.crossing.count == 0 && found.overlap_mm2 <= 0.25 * PI * SPECK_MM * SPECK_MM
-}
-
-/// Whether as many facets run along each edge one way as the other: what is quickly seen, before all else is asked.
-fn is_closed(union: &TriangleMesh) -> bool {
-    let key = |a: u32, b: u32| (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), a < b);
-    let of_facet = |t: &[u32; 3]| [key(t[0], t[1]), key(t[1], t[2]), key(t[2], t[0])];
-    let mut edges: Vec<(u64, bool)> = union.triangles.par_iter().flat_map_iter(of_facet).collect();
-    edges.par_sort_unstable();
-    let forwards = |of: &[(u64, bool)]| of.iter().filter(|e| e.1).count();
-    !edges.is_empty() && edges.chunk_by(|a, b| a.0 == b.0).all(|of| 2 * forwards(of) == of.len())
 }
 
 #[cfg(test)]
@@ -240,8 +231,20 @@ mod tests {
                 folded.vertices[a as usize] = [0, 1, 2].map(|i| p[i] + over * (0.6 * q[i] + 0.4 * r[i] - p[i]));
             }
             let union = united(&folded, 1e-6).expect("a solid");
-            assert!(Health::of(&union).is_solid() && is_closed(&union));
+            assert!(Health::of(&union).is_solid() && is_closed(&union.triangles));
             holds_the_same([&folded, &union], (0..200).map(|_| random.point(-6.0, 6.0)));
         }
+    }
+
+    #[test]
+    fn what_no_lattice_holds_is_not_united() {
+        let tiny = cuboid([0.0; 3], [1e-305; 3]);
+        assert_eq!(united(&tiny.clone().joined(&tiny), 1e-6), None);
+        let far = cuboid([0.0; 3], [f64::INFINITY; 3]);
+        assert_eq!(united(&far.clone().joined(&far), 1e-6), None);
+        // So far away that no cell of the tolerance has a number.
+        let far = cuboid([0.0; 3], [1e300; 3]).joined(&cuboid([5e299; 3], [2e300; 3]));
+        assert_eq!(snapped(&far, 1e-6), far);
+        assert!(united(&far, 1e-6).is_none_or(|union| is_closed(&union.triangles)));
     }
 }
