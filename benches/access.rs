@@ -151,5 +151,5 @@ fn reach_from_26_directions(bencher: Bencher, samples: usize) {
     let list: Vec<&Setup> = setups.iter().collect();
     let (surface, view) = (patches(&mesh, 2.0 * h.as_mm(), |_| true), MeshDistance::new(&mesh));
     let tools = [tool("end-mill-6")];
-    bencher.bench(|| reach(black_box(&surface), &tools, &list, 3.5 * h.as_mm(), &view));
+    bencher.bench(|| reach(black_box(&surface), &tools, &list, 3.5 * h.as_mm(), &view, |_| false));
 }

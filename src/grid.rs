@@ -128,8 +128,14 @@ impl Grid {
     /// The sample whose cube holds a world position, if it is on the grid.
     #[inline]
     pub fn sample_at(&self, position_mm: [f64; 3]) -> Option<[usize; 3]> {
+        self.sample_of(self.continuous_index(position_mm))
+    }
+
+    /// The sample whose cube holds a point given by its continuous index, if it is on the grid.
+    #[inline]
+    pub fn sample_of(&self, continuous: [f64; 3]) -> Option<[usize; 3]> {
         let mut index = [0; 3];
-        for (a, &c) in self.continuous_index(position_mm).iter().enumerate() {
+        for (a, &c) in continuous.iter().enumerate() {
             // What is not negative is rounded down by being made an integer, without a call of the system's library.
             let shifted = c + 0.5;
             if !(shifted >= 0.0 && shifted < self.dims[a] as f64) {

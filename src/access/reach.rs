@@ -45,7 +45,8 @@ pub struct Reach {
 ///
 /// Reached is meant with a stand-off, since a contact itself is never certain on a lattice: poses are certified free of every
 /// cube that the part touches. Unreachable is exact about contact: for a convex cutter the tips that touch a plane are known,
-/// and a patch is unreachable if at all of them the tool overlaps cubes that lie wholly in the part, in every setup.
+/// and a patch is unreachable if at all of them the tool overlaps cubes that lie wholly in the part, in every setup. Patches that
+/// are `shut_off`, on the walls of a void that is closed all round, are unreachable for that, and only how far the tools stop short of them is asked.
 ///
 /// # Errors
 /// [`Error::Tool`] without any setup, or for a cutter larger than the part.
@@ -58,6 +59,7 @@ pub fn reach(
     setups: &[&Setup],
     stand_off: f64,
     view: &MeshDistance,
+    shut_off: impl Fn(&Patch) -> bool,
 ) -> Result<Reach> {
     if setups.is_empty() {
         let tool = tools.first().map_or("list", |t| t.name.as_str()).to_string();
@@ -65,10 +67,10 @@ pub fn reach(
     }
     let mut found =
         Reach { states: vec![State::Open; patches.len()], short: vec![None; patches.len()], setups_used: 0 };
-    let mut open: Vec<usize> = (0..patches.len()).collect();
+    let (shut, mut open): (Vec<usize>, Vec<usize>) = (0..patches.len()).partition(|&p| shut_off(&patches[p]));
     let mut stations: Vec<(usize, usize, Station)> = Vec::new();
     for (s, setup) in setups.iter().enumerate() {
-        if open.is_empty() {
+        if open.is_empty() && shut.is_empty() {
             break;
         }
         found.setups_used = s + 1;
@@ -97,8 +99,9 @@ pub fn reach(
             }
         }
     }
-    nearest(patches, &open, &stations, &mut found);
-    for p in unreachable(patches, open, &stations, setups)? {
+    let missed = [&shut[..], &open[..]].concat();
+    nearest(patches, &missed, &stations, &mut found);
+    for p in shut.into_iter().chain(unreachable(patches, open, &stations, setups)?) {
         found.states[p] = State::Unreachable;
     }
     Ok(found)
@@ -110,12 +113,13 @@ fn may_touch(tool: &Tool, patch: &Patch, axis: Vec3) -> bool {
 }
 
 /// How far the tools stop short of what is not reached.
-fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
+fn nearest(patches: &[Patch], missed: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
+    let axes: Vec<Vec3> = stations.iter().map(|(_, _, station)| station.axis()).collect();
     let best = |&p: &usize| {
         let patch = &patches[p];
         let mut best: Option<(f64, Standing)> = None;
-        for (tool, setup, station) in stations {
-            if may_touch(station.tool(), patch, station.axis()) {
+        for ((tool, setup, station), &axis) in stations.iter().zip(&axes) {
+            if may_touch(station.tool(), patch, axis) {
                 let below = best.map_or(f64::INFINITY, |b| b.0);
                 let nearer = station.retreat(patch, below);
                 best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(best);
@@ -123,7 +127,7 @@ fn nearest(patches: &[Patch], open: &[usize], stations: &[(usize, usize, Station
         }
         (p, best)
     };
-    let all: Vec<_> = open.par_iter().map(best).collect();
+    let all: Vec<_> = missed.par_iter().map(best).collect();
     all.into_iter().for_each(|(p, short)| found.short[p] = short);
 }
 
@@ -182,7 +186,7 @@ mod tests {
             let setups: Vec<Setup> = directions.iter().map(cast).collect();
             let patches = patches(mesh, 0.5, |_| true);
             let list: Vec<&Setup> = setups.iter().collect();
-            let reach = reach(&patches, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap();
+            let reach = reach(&patches, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh), |_| false).unwrap();
             Judged { patches, reach }
         }
 
@@ -282,7 +286,7 @@ mod tests {
     fn directions_and_sizes_that_make_no_sense_are_errors() {
         let mesh = cup();
         let view = MeshDistance::new(&mesh);
-        let none = reach(&[], &[pin(3.0, 6.0)], &[], STAND_OFF, &view).unwrap_err();
+        let none = reach(&[], &[pin(3.0, 6.0)], &[], STAND_OFF, &view, |_| false).unwrap_err();
         assert!(matches!(none, Error::Tool { fault: ToolFault::NoDirections, .. }));
     }
 
@@ -292,6 +296,26 @@ mod tests {
         let tool = pin(3.0, 6.0);
         let (height, at) = strike(tool.meridian().unwrap(), &setup, [0.0, 0.0, 8.0]).unwrap();
         assert!((height - 6.0).abs() <= 0.5 && (at[2] - 14.0).abs() < 0.5, "{height} {at:?}");
+    }
+
+    #[test]
+    fn what_is_shut_off_is_unreachable_and_nothing_else_changes() {
+        let mesh = Primitive::parse("box:6x6x4mm").unwrap().mesh(Length::mm(1.0));
+        let cast = |&d: &Vec3| Setup::cast(&mesh, InsideRule::Crossings, d, H, Length::mm(4.0)).unwrap();
+        let setups: Vec<Setup> = axis_directions().iter().map(cast).collect();
+        let (list, surface): (Vec<&Setup>, _) = (setups.iter().collect(), patches(&mesh, 0.5, |_| true));
+        let (tools, view) = ([pin(1.0, 20.0)], MeshDistance::new(&mesh));
+        let on_top = |p: &Patch| p.at[2] > 1.99;
+        let [plain, told] = [false, true]
+            .map(|asked| reach(&surface, &tools, &list, STAND_OFF, &view, |p| asked && on_top(p)).unwrap());
+        for (p, patch) in surface.iter().enumerate() {
+            if on_top(patch) {
+                assert!(matches!(plain.states[p], State::Reached { .. }), "{patch:?}");
+                assert!(told.states[p] == State::Unreachable && told.short[p].is_some(), "{patch:?}");
+            } else {
+                assert_eq!((told.states[p], told.short[p]), (plain.states[p], plain.short[p]));
+            }
+        }
     }
 
     #[test]

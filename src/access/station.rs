@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
-use crate::morphology::Sides;
+use crate::morphology::{Sides, StructuringElement, dilate};
 use crate::topology::{Adjacency, components};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -30,6 +30,8 @@ pub struct Station<'a> {
     corners: Vec<[f64; 2]>,
     /// Samples at which the tool is not known to be free of the part.
     hit: Indicator,
+    /// Samples with a free one at most [`NEAR`] samples away along each axis.
+    near_free: Indicator,
 }
 
 /// A pose at which a tool is free and near a point of the surface.
@@ -40,6 +42,9 @@ pub struct Stand {
     /// The tip, in the frame of the part.
     pub tip: Vec3,
 }
+
+/// So many samples a pose may lie from touching: what 2·√3 spacings round to.
+const NEAR: usize = 4;
 
 /// Millimetres above the tip that a cutter is used along to grip or cut.
 const REACHED_ALONG: f64 = 12.0;
@@ -83,7 +88,9 @@ impl<'a> Station<'a> {
         };
         let corners =
             tool.meridian().filter(|m| !m.cutter_is_convex()).map(Meridian::cutter_corners).unwrap_or_default();
-        Ok(Station { tool, frame: setup.frame, turn, posed, corners, hit })
+        let near = StructuringElement::cuboid([2 * NEAR + 1; 3], spacing)?;
+        let near_free = dilate(&hit.complement(), &near)?.set.placed([NEAR as isize; 3], *hit.grid())?;
+        Ok(Station { tool, frame: setup.frame, turn, posed, corners, hit, near_free })
     }
 
     /// The same station with more in the way.
@@ -91,7 +98,8 @@ impl<'a> Station<'a> {
     /// # Errors
     /// [`crate::Error::Operand`] if the grids differ.
     pub fn with_more(&self, hit: &Indicator) -> Result<Self> {
-        Ok(Station { hit: self.hit.union(hit)?, posed: self.posed.clone(), corners: self.corners.clone(), ..*self })
+        let (hit, near_free) = (self.hit.union(hit)?, self.near_free.clone());
+        Ok(Station { hit, near_free, posed: self.posed.clone(), corners: self.corners.clone(), ..*self })
     }
 
     /// Tips, on the grid of [`Station::hit`], at which the tool overlaps cubes of a set in its setup.
@@ -178,14 +186,20 @@ impl<'a> Station<'a> {
         let (at, normal) = (self.frame.map(|r| dot(r, patch.at)), self.frame.map(|r| dot(r, patch.normal)));
         let grid = self.hit.grid();
         let h = grid.h();
+        let touching =
+            tries.iter().map(|(contact, retreats)| (grid.continuous_index(sub(at, *contact)), contact, retreats));
+        let tries: Vec<_> = touching.filter(|(tip, ..)| self.may_be_free_near(*tip, stand_off)).collect();
+        if tries.is_empty() {
+            return None;
+        }
         // Nearer than a spacing a tool is hardly ever free of the cubes that the surface touches.
         for s in 2..=(stand_off / (0.5 * h)) as usize {
-            for (contact, retreats) in tries {
-                for &retreat in retreats {
-                    let wanted = along(sub(at, *contact), retreat, 0.5 * h * s as f64);
-                    let Some(index) = grid.sample_at(wanted).filter(|&i| !self.hit.contains(i)) else { continue };
+            for (touches, contact, retreats) in &tries {
+                for &retreat in *retreats {
+                    let wanted = along(*touches, retreat, 0.5 * s as f64);
+                    let Some(index) = grid.sample_of(wanted).filter(|&i| !self.hit.contains(i)) else { continue };
                     let tip = grid.position(index);
-                    let touching = add(tip, *contact);
+                    let touching = add(tip, **contact);
                     let apart = distance(touching, at);
                     if apart <= stand_off && dot(sub(touching, at), normal) > 0.0 {
                         let back = transposed(self.frame);
@@ -199,6 +213,14 @@ impl<'a> Station<'a> {
             }
         }
         None
+    }
+
+    /// Whether any sample within `stand_off` of a tip, given by its continuous index, may be free.
+    fn may_be_free_near(&self, tip: Vec3, stand_off: f64) -> bool {
+        let grid = self.hit.grid();
+        // A point that far away rounds to a sample no more than so many further on.
+        let known = stand_off <= (NEAR as f64 - 0.5) * grid.h();
+        !known || grid.sample_of(tip).is_none_or(|i| self.near_free.contains(i))
     }
 
     /// How far along its axis the tool has to be drawn back from touching a patch until it is free, if that is less than `below`,
@@ -249,16 +271,19 @@ impl<'a> Station<'a> {
         let longest = grid.dims().into_iter().max().unwrap_or(0);
         let back = transposed(self.frame);
         let above = grid.dims()[2] as f64 - 0.5;
-        let free = |p: Vec3| match grid.sample_at(p) {
+        // Both in samples: one step is one spacing.
+        let free = |tip: Vec3| match grid.sample_of(tip) {
             Some(index) => !self.hit.contains(index),
             // Above the grid nothing is in the way of a coaxial tool; beside it and below nothing is known. The grid of any
             // other holds all tips at which it can meet the part.
-            None => self.tool.meridian().is_none() || grid.continuous_index(p)[2] >= above,
+            None => self.tool.meridian().is_none() || tip[2] >= above,
         };
         let nearer = |best: Option<(f64, Vec3)>, contact: &Vec3| {
             let (tip, below) = (sub(at, *contact), best.map_or(below, |b| b.0));
-            let back_by = (0..=longest).map(|s| grid.h() * s as f64).take_while(|s| *s < below);
-            back_by.into_iter().find(|&s| free(along(tip, axis, s))).map(|s| (s, tip)).or(best)
+            let touches = grid.continuous_index(tip);
+            let mut steps = (0..=longest).take_while(|&s| grid.h() * (s as f64) < below);
+            let found = steps.find(|&s| free(along(touches, axis, s as f64)));
+            found.map(|s| (grid.h() * s as f64, tip)).or(best)
         };
         let found = contacts.iter().fold(None, nearer);
         found.map(|(s, tip)| (s, back.map(|row| dot(row, tip))))
@@ -322,6 +347,73 @@ mod tests {
     use crate::geometry::{InsideRule, Primitive, TriangleMesh};
     use crate::units::Length;
 
+    /// A pocketed block and the stations of a pin, a disc on a shaft and a tool without symmetry in two of its setups.
+    fn with_stations(check: impl Fn(&Station, &[Patch], &MeshDistance)) {
+        let block = |size: &str, at: Vec3| {
+            let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            Primitive::parse(size).unwrap().mesh(Length::mm(1.0)).transformed(still, at)
+        };
+        let mut pocket = block("box:4x3x6mm", [0.5, 0.0, 2.5]);
+        pocket.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        let mesh = block("box:10x9x8mm", [0.0; 3]).joined(&pocket);
+        let piece =
+            |role: &str, d: f64, l: f64| format!("[[piece]]\nrole = \"{role}\"\ndiameter_mm = {d}\nlength_mm = {l}\n");
+        let coaxial = |text: String| Tool::from_toml("t", &text, |_| Ok(TriangleMesh::default())).unwrap();
+        let hook = block("box:1x2x6mm", [0.0, 0.5, 3.0]);
+        let tools = [
+            coaxial(piece("cutter", 1.5, 4.0) + &piece("holder", 6.0, 10.0)),
+            coaxial(piece("cutter", 4.0, 1.0) + &piece("neck", 1.0, 9.0)),
+            Tool::from_mesh("hook", hook, vec![SharpPoint { name: "end".into(), at_mm: [0.5, 1.5, 0.0] }]).unwrap(),
+        ];
+        let cast = |d: Vec3| Setup::cast(&mesh, InsideRule::Winding, d, Length::mm(0.5), Length::mm(3.0)).unwrap();
+        let setups = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]].map(cast);
+        let (surface, view) = (super::super::surface::patches(&mesh, 1.6, |_| true), MeshDistance::new(&mesh));
+        for (tool, setup) in tools.iter().flat_map(|t| setups.iter().map(move |s| (t, s))) {
+            Station::all(tool, &setups[0], setup).for_each(|s| check(&s.unwrap(), &surface, &view));
+        }
+    }
+
+    #[test]
+    fn what_is_passed_over_is_nowhere_free() {
+        with_stations(|station, surface, view| {
+            let all = Indicator::empty(*station.hit.grid()).complement();
+            let plain =
+                Station { hit: station.hit.clone(), near_free: all, posed: None, corners: Vec::new(), ..*station };
+            let (grid, mut found) = (station.hit.grid(), [0; 2]);
+            for patch in surface {
+                let stand_off = 2.0 * 3f64.sqrt() * grid.h();
+                let want = plain.stand(patch, stand_off, view);
+                assert_eq!(station.stand(patch, stand_off, view), want);
+                assert_eq!(station.beside(patch, stand_off, view), plain.beside(patch, stand_off, view));
+                found[usize::from(want.is_some())] += 1;
+            }
+            assert!(found.iter().all(|&n| n > 20), "{found:?}");
+        });
+    }
+
+    #[test]
+    fn a_tool_is_drawn_back_to_the_first_free_sample() {
+        with_stations(|station, surface, _| {
+            let grid = station.hit.grid();
+            let axis = station.turn.map(|row| row[2]);
+            for patch in surface {
+                let at = station.frame.map(|r| dot(r, patch.at));
+                let normal = station.frame.map(|r| dot(r, patch.normal));
+                let contacts = station.contacts(normal);
+                let free = |p: Vec3| match grid.sample_at(p) {
+                    Some(index) => !station.hit.contains(index),
+                    None => station.tool.meridian().is_none() || p[2] >= grid.position([0, 0, grid.dims()[2] - 1])[2],
+                };
+                let steps = contacts
+                    .iter()
+                    .filter_map(|&c| (0..99).find(|&s| free(along(sub(at, c), axis, grid.h() * f64::from(s)))));
+                let want = steps.min().map(|s| grid.h() * f64::from(s));
+                let found = station.retreat_from(patch, &contacts, f64::INFINITY).map(|(by, _)| by);
+                assert!(want.is_none_or(|w| w > grid.h() * 20.0) || found == want, "{found:?} {want:?}");
+            }
+        });
+    }
+
     #[test]
     fn a_tool_of_any_shape_stands_at_the_rotation_that_is_asked_for() {
         let mesh = Primitive::parse("box:6mm").unwrap().mesh(Length::mm(1.0));
@@ -375,7 +467,13 @@ mod tests {
                 touched.iter().any(meets)
             });
             assert_eq!(station.hit, all);
-            let plain = Station { hit: all, posed: station.posed.clone(), corners: vec![], ..station };
+            let plain = Station {
+                hit: all,
+                near_free: station.near_free.clone(),
+                posed: station.posed.clone(),
+                corners: vec![],
+                ..station
+            };
             for patch in &list {
                 let stand = station.stand(patch, 1.0, &view);
                 assert_eq!(stand, plain.stand(patch, 1.0, &view));

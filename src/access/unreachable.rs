@@ -232,7 +232,7 @@ mod tests {
         let setups: Vec<Setup> = up.iter().map(cast).collect();
         let surface = patches(mesh, 0.5, |_| true);
         let list: Vec<&Setup> = setups.iter().collect();
-        let found = reach(&surface, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh)).unwrap();
+        let found = reach(&surface, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh), |_| false).unwrap();
         let (mut areas, mut never) = ([0.0; 3], Vec::new());
         for (p, state) in surface.iter().zip(&found.states).filter(|(p, _)| wanted(p)) {
             let kind = match state {

@@ -115,11 +115,11 @@ fn leaves(part: &Part, setups: &[Setup], patches: &[&Patch], hole: Option<f64>) 
         _ => None,
     };
     let view = part.distance();
+    let leads_out = |p: &Patch, d| view.first_hit(p.at, d, 1e-6 * p.radius, f64::INFINITY).is_none();
     let in_sight = |p: &Patch| {
-        setups.iter().map(|s| s.direction).filter(|&d| dot(d, p.normal) > GRAZING).any(|d| {
-            let apart = 1e-6 * p.radius;
-            view.first_hit(p.at, d, apart, f64::INFINITY).is_none()
-        })
+        let mut ahead = setups.iter().map(|s| s.direction).filter(|&d| dot(d, p.normal) > GRAZING);
+        // Nothing leads out of a void that is closed all round.
+        !part.bounds_sealed_void(p.facet as usize) && ahead.any(|d| leads_out(p, d))
     };
     let at = |p: &&Patch| Leaves {
         in_sight: in_sight(p),

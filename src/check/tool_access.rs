@@ -5,7 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::powder::{Powder, area, between};
 use super::tooling::{Tooling, direction_in_file, round};
-use super::untouched::{Region, gathered, regions, shut_off_sealed};
+use super::untouched::{Region, gathered, regions};
 use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
 use crate::error::{Error, Result, ToolFault};
 use crate::field::Field;
@@ -77,8 +77,9 @@ impl Check for ToolAccess {
             return Err(Error::Tool { tool: tool.name.clone(), fault: ToolFault::NoFaces });
         }
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
-        let mut found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance())?;
-        shut_off_sealed(&surface, &mut found, part);
+        // No tool gets into a void that is closed all round, however narrow.
+        let shut_off = |p: &Patch| part.bounds_sealed_void(p.facet as usize);
+        let found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance(), shut_off)?;
         let regions = regions(&surface, &found, part, tooling.spacing)?;
         let powder = if process.powder_supports {
             let never: Vec<usize> = (0..surface.len()).filter(|&p| found.states[p] == State::Unreachable).collect();

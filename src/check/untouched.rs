@@ -10,15 +10,6 @@ use crate::topology::{Adjacency, components};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
-/// No tool gets into a void that is closed all round, however narrow.
-pub(super) fn shut_off_sealed(surface: &[Patch], found: &mut Reach, part: &Part) {
-    for (state, patch) in found.states.iter_mut().zip(surface) {
-        if *state == State::Open && part.bounds_sealed_void(patch.facet as usize) {
-            *state = State::Unreachable;
-        }
-    }
-}
-
 /// A connected piece of surface that cannot be touched.
 pub(super) struct Region {
     /// Area that cannot be touched for certain, and what of its surroundings is open, mm².
@@ -79,26 +70,4 @@ pub(super) fn gathered(rest: &[Region]) -> Option<Region> {
     let sum = |of: fn(&Region) -> f64| rest.iter().map(of).sum();
     let patches = rest.iter().flat_map(|r| r.patches.iter().copied()).collect();
     Some(Region { area: sum(|r| r.area), open: sum(|r| r.open), worst: first.worst, patches, extent: (lo, hi) })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::access::patches;
-    use crate::geometry::cuboid;
-    use crate::part::Up;
-
-    #[test]
-    fn what_bounds_a_sealed_void_is_untouched_and_nothing_else_is() {
-        let slit = cuboid([2.0, 2.0, 4.9], [8.0, 8.0, 5.1]).flipped();
-        let part = Part::new(cuboid([0.0; 3], [10.0, 10.0, 10.0]).joined(&slit), Up::PlusZ, 1e-6, 1.0).unwrap();
-        let surface = patches(part.mesh(), 1.0, |_| true);
-        let open = || vec![State::Open; surface.len()];
-        let mut found = Reach { states: open(), short: vec![None; surface.len()], setups_used: 0 };
-        shut_off_sealed(&surface, &mut found, &part);
-        let pairs = surface.iter().zip(&found.states);
-        let area = |state: State| pairs.clone().filter(|(_, s)| **s == state).map(|(p, _)| p.area).sum::<f64>();
-        assert!((area(State::Unreachable) - (2.0 * 36.0 + 4.0 * 1.2)).abs() < 1e-9, "{}", area(State::Unreachable));
-        assert!((area(State::Open) - 600.0).abs() < 1e-9, "{}", area(State::Open));
-    }
 }
