@@ -8,6 +8,7 @@ use crate::field::Field;
 use crate::geometry::TriangleMesh;
 use crate::io::glb::{self, Scene};
 use crate::io::{Content, npy, nrrd, obj, ply, stl, threemf, vti, write_together};
+use crate::notice::{Notice, number_of};
 use crate::operate::Operated;
 use crate::report::render::{Panel, side_by_side};
 use crate::units::enclosed;
@@ -72,6 +73,18 @@ impl Outputs {
     /// Whether a picture was asked for.
     pub fn has_picture(&self) -> bool {
         self.picture.is_some()
+    }
+
+    /// What the format of the mesh loses of a surface, if it loses anything.
+    pub fn loses(&self, mesh: &TriangleMesh) -> Option<Notice> {
+        let merged = match &self.mesh {
+            Some(to) if to.suffix == "stl" => stl::merged(mesh) as u64,
+            _ => 0,
+        };
+        let so_far = "on another in STL's numbers, so far from the origin: facets may lose their area and edges meet; write PLY, OBJ, \
+                      3MF or GLB with --out, or move the part nearer";
+        let text = number_of(merged, [&format!("vertex falls {so_far}"), &format!("vertices fall {so_far}")]);
+        (merged > 0).then(|| Notice::new("merged-vertices", text).counted(merged))
     }
 
     /// Writes everything, all of it or none, and returns where.

@@ -8,6 +8,7 @@ mod deliver;
 mod judge;
 mod lists;
 mod made;
+mod need;
 mod operand;
 mod operate;
 mod orient;

@@ -3,11 +3,12 @@
 use super::args::{How, Moved, Operation, Pair};
 use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
+use super::need::{Growth, Surface};
 use super::operand::{Operand, one_from_stdin};
 use super::toolpath as printed;
 use super::words::{allowance, length, units};
 use crate::error::{Error, Result, printable};
-use crate::geometry::vector::{Vec3, bounds, sub};
+use crate::geometry::vector::{Vec3, bounds, norm, sub};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
 use crate::io::motion::{Motion, read_motion};
@@ -48,7 +49,8 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let job = Job::new("offset", part, how)?;
             let out = by.as_mm();
             let job = if out >= 0.0 { job.reaching(([-out; 3], [out; 3])) } else { job };
-            job.run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
+            job.growing(Growth::Rounded(out.max(0.0)))
+                .run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
         }
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
@@ -124,6 +126,7 @@ struct Job {
     tell: fn(&Operated) -> String,
     /// The box that the exact result touches on all sides, where that is known.
     reaches: Option<(Vec3, Vec3)>,
+    growth: Growth,
 }
 
 impl Job {
@@ -135,7 +138,16 @@ impl Job {
         let to = Outputs::open(how)?;
         let part = Operand::read(name, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
-        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new(), reaches: None })
+        Ok(Job {
+            part,
+            spacing,
+            memory,
+            unit_mm,
+            to,
+            tell: |_| String::new(),
+            reaches: None,
+            growth: Growth::Plain(0.0),
+        })
     }
 
     /// The same job, with more to tell of its result.
@@ -147,6 +159,11 @@ impl Job {
     fn reaching(self, (before, behind): (Vec3, Vec3)) -> Self {
         let reaches = self.part.bounds().map(|(lo, hi)| (plus(lo, before), plus(hi, behind)));
         Job { reaches, ..self }
+    }
+
+    /// The same job, whose surface grows so.
+    fn growing(self, growth: Growth) -> Self {
+        Job { growth, ..self }
     }
 
     /// The same job, if none of its results takes the place of an input.
@@ -174,11 +191,14 @@ impl Job {
             .into());
         }
         let spacing = self.spacing.unwrap_or_else(|| default_spacing(longer));
-        Fitting::within(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
+        let surface = Surface::of(&self.part.mesh(spacing), self.growth);
+        surface.admit(plus(extent, room), spacing, bytes_per_sample, self.memory.least())?;
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
+        let loses = self.to.loses(&made.mesh);
         let written = self.to.write(&made, &before)?;
         let mut notices = self.part.notices;
+        notices.extend(loses);
         notices.extend(made.left_out(spacing));
         notices.extend(self.reaches.and_then(|whole| made.falls_short(whole, spacing)));
         Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
@@ -211,7 +231,7 @@ fn moved(operation: &str, by: &Moved, how: &How) -> Answer<(Job, Operand)> {
         (Some(element), _) => pair_of(operation, &by.part, element, how),
         (None, Some(radius)) => {
             let ball = Operand::ball(Length::parse(radius)?)?;
-            Ok((Job::new(operation, &by.part, how)?, ball))
+            Ok((Job::new(operation, &by.part, how)?.growing(growth_by(&ball)), ball))
         }
         (None, None) => Err(Error::Usage {
             problem: format!("`{operation}` needs a ball or another element beside the part"),
@@ -226,7 +246,7 @@ fn pair_of(operation: &str, part: &Path, element: &Path, how: &How) -> Answer<(J
     let mut job = Job::new(operation, part, how)?.sparing(&[element])?;
     let element = Operand::read(element, job.unit_mm, &job.memory)?;
     job.part.notices.extend(element.notices.iter().cloned());
-    Ok((job, element))
+    Ok((job.growing(growth_by(&element)), element))
 }
 
 /// How many facets of a result cross, if any do.
@@ -240,6 +260,14 @@ fn crossings(made: &Operated) -> String {
             found.count
         )
     })
+}
+
+/// How a surface grows with an element: by a ball's radius, or by what another reaches from its middle.
+fn growth_by(element: &Operand) -> Growth {
+    match element.element {
+        Element::BuiltIn(Primitive::Ball { radius }) => Growth::Rounded(radius.as_mm()),
+        _ => Growth::Plain(0.5 * norm(element.extent())),
+    }
 }
 
 fn bytes_with(element: &Operand) -> u128 {

@@ -12,6 +12,7 @@ mod motion;
 mod settled;
 mod shape;
 mod twice;
+mod whole;
 
 pub use deposit::{Departure, Deposit, deposit};
 pub use motion::sweep_motion;

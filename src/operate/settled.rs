@@ -2,19 +2,16 @@
 
 use super::met::{Met, flooded};
 use super::midway::widened;
+use super::whole::{Whole, outward_solid};
 use crate::distance::signed_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::{Edge, SMOOTH_COSINE, Sheets, sharp_surface};
 use crate::geometry::gauss_image::GaussImage;
-use crate::geometry::health::{Health, Role, meetings};
 use crate::geometry::vector::{Vec3, dot, scale, sub};
-use crate::geometry::{MeshDistance, TriangleMesh, body_pairs};
+use crate::geometry::{MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Facets that are nearer than this to those of another body, or pass through each other by more, mm: rounding in f32 is less.
-const MEETING: f64 = 1e-4;
 
 /// Where the operands of a sum touch.
 pub(super) struct Touch {
@@ -55,17 +52,11 @@ impl Touch {
         Self::of_sum(part, &mirrored(element))
     }
 
-    /// For the Minkowski difference of a part and an element; `None` as for a sum, and if the part has facets inside of its material,
-    /// where bodies meet or one passes through itself: its outside does not touch anything there.
-    pub(super) fn of_difference(part: &TriangleMesh, element: &TriangleMesh) -> Option<Self> {
-        let health = outward_solid(part)?;
-        let alone = health.count_of(Role::Swallowed) == 0 && body_pairs(part, &health, MEETING).is_empty();
-        let found = alone.then(|| meetings(&MeshDistance::new(part), |_, _| true, MEETING))?;
-        if found.crossing.count + found.overlapping.count > 0 {
-            return None;
-        }
-        outward_solid(element)?;
-        Some(Touch { operands: [part.flipped(), mirrored(element)], free: Free::Inside })
+    /// For the Minkowski difference of a part and an element; `None` as for a sum, and if the part has facets inside of its material:
+    /// its outside does not touch anything there.
+    pub(super) fn of_difference(part: &Whole, element: &TriangleMesh) -> Option<Self> {
+        let operands = || [part.mesh.flipped(), mirrored(element)];
+        (part.bounding && outward_solid(element).is_some()).then(|| Touch { operands: operands(), free: Free::Inside })
     }
 
     /// For the way back from a surface of this one: the difference of a sum's, or the sum of a difference's, by the same element. Such a
@@ -145,13 +136,6 @@ pub(super) fn field_to(mesh: &TriangleMesh, inside: &Indicator) -> Result<Field<
     Ok(field)
 }
 
-/// The health of a mesh that bounds a solid, wound outwards, and holds no sheets.
-fn outward_solid(mesh: &TriangleMesh) -> Option<Health> {
-    let health = Health::of(mesh);
-    let outwards = health.shells.iter().all(|shell| !matches!(shell.role, Role::Open | Role::Inverted | Role::Ghost));
-    (health.is_solid() && !health.inverted && outwards).then_some(health)
-}
-
 /// The mesh of −B.
 fn mirrored(mesh: &TriangleMesh) -> TriangleMesh {
     mesh.scaled(-1.0).flipped()
@@ -204,6 +188,7 @@ mod tests {
     use crate::morphology::{Sandwich, Sides};
     use crate::random::Lcg;
     use crate::units::Length;
+    use std::borrow::Cow;
 
     const H: f64 = 0.3;
 
@@ -266,12 +251,16 @@ mod tests {
     fn a_difference_is_that_of_boxes_and_none_of_a_part_whose_bodies_meet() {
         let (part, element) = (cuboid([0.0; 3], [6.0, 5.0, 4.0]), cuboid([-0.5, -0.25, 0.0], [0.5, 0.75, 1.0]));
         let found = Sandwich::difference(&sides(&part), &sides(&element)).unwrap();
-        let settled =
-            Touch::of_difference(&part, &element).unwrap().surface([&found.lower, &found.upper]).unwrap().unwrap();
+        let settled = Touch::of_difference(&Whole::of(&part), &element)
+            .unwrap()
+            .surface([&found.lower, &found.upper])
+            .unwrap()
+            .unwrap();
         let volume = settled.mesh.signed_volume();
         assert!((volume - 5.0 * 4.0 * 3.0).abs() < 94.0 * 1e-3 * H, "{volume}");
         let both = part.clone().joined(&cuboid([5.0, 1.0, 1.0], [9.0, 2.0, 2.0]));
-        assert!(Touch::of_difference(&both, &element).is_none());
+        assert!(Touch::of_difference(&Whole::of(&both), &element).is_some(), "its union");
+        assert!(Touch::of_difference(&Whole { mesh: Cow::Borrowed(&both), bounding: false }, &element).is_none());
         assert!(Touch::of_sum(&both, &element).is_some());
         assert!(Touch::of_sum(&part.flipped(), &element).is_none());
         let ball = Primitive::parse("ball:1mm").unwrap().mesh(Length::mm(0.1));

@@ -3,6 +3,7 @@
 use super::midway::{field_between, surface_between};
 use super::settled::{Settled, Touch, field_to};
 use super::twice::{closed, opened};
+use super::whole::Whole;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::MEETING;
@@ -13,7 +14,7 @@ use crate::grid::Grid;
 use crate::morphology::{
     Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh, sweep_surface,
 };
-use crate::units::{Length, Volume};
+use crate::units::{Length, Volume, short};
 use std::borrow::Cow;
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
@@ -99,7 +100,27 @@ impl Operated {
 /// [`Error::Operand`] for a length that is not finite or out of proportion to the spacing; [`Error::NoGeometry`] for an
 /// empty part, or where nothing remains; otherwise as [`crate::geometry::voxelize()`].
 pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
-    checked("offset", from_distances(offset_mesh(part, by, spacing)?))
+    grown("offset", part, by, spacing)
+}
+
+/// The offset of a part as the result of an operation. What is farther from the part than facets inside of it are cannot tell them from
+/// others.
+fn grown(operation: &'static str, part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
+    if by.as_mm() >= NEAR_PART * spacing.as_mm() {
+        return checked(operation, from_distances(offset_mesh(part, by, spacing)?));
+    }
+    by_distances(operation, part, |part| offset_mesh(part, by, spacing))
+}
+
+/// What is made by the distances to the facets of a part, or to those of its union where its bodies meet.
+fn by_distances(
+    operation: &'static str,
+    part: &TriangleMesh,
+    make: impl Fn(&TriangleMesh) -> Result<Shaped>,
+) -> Result<Operated> {
+    let (whole, made) = Whole::made(part, make)?;
+    let made = from_distances(made);
+    checked(operation, Operated { path: whole.path(made.path), ..made })
 }
 
 /// The opening of a part: what copies of the element that fit inside cover.
@@ -113,13 +134,15 @@ pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<O
     element_fits("opening", part, element)?;
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
-            checked("opening", from_distances(open_by_ball(part, *radius, spacing)?))
+            by_distances("opening", part, |part| open_by_ball(part, *radius, spacing))
         }
         _ => {
-            let [a, b] = both_sides(part, element, spacing)?;
+            let whole = Whole::of(part);
+            let [a, b] = both_sides(&whole.mesh, element, spacing)?;
             let found = Sandwich::opening(&a, &b)?;
-            let settled = opened(part, &element.faceted(spacing)?, [&a, &b], &found)?;
-            checked("opening", touching(found, settled)?)
+            let settled = opened(&whole, &element.faceted(spacing)?, [&a, &b], &found)?;
+            let made = touching(found, settled)?;
+            checked("opening", Operated { path: whole.path(made.path), ..made })
         }
     }
 }
@@ -153,7 +176,7 @@ pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<
 /// As [`offset`].
 pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     if let Element::BuiltIn(Primitive::Ball { radius }) = element {
-        return offset(part, *radius, spacing);
+        return grown("Minkowski sum", part, *radius, spacing);
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::sum(&a, &b)?;
@@ -163,20 +186,23 @@ pub fn minkowski(part: &TriangleMesh, element: &Element, spacing: Length) -> Res
 }
 
 /// The Minkowski difference (erosion) of a part by an element: where the element's origin may stand so that all of it
-/// lies in the part. Its surface is as exact as that of [`minkowski`]; a part whose bodies meet gets one midway in the bracket.
+/// lies in the part. Its surface is as exact as that of [`minkowski`]; a part that meets itself and has no union gets one midway in the
+/// bracket.
 ///
 /// # Errors
 /// As [`open`]; [`Error::NoGeometry`], too, where no sample is certainly in it: it may have no volume.
 pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     element_fits("Minkowski difference", part, element)?;
     if let Element::BuiltIn(Primitive::Ball { radius }) = element {
-        return offset(part, -*radius, spacing);
+        return grown("Minkowski difference", part, -*radius, spacing);
     }
-    let [a, b] = both_sides(part, element, spacing)?;
+    let whole = Whole::of(part);
+    let [a, b] = both_sides(&whole.mesh, element, spacing)?;
     let found = Sandwich::difference(&a, &b)?;
-    let touch = Touch::of_difference(part, &element.faceted(spacing)?);
+    let touch = Touch::of_difference(&whole, &element.faceted(spacing)?);
     let settled = between(touch, &found)?;
-    checked("Minkowski difference", touching(found, settled)?)
+    let made = touching(found, settled)?;
+    checked("Minkowski difference", Operated { path: whole.path(made.path), ..made })
 }
 
 /// The obstacle of a part for a moving element: the translations at which the two overlap. Its surface is as exact as that of
@@ -186,7 +212,7 @@ pub fn difference(part: &TriangleMesh, element: &Element, spacing: Length) -> Re
 /// As [`offset`].
 pub fn obstacle(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     if let Element::BuiltIn(Primitive::Ball { radius }) = element {
-        return offset(part, *radius, spacing);
+        return grown("obstacle", part, *radius, spacing);
     }
     let [a, b] = both_sides(part, element, spacing)?;
     let found = Sandwich::obstacle(&a, &b)?;
@@ -226,6 +252,9 @@ pub fn reachable(part: &Sides, tool: &Sides, window: &Grid) -> Result<Operated> 
     checked("reach", from_sandwich(Sandwich::reachable(part, tool, window)?)?)
 }
 
+/// Offsets by less than this, in spacings, are told by distances inside of the part as well.
+const NEAR_PART: f64 = 2.0;
+
 /// Where samples lie beside the world's origin, in spacings, so that faces on round coordinates are not on samples.
 const PHASE: [f64; 3] = [0.25; 3];
 
@@ -257,10 +286,10 @@ fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element)
         Some(axis) => Err(Error::Operand {
             operation,
             problem: format!(
-                "the element is {:.3} mm long in {}, the part {:.3} mm: it fits nowhere",
-                element[axis],
+                "the element is longer in {} than the part, {} mm to {} mm: it fits nowhere",
                 ["x", "y", "z"][axis],
-                part[axis]
+                short(element[axis]),
+                short(part[axis])
             ),
             remedy: "choose a smaller element".into(),
         }),
@@ -390,7 +419,39 @@ mod tests {
         let (part, element) = (mesh("box:6x5x4mm"), built_in("box:2x1x1mm"));
         assert!(difference(&part, &element, H).unwrap().path.ends_with(" crossings where the operands touch"));
         let both = part.clone().joined(&mesh("box:8x2x2mm"));
-        assert!(difference(&both, &element, H).unwrap().path.ends_with(", surface midway in the bracket"));
+        assert!(difference(&both, &element, H).unwrap().path.ends_with(" touch, what meets itself united first"));
+    }
+
+    #[test]
+    fn bodies_that_meet_are_eroded_as_their_union() {
+        // A bar of 10 × 4 × 4 mm of two that overlap, and of two that touch.
+        for at in [4.0, 5.0] {
+            let part = cuboid([0.0; 3], [5.0, 4.0, 4.0]).joined(&cuboid([at, 0.0, 0.0], [10.0, 4.0, 4.0]));
+            let by = built_in("box:1x1x1mm");
+            let (less, ball) = (difference(&part, &by, H).unwrap(), built_in("ball:0.5mm"));
+            let same = [
+                open(&part, &by, H).unwrap(),
+                open(&part, &ball, H).unwrap(),
+                offset(&part, Length::mm(0.0), H).unwrap(),
+            ];
+            // Faces lie where the operands touch, to a thousandth of a spacing; edges are off by a third of it.
+            assert!(
+                (less.volume.as_mm3() - 81.0).abs() < 126.0 * 1e-3 * 0.25 + 84.0 * 0.08 * 0.08,
+                "{at}: {:?}",
+                less.volume
+            );
+            for (n, made) in same.iter().enumerate() {
+                let [low, high] = made.bracket.map(|v| v.as_mm3());
+                let whole = if n == 1 { 160.0 - 72.0 * 0.25 * (1.0 - 0.25 * std::f64::consts::PI) } else { 160.0 };
+                assert!(low <= whole && whole <= high, "{at} {n}: {whole} not in {low} … {high}");
+            }
+            let [plain, grown] = [&same[2], &offset(&cuboid([0.0; 3], [10.0, 4.0, 4.0]), Length::mm(0.0), H).unwrap()];
+            assert!(
+                (plain.mesh.area() - 192.0).abs() < 1e-3 * 192.0 && (grown.mesh.area() - 192.0).abs() < 1e-3 * 192.0
+            );
+            assert!(plain.path.ends_with("united first") && !grown.path.contains("united"));
+            assert!(offset(&part, Length::mm(-0.5), H).unwrap().bracket[1].as_mm3() >= 81.0);
+        }
     }
 
     #[test]

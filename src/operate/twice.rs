@@ -1,6 +1,7 @@
 //! Openings and closings by any element: where the operands touch, twice.
 
 use super::settled::{Settled, Touch};
+use super::whole::Whole;
 use crate::error::Result;
 use crate::geometry::TriangleMesh;
 use crate::morphology::{Sandwich, Sides, StructuringElement, dilate, erode};
@@ -44,7 +45,7 @@ pub(super) fn closed(
 /// # Cost
 /// That of a difference, and of a sum of a mesh of as many facets as the difference has.
 pub(super) fn opened(
-    part: &TriangleMesh,
+    part: &Whole,
     element: &TriangleMesh,
     [a, b]: [&Sides; 2],
     found: &Sandwich,
@@ -86,7 +87,7 @@ mod tests {
 
     fn opening(part: &TriangleMesh, element: &TriangleMesh) -> Option<Settled> {
         let [a, b] = [sides(part), sides(element)];
-        opened(part, element, [&a, &b], &Sandwich::opening(&a, &b).unwrap()).unwrap()
+        opened(&Whole::of(part), element, [&a, &b], &Sandwich::opening(&a, &b).unwrap()).unwrap()
     }
 
     /// A block of 6 × 4 × 3 mm with a slot in the middle of its top, 2 mm deep.

@@ -59,6 +59,9 @@ pub fn read(bytes: &[u8]) -> Result<Toolpath> {
     for (number, line) in bytes.split(|&b| b == end).enumerate() {
         for part in line.split(|&b| b == b'\r') {
             machine.line(number as u64 + 1, part)?;
+            if machine.ended {
+                return machine.finish();
+            }
         }
     }
     machine.finish()
@@ -81,6 +84,8 @@ struct Machine {
     disputed: Option<u64>,
     /// G commands that were passed over, each with its first line.
     passed_over: Vec<(f64, u64)>,
+    /// Whether the program has ended: what follows in the file is none of it.
+    ended: bool,
     /// The last of G0 to G3, which stays in force on lines that name only coordinates.
     motion: Option<u32>,
     deposits: Strokes,
@@ -125,6 +130,7 @@ impl Machine {
             marlin: Mode::Absolute,
             disputed: None,
             passed_over: Vec::new(),
+            ended: false,
             motion: None,
             deposits: Strokes::default(),
             feeds: Strokes::default(),
@@ -149,6 +155,7 @@ impl Machine {
                 }
                 (b'M', 82.0) => self.extrude(Mode::Absolute),
                 (b'M', 83.0) => self.extrude(Mode::Relative),
+                (b'M', 2.0 | 30.0) => self.ended = true,
                 (b'M', 97.0 | 98.0) => return Err(unsupported(number, &format!("a subprogram (M{code})"))),
                 _ => {}
             }
@@ -412,6 +419,14 @@ mod tests {
         let p = path("O1234 (a program)\nG1 X1 E1\nG12\nG12\nG1 X2 E2\nG27\n");
         assert_eq!((p.length_mm(), p.notices.len()), (2.0, 1));
         assert!(p.notices[0].message.contains("G12, G27 (first in line 3)"), "{:?}", p.notices);
+    }
+
+    #[test]
+    fn a_program_ends_where_it_says_so() {
+        for end in ["M2", "M30", "M30 (end)", "M02"] {
+            assert_eq!(path(&format!("G1 X10 E1\n{end}\nG1 X30 E2\n")).length_mm(), 10.0, "{end}");
+        }
+        assert_eq!(path("G1 X10 E1\nM3\nM300\nG1 X30 E2\n").length_mm(), 30.0);
     }
 
     #[test]

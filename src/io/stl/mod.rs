@@ -13,4 +13,4 @@ mod write;
 
 pub(super) use decide::{fits_binary, looks_like_text, may_be_binary};
 pub use read::read;
-pub use write::write;
+pub use write::{merged, write};

@@ -1,6 +1,7 @@
 //! Writing binary STL.
 
 use crate::geometry::TriangleMesh;
+use rayon::prelude::*;
 use std::io::{Error, ErrorKind, Result, Write};
 
 /// Writes a mesh as binary STL, in the unit of its coordinates, by `stl_io`.
@@ -32,4 +33,23 @@ pub fn write(mesh: &TriangleMesh, mut out: &mut dyn Write) -> Result<()> {
         vertices: mesh.corners(f).map(|p| stl_io::Vertex::new(single(p))),
     };
     stl_io::write_stl(&mut out, (0..mesh.triangles.len()).map(facet))
+}
+
+/// How many vertices of a mesh fall on others in f32: far from the origin a written file may have facets without area and edges of more
+/// than two facets for them.
+///
+/// # Cost
+/// O(n log n).
+///
+/// ```
+/// use amcheck::geometry::cuboid;
+/// let far = |x: f64| amcheck::io::stl::merged(&cuboid([x, 0.0, 0.0], [x + 1e-4, 1.0, 1.0]));
+/// assert_eq!((far(0.0), far(1e4)), (0, 4));
+/// ```
+pub fn merged(mesh: &TriangleMesh) -> usize {
+    // Zero and its negative are one place.
+    let mut places: Vec<[u32; 3]> = mesh.vertices.iter().map(|v| v.map(|x| (x as f32 + 0.0).to_bits())).collect();
+    places.par_sort_unstable();
+    places.dedup();
+    mesh.vertices.len() - places.len()
 }
