@@ -26,9 +26,9 @@ static META: Meta = Meta {
           is not above its footprint stands on its supports alone.",
     how: "Pieces are followed from the top down, on the mesh: a piece is all that is connected above a height, and where it meets another \
           the higher one goes on. It is judged by its height over the least width of the convex hull of its section, so that legs under a \
-          common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights from \
-          half a layer above its lowest point to a layer below its top: stretches of height are divided until no section in them can be more slender \
-          by two thousandths than one that was measured. Sections longer than four times their width carry walls, which \
+          common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights \
+          down from a layer below its top: stretches of height are divided until no section in them can be more slender by two thousandths than one \
+          that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \
           `thin-wall` judges. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
           first layer. Bodies that fuse stand together, every other stands by itself.",
     limits: "Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \

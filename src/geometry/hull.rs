@@ -106,7 +106,8 @@ impl Hull {
         let mut kept: Vec<Point> = Vec::new();
         for (i, &p) in self.0.iter().enumerate() {
             let next = self.0[(i + 1) % self.0.len()];
-            if kept.last().is_none_or(|&before| turn(before, p, next).abs() > near * distance(before, next)) {
+            let before = kept.last().or(self.0.last()).copied().unwrap_or(p);
+            if turn(before, p, next) > near * distance(before, next) {
                 kept.push(p);
             }
         }
