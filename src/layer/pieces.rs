@@ -2,6 +2,7 @@
 
 use crate::geometry::vector::{Vec3, along, compare, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
+use rayon::prelude::*;
 
 /// A piece of a solid above a height, followed down from its top until it joins a higher one.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,8 +62,12 @@ pub fn pieces(mesh: &TriangleMesh, bounds: impl Fn(usize) -> bool, tree: &MeshDi
     let mut sweep = Sweep::over(mesh, &facets, tree);
     let edges = edges_from_the_top(mesh, &facets);
     let mut order: Vec<u32> = facets.iter().flat_map(|&f| mesh.triangles[f as usize]).collect();
-    order.sort_unstable_by(|&a, &b| compare_from_the_top(sweep.point(a), sweep.point(b)).then(a.cmp(&b)));
+    order.par_sort_unstable();
     order.dedup();
+    order.par_sort_unstable_by(|&a, &b| {
+        let at = |v: u32| mesh.vertices[v as usize];
+        compare_from_the_top(at(a), at(b)).then(a.cmp(&b))
+    });
     let mut left = edges.as_slice();
     let height = |v: u32| mesh.vertices[v as usize][2];
     for level in order.chunk_by(|&a, &b| height(a) == height(b)) {
@@ -91,7 +96,7 @@ fn edges_from_the_top(mesh: &TriangleMesh, facets: &[u32]) -> Vec<[u32; 2]> {
         })
     };
     let mut edges: Vec<[u32; 2]> = facets.iter().flat_map(directed).filter(|[p, q]| p != q).collect();
-    edges.sort_unstable_by(|a, b| height(b[1]).total_cmp(&height(a[1])).then(a.cmp(b)));
+    edges.par_sort_unstable_by(|a, b| height(b[1]).total_cmp(&height(a[1])).then(a.cmp(b)));
     edges.dedup();
     edges
 }

@@ -170,12 +170,15 @@ impl Search<'_> {
             self.at_most = self.at_most.max(bound);
             return None;
         }
-        // The hull of all that lies in the stretch holds each section.
-        let whole = Hull::of(all().flat_map(|e| {
-            let [from, to] = e.heights;
-            [e.at(low.max(from)), e.at(high.min(to))]
-        }));
-        if ends.longest() > self.counting.longest_ratio * whole.widths().0 * (1.0 + ROUNDING) {
+        let is_longer = |width: f64| ends.longest() > self.counting.longest_ratio * width * (1.0 + ROUNDING);
+        // The hull of all that lies in the stretch holds each section, and is no narrower than what crosses it.
+        let whole = || {
+            Hull::of(all().flat_map(|e| {
+                let [from, to] = e.heights;
+                [e.at(low.max(from)), e.at(high.min(to))]
+            }))
+        };
+        if is_longer(ends.widths[0].0.max(ends.widths[1].0)) && is_longer(whole().widths().0) {
             return None;
         }
         if self.left == 0 {
