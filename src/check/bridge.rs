@@ -45,7 +45,8 @@ static META: Meta = Meta {
           out, and of a bridge too where they have none. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
           along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
           above them. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there, both \
-          across the axis, the direction that its facets contain: it is the cylinder's, however the hole lies or climbs.",
+          across the axis, the direction that its facets contain: it is the cylinder's, however the hole lies or climbs, and never more than that of the circle with \
+          its chord and its rise. A crown that is all within the ledge limit of its sides is measured too, where the passage is straight and climbs by 19° at most.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
              Sloped surface that reaches out, and the crown of a passage that bends or narrows, are judged by `overhang` alone, and what \

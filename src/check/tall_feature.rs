@@ -5,7 +5,7 @@ use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::topple::{round, topple};
 use crate::error::Result;
-use crate::layer::{TallFeature as Feature, tall_features};
+use crate::layer::{Counting, TallFeature as Feature, tall_features};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;
@@ -24,14 +24,16 @@ static META: Meta = Meta {
            least width. Where the process says so, it also measures how far inside the footprint the centre of mass lies.",
     why: "A slender pillar sways under the nozzle, the recoater or the peel, and breaks or prints crooked. A part whose centre of mass \
           is not above its footprint stands on its supports alone.",
-    how: "Layers are followed from the top down. A connected piece above a layer is judged by its height over the least width of the convex \
-          hull of its section there, so that legs under a common top, or the four walls of a box, count together; each piece is reported at \
-          its most slender layer, when it joins another. Samples find the place, height and width are then measured on the mesh, at half the first \
-          layer or above. Sections longer \
-          than four times their width carry walls, which `thin-wall` judges. The centre of mass is exact for a closed mesh, the \
-          footprint is the convex hull of the section at half the first layer. Bodies that fuse stand together, every other stands by itself.",
-    limits: "A pillar thinner than the spacing of the grid may be missed. Bracing that touches no layer below, such as supports, is not \
-             counted. The value is that of the sampled layers, so it is an estimate.",
+    how: "Pieces are followed from the top down, on the mesh: a piece is all that is connected above a height, and where it meets another \
+          the higher one goes on. It is judged by its height over the least width of the convex hull of its section, so that legs under a \
+          common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights \
+          down from a layer below its top: stretches of height are divided until no section in them can be more slender by two thousandths than one \
+          that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \
+          `thin-wall` judges. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
+          first layer. Bodies that fuse stand together, every other stands by itself.",
+    limits: "Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \
+             highest of them. Where bodies could not be united, or the mesh is open, what is connected is not certain and the value \
+             is an estimate.",
     source: "The limits' sources stand in the profile. Least width of a hull by its edges: H. Freeman, R. Shapira, Determining the \
              minimum-area encasing rectangle for an arbitrary closed curve, 1975.",
 };
@@ -46,19 +48,24 @@ impl Check for TallFeature {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let least = limits.warn.or(limits.fail).unwrap_or(0.0);
-        // A sixth below the limit, so that the worst value is told where it is near.
-        let bottom = part.mesh().bounds().map_or(0.0, |(lo, _)| lo[2]);
-        let lowest = bottom + 0.5 * process.layer_height_mm;
-        let found = tall_features(&part.solid()?.centres, part.mesh(), least / 1.2, WALL, lowest);
+        let counting = Counting {
+            // A sixth below the limit, so that the worst value is told where it is near.
+            least: least / 1.2,
+            longest_ratio: WALL,
+            layer_mm: process.layer_height_mm,
+            tie_mm: part.step(),
+        };
+        let found = tall_features(part.mesh(), |f| part.bounds_solid(f), part.distance(), &counting);
+        let basis = if part.is_plain() { Basis::Certified } else { Basis::Estimated };
         let worst = found.iter().max_by(|a, b| a.slenderness().total_cmp(&b.slenderness()));
         let mut measured = Measured {
-            worst: worst.map(|f| Worst { bracket: bracket(f, context), unit: "1", at: Some(f.foot) }),
-            cover: "Every connected piece above every layer of samples was judged.".into(),
+            worst: worst.map(|f| Worst { bracket: bracket(f), unit: "1", at: Some(f.foot) }),
+            cover: "Every connected piece above every height was judged, by its most slender section.".into(),
             rule: Some("tall-feature"),
             ..Measured::default()
         };
         let pillar = |t: &Feature| {
-            let mut f = Finding::judged(META.code, "pillar", bracket(t, context), Basis::Estimated, limits, "1", 1e-6);
+            let mut f = Finding::judged(META.code, "pillar", bracket(t), basis, limits, "1", 1e-6);
             locate(&mut f, part, context, t.foot, t.extent);
             let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
             f.layers = Some([layer(t.extent.0[2]), layer(t.extent.1[2])]);
@@ -72,10 +79,12 @@ impl Check for TallFeature {
                 short((10.0 * t.slenderness()).round() / 10.0)
             );
             // As much as clears the limit for certain.
+            let (wide, tall) = (t.height_mm / least, t.width_mm.0 * least);
+            let share = t.at_most / t.slenderness();
             f.fix = format!(
                 "widen it to {} mm, shorten it to {} mm, or brace it",
-                short((100.0 * (t.height_mm + context.spacing_mm) / least).ceil() / 100.0),
-                short((100.0 * (t.width_mm.0 * least - context.spacing_mm)).floor() / 100.0)
+                short((100.0 * wide * share).ceil() / 100.0),
+                short((100.0 * tall / share).floor() / 100.0)
             );
             f
         };
@@ -90,7 +99,7 @@ impl Check for TallFeature {
     }
 }
 
-/// The measured section exists, so the value is reached; the pillar may go on below it for up to a sample.
-fn bracket(f: &Feature, context: &Context) -> Bracket {
-    Bracket::new(f.slenderness(), f.slenderness(), (f.height_mm + context.spacing_mm) / f.width_mm.0)
+/// The measured section is there, so its value is reached.
+fn bracket(f: &Feature) -> Bracket {
+    Bracket::new(f.slenderness(), f.slenderness(), f.at_most)
 }

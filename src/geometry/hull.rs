@@ -54,14 +54,74 @@ impl Hull {
     }
 
     /// Least and greatest distance of two parallel lines that hold the hull between them; the least one touches an edge.
+    ///
+    /// Corners nearer to each other than a billionth of the hull count as one.
+    ///
+    /// # Cost
+    /// O(n): the corner opposite to an edge moves on with the edge.
+    ///
+    /// # Source
+    /// M. I. Shamos, *Computational geometry*, 1978.
     pub fn widths(&self) -> (f64, f64) {
-        let longest = self.0.iter().flat_map(|p| self.0.iter().map(move |q| distance(*p, *q))).fold(0.0, f64::max);
-        let across = |(p, q): (Point, Point)| {
-            let length = distance(p, q);
-            (length > 0.0).then(|| self.0.iter().map(|r| turn(p, q, *r) / length).fold(0.0, f64::max))
+        let corners = self.apart();
+        let n = corners.len();
+        if n < 3 {
+            return (0.0, self.0.first().zip(self.0.last()).map_or(0.0, |(p, q)| distance(*p, *q)));
+        }
+        let height = |c: &usize| turn(corners[0], corners[1], corners[*c]);
+        let mut opposite = (0..n).max_by(|a, b| height(a).total_cmp(&height(b))).unwrap_or(0);
+        let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
+        for i in 0..n {
+            let (p, q) = (corners[i], corners[(i + 1) % n]);
+            for _ in 0..n {
+                let next = (opposite + 1) % n;
+                if turn(p, q, corners[next]) < turn(p, q, corners[opposite]) {
+                    break;
+                }
+                opposite = next;
+                greatest = greatest.max(distance(p, corners[opposite])).max(distance(q, corners[opposite]));
+            }
+            let far = corners[opposite];
+            greatest = greatest.max(distance(p, far)).max(distance(q, far));
+            least = least.min(turn(p, q, far) / distance(p, q));
+        }
+        (least, greatest)
+    }
+
+    /// The corners without those right beside another: between these no direction is known.
+    fn apart(&self) -> Vec<Point> {
+        let near = self.nothing();
+        let mut corners = self.0.clone();
+        corners.dedup_by(|a, b| distance(*a, *b) <= near);
+        while corners.len() > 1 && distance(corners[0], corners[corners.len() - 1]) <= near {
+            corners.pop();
+        }
+        corners
+    }
+
+    /// The hull of those corners that lie off the line of their neighbours by more than rounding puts them there: a little less than this
+    /// hull, and all its corners are corners of this.
+    pub fn sharpened(&self) -> Hull {
+        let near = self.nothing();
+        let mut kept: Vec<Point> = Vec::new();
+        for (i, &p) in self.0.iter().enumerate() {
+            let next = self.0[(i + 1) % self.0.len()];
+            let before = kept.last().or(self.0.last()).copied().unwrap_or(p);
+            if turn(before, p, next) > near * distance(before, next) {
+                kept.push(p);
+            }
+        }
+        Hull(kept)
+    }
+
+    /// What a length is that rounding may make, beside the hull.
+    fn nothing(&self) -> f64 {
+        let side = |a: usize| {
+            let ends =
+                self.0.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), p| (lo.min(p[a]), hi.max(p[a])));
+            ends.1 - ends.0
         };
-        let least = self.edges().filter_map(across).fold(f64::INFINITY, f64::min);
-        (if self.0.len() < 3 { 0.0 } else { least }, longest)
+        1e-9 * side(0).max(side(1))
     }
 
     /// Distance of a point from the boundary: positive inside, negative outside; −∞ for the empty hull.
@@ -91,6 +151,7 @@ fn to_segment(x: Point, p: Point, q: Point) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Lcg;
 
     #[test]
     fn the_hull_of_a_rectangle_with_points_inside() {
@@ -102,6 +163,34 @@ mod tests {
         assert_eq!(hull.widths(), (3.0, 5.0));
         assert!((hull.depth([2.0, 1.0]) - 1.0).abs() < 1e-12 && (hull.depth([5.0, 1.0]) + 1.0).abs() < 1e-12);
         assert!((hull.depth([7.0, 7.0]) + 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn widths_are_those_of_all_pairs() {
+        let mut random = Lcg(11);
+        for round in 0..400 {
+            let squeeze = [1.0, 0.3, 0.01, 1e-6][round % 4];
+            let on_circle = round % 3 == 0;
+            let point = |random: &mut Lcg| {
+                let [a, b] = [random.unit(), random.unit()];
+                let (s, c) = (std::f64::consts::TAU * a).sin_cos();
+                if on_circle { [c, squeeze * s] } else { [a + 1e-12 * b, squeeze * (b - a)] }
+            };
+            let hull = Hull::of((0..3 + round % 60).map(|_| point(&mut random)));
+            let c = hull.corners();
+            let across = |(p, q): (Point, Point)| c.iter().map(|r| turn(p, q, *r) / distance(p, q)).fold(0.0, f64::max);
+            let least = hull.edges().map(across).fold(f64::INFINITY, f64::min);
+            let greatest = c.iter().flat_map(|p| c.iter().map(|q| distance(*p, *q))).fold(0.0, f64::max);
+            let found = hull.widths();
+            let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-8 * greatest;
+            assert!(is_near(found.0, least) && is_near(found.1, greatest), "{found:?} {least} {greatest} {c:?}");
+            let sharp = hull.sharpened();
+            let is_same = squeeze < 1e-3 || is_near(sharp.widths().0, least) && is_near(sharp.widths().1, greatest);
+            assert!(is_same && sharp.corners().iter().all(|p| c.contains(p)), "{sharp:?} {hull:?}");
+        }
+        let ring = (0..1000).map(|k| (std::f64::consts::TAU * f64::from(k) / 1000.0).sin_cos()).map(|(s, c)| [c, s]);
+        let (least, greatest) = Hull::of(ring).widths();
+        assert!((least - 2.0).abs() < 2e-5 && (greatest - 2.0).abs() < 1e-12);
     }
 
     #[test]

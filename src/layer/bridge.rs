@@ -15,6 +15,9 @@ use rustc_hash::FxHashMap;
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
+/// A passage lies that climbs by no more than this, about 19°: of a steeper one less and less hangs over, and what is narrow of it is a ledge.
+const LYING: f64 = 0.35;
+
 /// A connected piece of downward surface, and how far it spans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ceiling {
@@ -314,9 +317,19 @@ fn describe(
     let plan = if small { None } else { Plan::new(sides, how.step_mm) };
     let spans = plan.as_ref().map(|p| p.spans(limits, how.search)).unwrap_or_default();
     let lifted = |f: Farthest| reach(mesh, &facets, f);
-    let [bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(lifted));
-    let crown = crowned(mesh, &facets, &beside, [bridge.filter(|_| !flat), cantilever]);
-    let pairs = spans.pairs;
+    let [mut bridge, cantilever] = [spans.bridge, spans.cantilever].map(|s| s.map(lifted));
+    let mut crown = crowned(mesh, &facets, &beside, [bridge.filter(|_| !flat), cantilever]);
+    let mut pairs = spans.pairs;
+    // A narrow crown lies within the ledge limit of its anchors, all of it, and the passage below is as wide all the same. A dome is held
+    // on all sides.
+    if let Some(plan) = plan.filter(|_| !flat && is_anchored && bridge.is_none() && cantilever.is_none()) {
+        let across = plan.spans(Limits { ledge: 0.0, bridge: f64::INFINITY }, Search::Judge);
+        pairs += across.pairs;
+        let narrow = across.bridge.map(lifted);
+        let round = crowned(mesh, &facets, &beside, [narrow, across.cantilever.map(lifted)]);
+        crown = round.filter(|c| c.is_straight && c.grade <= LYING);
+        bridge = narrow.filter(|_| crown.is_some());
+    }
     let is_level = flat || bridge.is_some_and(|b| Profile::of(mesh, &facets, b.ends).is_level());
     Some(Ceiling {
         area_mm2,
@@ -519,10 +532,66 @@ mod tests {
         let top = (0..tube.triangles.len()).max_by(|&f, &g| tube.centroid(f)[2].total_cmp(&tube.centroid(g)[2]));
         let tube = if tube.normal(top.unwrap())[2] > 0.0 { tube.flipped() } else { tube };
         for turn in [0.0, 0.6] {
-            let all = found_within(&turned(&tube, turn), 19.0, [0.1, 2.5]);
-            let crown = all.iter().find_map(|c| c.crown).unwrap_or_else(|| panic!("{all:?}"));
-            assert!((crown.diameter_mm - 2.0 * radius).abs() <= crown.sagitta_mm + 0.1, "{crown:?}");
+            for ledge in [0.1, 1.0] {
+                let all = found_within(&turned(&tube, turn), 19.0, [ledge, 2.5]);
+                let crown = all.iter().find_map(|c| c.crown).unwrap_or_else(|| panic!("{all:?}"));
+                assert!((crown.diameter_mm - 2.0 * radius).abs() <= crown.sagitta_mm + 0.1, "{crown:?}");
+            }
         }
+    }
+
+    #[test]
+    fn a_hole_whose_crown_is_narrower_than_two_ledges_has_a_diameter() {
+        let mouths: [&dyn Fn(f64) -> f64; 2] = [&|_| 0.0, &|_| 15.0];
+        let holding = SelfHolding { bridge_mm: Some(2.5), ledge_mm: Some(1.0), crown_mm: Some(5.0) };
+        for (n, diameter) in [(48, 5.1), (96, 5.1), (96, 5.6), (200, 4.9), (48, 4.6), (96, 8.0)] {
+            for turn in [0.0, 0.7] {
+                let mesh = turned(&tunnel(n, diameter, [0.0; 2], mouths), turn);
+                let all = found_within(&mesh, 19.0, [1.0, 2.5]);
+                assert_eq!(all.len(), 1, "{all:?}");
+                let crown = all[0].crown.unwrap_or_else(|| panic!("{n} {diameter}: {:?}", all[0]));
+                assert!((crown.diameter_mm - diameter).abs() <= crown.sagitta_mm + 1e-6, "{n} {diameter}: {crown:?}");
+                assert_eq!(holding.holds(&all[0]), diameter < 5.0, "{n} {diameter}: {:?}", all[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_tube_whose_rings_have_other_corners_is_as_wide_as_its_rings() {
+        // Facets that stand on one ring hang over up to 18.75°, those that stand on the other go on at 19.3°.
+        let (radius, steps) = (2.17, [12.5f64, 11.5]);
+        let corner = |ring: usize, n: i32| {
+            let (s, c) = (steps[ring] * (f64::from(n) - [0.0, 0.18][ring])).to_radians().sin_cos();
+            [radius * s, 3.0 * ring as f64, 9.0 + radius * c]
+        };
+        let mut facets = Vec::new();
+        for n in -7..7 {
+            let [a, b, c, d] = [corner(0, n), corner(0, n + 1), corner(1, n + 1), corner(1, n)];
+            facets.extend([[a, b, c], [a, c, d]]);
+        }
+        let tube = TriangleMesh::weld(facets);
+        let tube = if tube.normal(14)[2] > 0.0 { tube.flipped() } else { tube };
+        for turn in [0.0, 0.6] {
+            let all = found_within(&turned(&tube, turn), 19.0, [1.0, 2.5]);
+            let diameters: Vec<f64> = all.iter().filter_map(|c| c.crown).map(|c| c.diameter_mm).collect();
+            assert!(!diameters.is_empty() && diameters.iter().all(|d| (3.9..4.8).contains(d)), "{all:?}");
+        }
+    }
+
+    #[test]
+    fn a_small_dome_within_two_ledges_is_held_all_round() {
+        let mut facets = Vec::new();
+        let at = |ring: i32, n: i32| {
+            let (over, about) = (f64::from(ring) * 0.1, std::f64::consts::TAU * f64::from(n % 40) / 40.0);
+            [2.8 * over.sin() * about.cos(), 2.8 * over.sin() * about.sin(), 9.0 + 2.8 * over.cos()]
+        };
+        for (ring, n) in (0..14).flat_map(|r| (0..40).map(move |n| (r, n))) {
+            let [a, b, c, d] = [at(ring, n), at(ring + 1, n), at(ring + 1, n + 1), at(ring, n + 1)];
+            facets.extend([[a, b, c], [a, c, d]].into_iter().filter(|[p, q, r]| p != q && q != r && p != r));
+        }
+        let dome = TriangleMesh::weld(facets).flipped();
+        let all = found_within(&dome, 19.0, [1.0, 2.5]);
+        assert!(all.len() == 1 && all[0].crown.is_none() && all[0].bridge.is_none(), "{all:?}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ const CONTAINS: [f64; 3] = [0.3, 0.1, 0.05];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crown {
     /// Chord over the sine of the slope at its ends, midway between the facets that meet there: exact where they are those of a regular
-    /// polygon. Where walls go straight down it is the chord.
+    /// polygon. Where walls go straight down it is the chord. No more than the circle has that has this chord and rises as far above it.
     pub diameter_mm: f64,
     /// The same with the slopes of the facets.
     pub low_mm: f64,
@@ -144,14 +144,18 @@ impl Arch {
         let outer = self.next.clamp(self.steepest, (0.5 * std::f64::consts::PI).max(self.steepest));
         let upright = outer > UPRIGHT;
         let (middle, least) = if upright { (outer, outer) } else { (0.5 * (outer + self.steepest), self.steepest) };
-        let diameter_mm = chord_mm / middle.sin();
+        let by_slope = chord_mm / middle.sin();
+        // One circle has this chord and this rise. Facets make it rise by less, so what rises by more is narrower than the slopes say: they
+        // are not those of the chord's ends, as where rings of different corners meet.
+        let by_rise = 0.25 * chord_mm * chord_mm / self.rise_mm.max(f64::MIN_POSITIVE) + self.rise_mm;
+        let diameter_mm = by_slope.min(by_rise);
         let sagitta_mm = if upright { 0.0 } else { diameter_mm * (1.0 - (0.5 * (outer - self.steepest)).cos()) };
-        let round = 0.5 * diameter_mm * (1.0 - middle.cos());
+        let round = 0.5 * by_slope * (1.0 - middle.cos());
         // Any arch over upright walls is one; one that goes on at a slope is round.
         let expected = if upright { SHALLOW * chord_mm } else { ROUND * round };
         (self.rise_mm >= expected).then(|| Crown {
             diameter_mm,
-            low_mm: chord_mm / outer.sin(),
+            low_mm: diameter_mm.min(chord_mm / outer.sin()),
             high_mm: widest / least.sin(),
             sagitta_mm,
             chord_mm,

@@ -1,17 +1,20 @@
-//! Features that stand tall on little: height over least width, from the top down.
+//! Features that stand tall on little: height over least width.
 
-use super::section::{Point, section_points};
-use crate::field::Indicator;
+use super::pieces::{Piece, Rising, pieces};
+use super::section::Point;
 use crate::geometry::vector::Vec3;
-use crate::geometry::{DisjointSets, Hull, TriangleMesh};
+use crate::geometry::{Hull, MeshDistance, TriangleMesh};
+use rayon::prelude::*;
 
-/// A piece of the part above some layer, and the section it stands on.
+/// A piece of the part above some height, and the section it stands on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TallFeature {
     /// Height of its top above the section, mm.
     pub height_mm: f64,
     /// Least and greatest width of the section's convex hull, mm.
     pub width_mm: (f64, f64),
+    /// No section of the piece has a greater slenderness.
+    pub at_most: f64,
     /// Middle of the section.
     pub foot: Vec3,
     /// Box of section and top.
@@ -25,324 +28,446 @@ impl TallFeature {
     }
 }
 
-/// Heights below a pillar's lowest layer that are tried as its foot.
-const STARTS: usize = 8;
-
-/// A stretch of samples of one layer.
-#[derive(Debug, Clone, Copy)]
-struct Run {
-    j: u32,
-    from: u32,
-    to: u32,
-    set: u32,
+/// Which sections count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Counting {
+    /// Pieces that are no more slender are not told.
+    pub least: f64,
+    /// Sections longer than this many times their least width are walls.
+    pub longest_ratio: f64,
+    /// Height of a layer: a piece has at least one below its top, and none is looked at below the middle of its lowest.
+    pub layer_mm: f64,
+    /// Heights nearer than this are one, and no section is narrower.
+    pub tie_mm: f64,
 }
 
-/// What is known of a set of material above a layer.
-#[derive(Debug, Clone, Copy)]
-struct Set {
-    /// Layer of its top, and a box of that layer's samples.
-    top: u32,
-    top_box: [u32; 4],
-    /// The most slender section since it last joined another set.
-    best: Option<Candidate>,
-}
+/// How far the bound may lie above what was measured, as a share.
+const GAP: f64 = 0.002;
+/// Stretches of height that are looked at for one piece.
+const STRETCHES: usize = 1 << 14;
+/// What is lost to rounding where two lengths are compared, as a share.
+const ROUNDING: f64 = 1e-9;
 
-/// The sets met so far, and what was each at its best when it joined another.
-#[derive(Default)]
-struct Pillars {
-    joined: DisjointSets,
-    sets: Vec<Set>,
-    found: Vec<Candidate>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Candidate {
-    slenderness: f64,
-    layer: u32,
-    /// Box of the section's samples: i from, i to, j from, j to.
-    section: [u32; 4],
-    top: u32,
-    top_box: [u32; 4],
-}
-
-/// The features whose height is more than `least` times the least width of a section that carries them.
+/// The pieces of the solid that are more slender than `counting.least`, the most slender first.
 ///
-/// Let C be a connected component of the samples inside at or above layer k, with top t and section C_k in layer k; its
-/// slenderness at k is (t − z_k) / w(C_k) with w the least width of the convex hull of C_k. Components are followed from the top
-/// down; each is reported once, at its most slender layer, when it joins another or ends. Sections longer than `longest_ratio` times
-/// their least width are walls and not looked at. Samples find the places; height and widths are then taken from the mesh.
-/// No layer below the height `lowest` is looked at: a part that stands on a point or a round side is not slender for that. A pillar as
-/// narrow further down begins there.
-/// A feature thinner than the spacing may be missed, so the result is an estimate.
+/// Let a piece have its top at height t, and let w(z) be the least width of the convex hull of its section at z ([`pieces`] says what
+/// a piece is). Its slenderness is the supremum of (t − z)/w(z) over the heights z from where it joins a higher piece to one layer below
+/// t, at which the section is no wall. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
+/// begins at the piece's lowest point: what stands on a point or a round side is not slender for that.
+///
+/// Both sides are certified. What is measured is a section of the mesh. For the bound, heights are halved at those of vertices until
+/// no stretch can hold more: the edges that cross a whole stretch move linearly in it, and the hull of their points lies in that of the
+/// section. The width of a hull changes by no more than its points move apart, so it is bounded from both ends of the stretch. The
+/// same holds in perspective from the height of the top, where points move linearly in 1/(t − z) and the width of the picture is the
+/// inverse of the slenderness; this is exact for cones as the first is for prisms. [`TallFeature::at_most`] is above the value by two thousandths,
+/// or by more where [`STRETCHES`] of them did not do.
+///
+/// `bounds` says which facets bound the solid, and `tree` holds these. It holds for a closed surface that does not cross itself.
 ///
 /// # Cost
-/// O(samples/64 + runs·log).
+/// O(E log E) for E edges for the pieces; for each that is high enough O(E log E) more, and some tens of hulls.
 pub fn tall_features(
-    centres: &Indicator,
     mesh: &TriangleMesh,
-    least: f64,
-    longest_ratio: f64,
-    lowest: f64,
+    bounds: impl Fn(usize) -> bool,
+    tree: &MeshDistance,
+    counting: &Counting,
 ) -> Vec<TallFeature> {
-    let [nx, ny, nz] = centres.grid().dims();
-    let h = centres.grid().h();
-    let mut pillars = Pillars::default();
-    let mut above: Vec<Run> = Vec::new();
-    for k in (0..nz).rev() {
-        let mut runs = runs_of_layer(centres, k, nx, ny);
-        pillars.settle(&mut runs, &above, k as u32);
-        let looked_at = if centres.grid().origin()[2] + k as f64 * h >= lowest { sections(&runs) } else { Vec::new() };
-        for (set, section) in looked_at {
-            let s = &mut pillars.sets[set as usize];
-            let height = f64::from(s.top - k as u32) * h;
-            // No width is less than this one or the hull of the runs would be thinner than a sample.
-            let quick = height / h;
-            if quick <= least.max(s.best.map_or(0.0, |b| b.slenderness)) {
-                continue;
-            }
-            let hull = Hull::of(section.iter().flat_map(|r| corners_of(r, h)));
-            let (narrow, wide) = hull.widths();
-            let slenderness = height / narrow;
-            // A sample more or less at each side decides nothing here; the mesh does.
-            if wide <= longest_ratio * narrow + 2.0 * h && s.best.is_none_or(|b| slenderness > b.slenderness) {
-                let section = box_of(&section);
-                s.best = Some(Candidate { slenderness, layer: k as u32, section, top: s.top, top_box: s.top_box });
-            }
-        }
-        above = runs;
-    }
-    let Pillars { mut joined, sets, mut found } = pillars;
-    found.extend((0u32..).zip(sets).filter(|(s, _)| joined.root(*s) == *s).filter_map(|(_, set)| set.best));
+    let all = pieces(mesh, bounds, tree);
+    let mut found: Vec<TallFeature> = all.par_iter().filter_map(|piece| most_slender(piece, counting)).collect();
+    found.sort_by(|a, b| b.slenderness().total_cmp(&a.slenderness()));
     found
-        .into_iter()
-        .filter(|c| 2.0 * c.slenderness + 2.0 > least)
-        .filter_map(|c| on_the_mesh(&c, centres, mesh, lowest))
-        .filter(|f| f.slenderness() > least && f.width_mm.1 <= longest_ratio * f.width_mm.0 * std::f64::consts::SQRT_2)
-        .collect()
 }
 
-fn runs_of_layer(centres: &Indicator, k: usize, nx: usize, ny: usize) -> Vec<Run> {
-    let mut runs = Vec::new();
-    for j in 0..ny {
-        let mut open: Option<u32> = None;
-        let row = centres.row(j, k);
-        if row.iter().all(|&w| w == 0) {
-            continue;
-        }
-        for i in 0..=nx {
-            let inside = i < nx && row[i / 64] >> (i % 64) & 1 == 1;
-            match (inside, open) {
-                (true, None) => open = Some(i as u32),
-                (false, Some(from)) => {
-                    runs.push(Run { j: j as u32, from, to: i as u32, set: u32::MAX });
-                    open = None;
-                }
-                _ => {}
+/// A section that was measured.
+#[derive(Debug, Clone)]
+struct Measured {
+    slenderness: f64,
+    /// Where what it carries begins.
+    z: f64,
+    hull: Hull,
+}
+
+/// What is known of a piece.
+struct Search<'a> {
+    piece: &'a Piece,
+    counting: &'a Counting,
+    best: Option<Measured>,
+    /// The greatest bound of a stretch that was not looked at further.
+    at_most: f64,
+    left: usize,
+}
+
+/// The most slender section of a piece; `None` if none is more slender than what is told.
+fn most_slender(piece: &Piece, counting: &Counting) -> Option<TallFeature> {
+    let top = piece.top[2];
+    let low = if piece.joins { piece.bottom } else { piece.bottom + 0.5 * counting.layer_mm };
+    let mut search = Search { piece, counting, best: None, at_most: 0.0, left: STRETCHES };
+    if !piece.joins && low < top - counting.layer_mm {
+        let lowest = piece.edges.iter().filter(|e| e.heights[0] <= low && e.heights[1] > low);
+        search.measure(&Hull::of(lowest.map(|e| e.at(low))), piece.bottom);
+    }
+    // Lower stretches first: what is told is mostly there.
+    let mut open = vec![([low, top - counting.layer_mm], (0..piece.edges.len() as u32).collect::<Vec<u32>>())];
+    while let Some((heights, edges)) = open.pop() {
+        if let Some(z) = search.look(heights, &edges) {
+            for part in [[z, heights[1]], [heights[0], z]] {
+                let within = |e: &&u32| {
+                    let [low, high] = piece.edges[**e as usize].heights;
+                    low < part[1] && high > part[0]
+                };
+                open.push((part, edges.iter().filter(within).copied().collect()));
             }
         }
     }
-    runs
-}
-
-impl Pillars {
-    /// Gives every run of a layer its set, joining those that touch in the layer or from above.
-    fn settle(&mut self, runs: &mut [Run], above: &[Run], layer: u32) {
-        let mut upper = 0;
-        for run in runs.iter_mut() {
-            while upper < above.len() && (above[upper].j, above[upper].to) <= (run.j, run.from) {
-                upper += 1;
-            }
-            let mut set = None;
-            for other in above[upper..].iter().take_while(|o| o.j == run.j && o.from < run.to) {
-                set = Some(self.join(set, other.set, layer));
-            }
-            run.set = set.unwrap_or_else(|| {
-                let top_box = [run.from, run.to, run.j, run.j + 1];
-                self.sets.push(Set { top: layer, top_box, best: None });
-                self.joined.grow()
-            });
-        }
-        // Runs of neighbouring rows of the same layer.
-        let mut before = 0;
-        for at in 0..runs.len() {
-            let run = runs[at];
-            while runs[before].j + 1 < run.j || (runs[before].j + 1 == run.j && runs[before].to < run.from) {
-                before += 1;
-            }
-            let mut other = before;
-            while other < at && runs[other].j + 1 == run.j && runs[other].from <= run.to {
-                let set = self.join(Some(run.set), runs[other].set, layer);
-                runs[at].set = set;
-                other += 1;
-            }
-        }
-        for run in runs.iter_mut() {
-            run.set = self.joined.root(run.set);
-        }
-    }
-
-    /// Joins a set with another; where both are old, what each was at its best is kept and the union starts anew.
-    fn join(&mut self, one: Option<u32>, other: u32, layer: u32) -> u32 {
-        let b = self.joined.root(other);
-        let Some(a) = one.map(|s| self.joined.root(s)) else { return b };
-        if a == b {
-            return a;
-        }
-        let (keep, lose) = (a.min(b), a.max(b));
-        let (x, y) = (self.sets[keep as usize], self.sets[lose as usize]);
-        let union = match (x.top == layer, y.top == layer) {
-            // Pieces that begin in this layer are no features of their own.
-            (true, false) => y,
-            (false, true) => x,
-            (true, true) => Set { top_box: hull_of(x.top_box, y.top_box), ..x },
-            (false, false) => {
-                self.found.extend(x.best);
-                self.found.extend(y.best);
-                let higher = if y.top > x.top { y } else { x };
-                Set { best: None, ..higher }
-            }
-        };
-        self.sets[keep as usize] = union;
-        self.joined.join(keep, lose)
-    }
-}
-
-fn hull_of(a: [u32; 4], b: [u32; 4]) -> [u32; 4] {
-    [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
-}
-
-/// The runs of each set, in the order of the sets' first runs.
-fn sections(runs: &[Run]) -> Vec<(u32, Vec<Run>)> {
-    let mut order: Vec<Run> = runs.to_vec();
-    order.sort_by_key(|r| (r.set, r.j, r.from));
-    order.chunk_by(|a, b| a.set == b.set).map(|c| (c[0].set, c.to_vec())).collect()
-}
-
-fn box_of(runs: &[Run]) -> [u32; 4] {
-    runs.iter().map(|r| [r.from, r.to, r.j, r.j + 1]).reduce(hull_of).unwrap_or_default()
-}
-
-/// Corners of a run's rectangle, in millimetres about the first sample's cube.
-fn corners_of(r: &Run, h: f64) -> [Point; 4] {
-    let (x0, x1, y0, y1) = (f64::from(r.from) * h, f64::from(r.to) * h, f64::from(r.j) * h, f64::from(r.j + 1) * h);
-    [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
-}
-
-/// Height and widths of a candidate from the mesh: the section at its layer, the highest vertex about its top.
-fn on_the_mesh(c: &Candidate, centres: &Indicator, mesh: &TriangleMesh, lowest: f64) -> Option<TallFeature> {
-    let grid = centres.grid();
-    let h = grid.h();
-    let side = |at: u32, axis: usize| grid.origin()[axis] + (f64::from(at) - 0.5) * h;
-    let within = |b: [u32; 4], p: Point, reach: f64| {
-        p[0] > side(b[0], 0) - reach
-            && p[0] < side(b[1], 0) + reach
-            && p[1] > side(b[2], 1) - reach
-            && p[1] < side(b[3], 1) + reach
-    };
-    // A sample in a facet counts as standing just above it, and so does the section.
-    let mut level = grid.origin()[2] + (f64::from(c.layer) + 1e-3) * h;
-    let section = |level: f64| Hull::of(section_points(mesh, level).into_iter().filter(|&p| within(c.section, p, h)));
-    let hull = section(level);
-    let top_layer = grid.origin()[2] + f64::from(c.top) * h;
-    let top = mesh
-        .vertices
-        .iter()
-        .filter(|v| v[2] >= top_layer && v[2] < top_layer + 1.001 * h && within(c.top_box, [v[0], v[1]], 1.5 * h))
-        .map(|v| v[2])
-        .fold(top_layer, f64::max);
-    let mut widths = hull.widths();
-    if !(widths.0 > 0.0 && widths.0.is_finite()) {
+    let (at_most, best) = (search.at_most, search.best?);
+    // Nearer to the least that is told than the gap it was not looked for.
+    if best.slenderness <= counting.least && at_most <= counting.least * (1.0 + GAP) {
         return None;
     }
-    // The pillar begins at a vertex: the lowest height nearby at which it is still as narrow. What no layer was looked at below is near.
-    let near = if level - 1.5 * h < lowest { f64::NEG_INFINITY } else { level - 1.5 * h };
-    let mut starts: Vec<f64> = mesh
-        .vertices
-        .iter()
-        .filter(|v| v[2] < level && v[2] > near && within(c.section, [v[0], v[1]], h))
-        .map(|v| v[2] + 1e-6 * h)
-        .collect();
-    starts.sort_by(f64::total_cmp);
-    starts.dedup();
-    let alike = |a: f64, b: f64| a > 0.99 * b && a < 1.01 * b;
-    let as_narrow = |w: (f64, f64)| alike(w.0, widths.0) && alike(w.1, widths.1);
-    let lowest = starts.into_iter().take(STARTS).map(|z| (z, section(z).widths())).find(|(_, w)| as_narrow(*w));
-    if let Some((z, w)) = lowest {
-        (level, widths) = (z, w);
-    }
-    let (x, y) =
-        (0.5 * (side(c.section[0], 0) + side(c.section[1], 0)), 0.5 * (side(c.section[2], 1) + side(c.section[3], 1)));
-    let spread = hull_of(c.section, c.top_box);
+    let (lo, hi) = plan(best.hull.corners().iter().copied())?;
+    let [x, y] = middle(&best.hull);
+    let (lo, hi) = plan([lo, hi, [piece.top[0], piece.top[1]]])?;
     Some(TallFeature {
-        height_mm: top - level,
-        width_mm: widths,
-        foot: [x, y, level],
-        extent: ([side(spread[0], 0), side(spread[2], 1), level], [side(spread[1], 0), side(spread[3], 1), top]),
+        height_mm: top - best.z,
+        width_mm: best.hull.widths(),
+        at_most: at_most.max(best.slenderness),
+        foot: [x, y, best.z],
+        extent: ([lo[0], lo[1], best.z], [hi[0], hi[1], top]),
     })
+}
+
+/// Least and greatest coordinates.
+fn plan(points: impl IntoIterator<Item = Point>) -> Option<(Point, Point)> {
+    let mut points = points.into_iter();
+    let first = points.next()?;
+    let wider = |(lo, hi): (Point, Point), p: Point| ([0, 1].map(|a| lo[a].min(p[a])), [0, 1].map(|a| hi[a].max(p[a])));
+    Some(points.fold((first, first), wider))
+}
+
+/// The middle of a hull's box.
+fn middle(hull: &Hull) -> Point {
+    plan(hull.corners().iter().copied()).map_or([0.0; 2], |(lo, hi)| [0, 1].map(|a| 0.5 * (lo[a] + hi[a])))
+}
+
+impl Search<'_> {
+    /// Looks at a stretch of heights with the edges that lie in it; returns where to divide it, if it may hold more than is known.
+    fn look(&mut self, [low, high]: [f64; 2], edges: &[u32]) -> Option<f64> {
+        if high - low <= self.counting.tie_mm || edges.is_empty() {
+            return None;
+        }
+        let all = || edges.iter().map(|&e| &self.piece.edges[e as usize]);
+        let through: Vec<&Rising> = all().filter(|e| e.heights[0] <= low && e.heights[1] >= high).collect();
+        let is_plain = through.len() == edges.len();
+        let top = self.piece.top[2];
+        let ends = Ends::of(&through, [low, high], top);
+        if is_plain {
+            // All edges cross the stretch, so these are its sections.
+            ends.hulls.iter().zip([low, high]).for_each(|(hull, z)| self.measure(hull, z));
+        }
+        let bound = ends.slenderness([low, high], top, self.counting.tie_mm);
+        let known = self.best.as_ref().map_or(0.0, |b| b.slenderness).max(self.counting.least);
+        if bound <= known * (1.0 + GAP) {
+            self.at_most = self.at_most.max(bound);
+            return None;
+        }
+        let is_longer = |width: f64| ends.longest() > self.counting.longest_ratio * width * (1.0 + ROUNDING);
+        // The hull of all that lies in the stretch holds each section, and is no narrower than what crosses it.
+        let whole = || {
+            Hull::of(all().flat_map(|e| {
+                let [from, to] = e.heights;
+                [e.at(low.max(from)), e.at(high.min(to))]
+            }))
+        };
+        if is_longer(ends.widths[0].0.max(ends.widths[1].0)) && is_longer(whole().widths().0) {
+            return None;
+        }
+        if self.left == 0 {
+            self.at_most = self.at_most.max(bound);
+            return None;
+        }
+        self.left -= 1;
+        let mut between: Vec<f64> = all().flat_map(|e| e.heights).filter(|&z| z > low && z < high).collect();
+        if between.is_empty() {
+            return Some(0.5 * (low + high));
+        }
+        let middle = between.len() / 2;
+        Some(*between.select_nth_unstable_by(middle, f64::total_cmp).1)
+    }
+
+    /// Measures a section that carries the piece above a height.
+    fn measure(&mut self, hull: &Hull, z: f64) {
+        let widths = hull.widths();
+        let is_wall = widths.1 > self.counting.longest_ratio * widths.0 * (1.0 + ROUNDING);
+        let slenderness = (self.piece.top[2] - z) / widths.0;
+        let known = self.best.as_ref().map_or(0.0, |b| b.slenderness);
+        if !is_wall && widths.0 > self.counting.tie_mm && slenderness > known {
+            self.best = Some(Measured { slenderness, z, hull: hull.clone() });
+        }
+    }
+}
+
+/// The hulls of points that move linearly, at both ends of a stretch.
+struct Ends {
+    hulls: [Hull; 2],
+    /// The widths of what is left of each without corners that rounding made.
+    widths: [(f64, f64); 2],
+    /// How far the corners of each hull move apart from one end to the other.
+    apart: [f64; 2],
+    /// The same in perspective.
+    apart_in_perspective: [f64; 2],
+}
+
+impl Ends {
+    fn of(edges: &[&Rising], heights: [f64; 2], top: f64) -> Self {
+        let points: Vec<[Point; 2]> = edges.iter().map(|e| heights.map(|z| e.at(z))).collect();
+        let hulls = [0, 1].map(|end| Hull::of(points.iter().map(|p| p[end])));
+        let sharp = [0, 1].map(|end| hulls[end].sharpened());
+        let in_order = |a: &Point, b: &Point| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
+        let sorted = [0, 1].map(|end| {
+            let mut corners = sharp[end].corners().to_vec();
+            corners.sort_by(in_order);
+            corners
+        });
+        let middles = [0, 1].map(|end| middle(&hulls[end]));
+        let nearer = heights.map(|z| 1.0 / (top - z));
+        let moved = |end: usize, [from, to]: [f64; 2]| {
+            let corners = &sorted[end];
+            let all = points.iter().filter(|p| corners.binary_search_by(|c| in_order(c, &p[end])).is_ok());
+            let way = |[p, q]: [Point; 2]| [0, 1].map(|a| q[a] * to - p[a] * from);
+            let whole = way(middles);
+            let beside = |p: &[Point; 2]| (way(*p)[0] - whole[0]).hypot(way(*p)[1] - whole[1]);
+            let mut own: Vec<&[Point; 2]> = all.collect();
+            // Of edges that meet in a corner the one that goes most as the whole does.
+            own.sort_by(|a, b| in_order(&a[end], &b[end]).then_with(|| beside(a).total_cmp(&beside(b))));
+            own.dedup_by_key(|p| p[end]);
+            let spread = plan(own.into_iter().map(|p| way(*p)));
+            spread.map_or(0.0, |(lo, hi)| (hi[0] - lo[0]).hypot(hi[1] - lo[1]))
+        };
+        let apart = [0, 1].map(|end| moved(end, [1.0; 2]));
+        let apart_in_perspective = [0, 1].map(|end| moved(end, nearer));
+        let widths = [0, 1].map(|end| sharp[end].widths());
+        Ends { hulls, widths, apart, apart_in_perspective }
+    }
+
+    /// No section of the stretch is less long.
+    fn longest(&self) -> f64 {
+        (self.widths[0].1 - self.apart[0]).max(self.widths[1].1 - self.apart[1])
+    }
+
+    /// A bound of the slenderness of all sections of the stretch; a width below `tie` counts as that.
+    fn slenderness(&self, heights: [f64; 2], top: f64, tie: f64) -> f64 {
+        let [below, above] = heights.map(|z| top - z);
+        let widths = self.widths.map(|w| w.0);
+        let (share, width) = narrowest(widths, self.apart);
+        // Where both bounds of the width meet, the bound of the slenderness has its one turn.
+        let at_turn = if width > tie { (below + share * (above - below)) / width } else { below / tie };
+        let at_ends = [
+            below / (widths[0].max(widths[1] - self.apart[1])).max(tie),
+            above / (widths[1].max(widths[0] - self.apart[0])).max(tie),
+        ];
+        let plain = at_turn.max(at_ends[0]).max(at_ends[1]);
+        let pictured = [widths[0] / below, widths[1] / above];
+        let (_, picture) = narrowest(pictured, self.apart_in_perspective);
+        plain.min(1.0 / picture.max(tie / below))
+    }
+}
+
+/// Where a width that is at least `widths[0] − s·apart[0]` and at least `widths[1] − (1 − s)·apart[1]`, for s from 0 to 1, may be
+/// least, and what it is at least there.
+fn narrowest(widths: [f64; 2], apart: [f64; 2]) -> (f64, f64) {
+    let both = apart[0] + apart[1];
+    let share = if both > 0.0 { ((widths[0] - widths[1] + apart[1]) / both).clamp(0.0, 1.0) } else { 0.0 };
+    (share, (widths[0] - share * apart[0]).max(widths[1] - (1.0 - share) * apart[1]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::cuboid;
-    use crate::geometry::{Primitive, occupancy};
-    use crate::grid::Grid;
-    use crate::units::Length;
+    use crate::geometry::union::united;
+    use crate::random::Lcg;
 
-    fn found(part: &TriangleMesh, h: f64, phase: f64, least: f64) -> Vec<TallFeature> {
+    const WALL: f64 = 4.0;
+
+    fn found(part: &TriangleMesh, least: f64, layer_mm: f64) -> Vec<TallFeature> {
+        let counting = Counting { least, longest_ratio: WALL, layer_mm, tie_mm: 1e-6 };
+        tall_features(part, |_| true, &MeshDistance::new(part), &counting)
+    }
+
+    /// A surface of revolution about z through these radii and heights from the bottom up; a radius of zero is a point.
+    fn turned(profile: &[[f64; 2]], sides: u32) -> TriangleMesh {
+        let at = |[r, z]: [f64; 2], k: u32| {
+            let (s, c) = (std::f64::consts::TAU * f64::from(k % sides) / f64::from(sides)).sin_cos();
+            [r * c, r * s, z]
+        };
+        let middle = |z: f64| [0.0, 0.0, z];
+        let (first, last) = (profile[0], profile[profile.len() - 1]);
+        let mut facets = Vec::new();
+        for k in 0..sides {
+            if first[0] > 0.0 {
+                facets.push([middle(first[1]), at(first, k + 1), at(first, k)]);
+            }
+            if last[0] > 0.0 {
+                facets.push([middle(last[1]), at(last, k), at(last, k + 1)]);
+            }
+            for w in profile.windows(2) {
+                let [a, b, c, d] = [at(w[0], k), at(w[0], k + 1), at(w[1], k + 1), at(w[1], k)];
+                facets.extend([[a, b, c], [a, c, d]].into_iter().filter(|[p, q, r]| p != q && q != r && p != r));
+            }
+        }
+        TriangleMesh::weld(facets)
+    }
+
+    fn moved(mesh: &TriangleMesh, random: &mut Lcg) -> TriangleMesh {
+        let (s, c) = (std::f64::consts::TAU * random.unit()).sin_cos();
+        mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], random.point(-3.0, 3.0))
+    }
+
+    /// The most slender section at many heights, of a part that is one piece at each: nothing but sections and hulls.
+    fn at_many_heights(part: &TriangleMesh, layer: f64) -> f64 {
         let (lo, hi) = part.bounds().unwrap();
-        let grid = Grid::covering(lo, hi, Length::mm(h), 1, [phase; 3]).unwrap();
-        tall_features(&occupancy(part, &grid).unwrap(), part, least, 4.0, f64::NEG_INFINITY)
+        let (low, high) = (lo[2] + 0.5 * layer, hi[2] - layer);
+        let mut heights: Vec<f64> = (0..=800).map(|n| low + (high - low) * f64::from(n) / 800.0).collect();
+        // Right above and below each corner, where the section may jump.
+        let corners = part.vertices.iter().flat_map(|v| [v[2] - 1e-7, v[2] + 1e-7]);
+        heights.extend(corners.filter(|z| (low..=high).contains(z)));
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|a, b| *a - *b < 1e-9);
+        let slender = |z: f64| {
+            let (least, greatest) = Hull::of(super::super::section_points(part, z)).widths();
+            if least > 1e-6 && greatest <= WALL * least { (hi[2] - z) / least } else { 0.0 }
+        };
+        let first = slender(low) * (hi[2] - lo[2]) / (hi[2] - low);
+        heights.into_par_iter().map(slender).reduce(|| first, f64::max)
+    }
+
+    fn check_against_many_heights(part: &TriangleMesh, layer: f64, random: &mut Lcg) -> f64 {
+        let truth = at_many_heights(part, layer);
+        let mut first = None;
+        for _ in 0..3 {
+            let lies = moved(part, random);
+            let all = found(&lies, 0.9 * truth, layer);
+            let [one] = &all[..] else { panic!("{truth} {all:?}") };
+            let (low, high) = (one.slenderness(), one.at_most);
+            assert!(truth <= high * (1.0 + 1e-9) && high <= low * (1.0 + GAP) + 1e-9, "{truth} {one:?}");
+            // What was measured is there, right above or below.
+            let z = one.foot[2].max(lies.bounds().unwrap().0[2] + 0.5 * layer);
+            let there = [-1e-7, 1e-7].map(|d| Hull::of(super::super::section_points(&lies, z + d)).widths());
+            assert!(there.iter().any(|w| (w.0 - one.width_mm.0).abs() < 1e-5), "{there:?} {one:?}");
+            assert!(one.width_mm.1 <= WALL * one.width_mm.0 * (1.0 + 2.0 * ROUNDING), "{one:?}");
+            let before = *first.get_or_insert(low);
+            assert!((low - before).abs() <= GAP * before, "{low} {before}");
+        }
+        truth
     }
 
     #[test]
     fn pillars_on_a_plate_are_found_each_and_a_block_is_not() {
+        // Each grows out of the plate through a hole in its upper face.
         let plate = cuboid([0.0; 3], [30.0, 20.0, 2.0]);
-        // The pillars stand on the plate with a common face; occupancy joins them.
         let part = plate
             .joined(&cuboid([3.0, 3.0, 2.0], [5.0, 5.0, 32.0]))
             .joined(&cuboid([20.0, 10.0, 2.0], [23.0, 12.0, 22.0]))
             .joined(&cuboid([10.0, 10.0, 2.0], [16.0, 16.0, 12.0]));
-        for (h, phase) in [(0.5, 0.0), (0.37, 0.2), (0.61, -0.3)] {
-            let mut all = found(&part, h, phase, 8.0);
-            all.sort_by(|a, b| b.slenderness().total_cmp(&a.slenderness()));
+        let part = united(&part, 2e-6).unwrap();
+        let mut random = Lcg(3);
+        for _ in 0..6 {
+            let all = found(&moved(&part, &mut random), 8.0, 0.2);
             assert_eq!(all.len(), 2, "{all:?}");
             for (f, (height, width)) in all.iter().zip([(30.0, 2.0), (20.0, 2.0)]) {
-                let exact = (f.width_mm.0 - width).abs() < 1e-9 && (f.height_mm - height).abs() < 2e-6 * h;
-                assert!(exact, "{f:?}");
+                assert!((f.width_mm.0 - width).abs() < 1e-9 && (f.height_mm - height).abs() < 1e-9, "{f:?}");
+                assert!((f.at_most - height / width).abs() < 1e-6, "{f:?}");
             }
         }
-        assert!(found(&cuboid([0.0; 3], [20.0; 3]), 0.5, 0.1, 8.0).is_empty());
+        assert!(found(&cuboid([0.0; 3], [20.0; 3]), 8.0, 0.2).is_empty());
     }
 
     #[test]
-    fn a_pillar_on_the_plate_is_as_high_as_it_is() {
-        let pillar = cuboid([0.0; 3], [2.0, 2.0, 24.0]);
-        let grid = Grid::covering([0.0; 3], [2.0, 2.0, 24.0], Length::mm(0.094), 1, [0.0; 3]).unwrap();
-        let all = tall_features(&occupancy(&pillar, &grid).unwrap(), &pillar, 8.0, 4.0, 0.15);
-        assert!(all.len() == 1 && (all[0].slenderness() - 12.0).abs() < 1e-5, "{all:?}");
+    fn values_are_those_of_many_heights_however_the_part_lies() {
+        let mut random = Lcg(17);
+        let rings = (1..45).map(|k| (std::f64::consts::PI * f64::from(k) / 45.0).sin_cos());
+        let round = rings.map(|(s, c)| [12.0 * s, 12.0 - 12.0 * c]);
+        let ball: Vec<[f64; 2]> = [[0.0, 0.0]].into_iter().chain(round).chain([[0.0, 24.0]]).collect();
+        let shapes: [(&str, TriangleMesh, f64); 7] = [
+            // Half a layer above its lowest point it is 2·√(δ(2R − δ)) wide.
+            ("ball", turned(&ball, 60), 24.0 / (2.0 * (0.1f64 * 23.9).sqrt())),
+            ("cone", turned(&[[2.0, 0.0], [0.0, 40.0]], 48), 40.0 / 4.0),
+            ("frustum", turned(&[[1.0, 0.0], [4.0, 40.0]], 48), 40.0 / (2.0 * (1.0 + 0.3 / 40.0))),
+            ("waist", turned(&[[3.0, 0.0], [1.0, 15.0], [3.0, 40.0]], 48), 25.0 / 2.0),
+            (
+                "dumbbell",
+                turned(&[[4.0, 0.0], [4.0, 5.0], [1.0, 5.01], [1.0, 30.0], [4.0, 30.01], [4.0, 36.0]], 48),
+                30.99 / 2.0,
+            ),
+            ("bulge", turned(&[[1.5, 0.0], [2.0, 10.0], [2.0, 20.0], [1.0, 30.0]], 48), 30.0 / 3.005),
+            ("foot", turned(&[[8.0, 0.0], [8.0, 2.0], [3.0, 4.0], [1.5, 8.0], [1.0, 40.0]], 48), 32.0 / 3.0),
+        ];
+        for (name, part, closed) in shapes {
+            let truth = check_against_many_heights(&part, 0.2, &mut random);
+            assert!((truth / closed - 1.0).abs() < 0.03, "{name}: {truth} {closed}");
+        }
     }
 
     #[test]
-    fn a_ball_is_no_pillar_for_standing_on_a_point() {
-        let ball = Primitive::parse("ball:10mm").unwrap().mesh(Length::mm(0.002));
-        // Layers of samples at 0.05 and 0.3 mm above the bottom: sections 2.0 and 4.9 mm wide.
-        let grid = Grid::new([-11.0, -11.0, -11.2], Length::mm(0.25), [89; 3]).unwrap();
-        let inside = occupancy(&ball, &grid).unwrap();
-        let bottom = ball.bounds().unwrap().0[2];
-        let above = |lowest: f64, least: f64| tall_features(&inside, &ball, least, 4.0, bottom + lowest);
-        assert!((above(0.0, 8.0)[0].slenderness() - 19.95 / 2.0).abs() < 0.2, "{:?}", above(0.0, 8.0));
-        assert!(above(0.1, 8.0).is_empty());
-        assert!((above(0.1, 3.0)[0].slenderness() - 19.7 / 4.86).abs() < 0.1, "{:?}", above(0.1, 3.0));
+    fn a_tilted_pin_is_measured_across_its_level_sections() {
+        let mut random = Lcg(23);
+        let upright = cuboid([0.0; 3], [2.0, 2.0, 30.0]);
+        let sheared = upright.transformed([[1.0, 0.0, 0.4], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
+        for _ in 0..4 {
+            let [one] = &found(&moved(&sheared, &mut random), 8.0, 0.2)[..] else { panic!() };
+            assert!((one.slenderness() - 15.0).abs() < 1e-6 && one.at_most < 15.0 * (1.0 + GAP), "{one:?}");
+        }
+        let (s, c) = 0.2f64.sin_cos();
+        let tilted = upright.transformed([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], [0.0; 3]);
+        check_against_many_heights(&tilted, 0.2, &mut random);
+    }
+
+    #[test]
+    fn at_its_limit_a_pillar_is_known_exactly() {
+        let mut random = Lcg(29);
+        // The diagonals of its sides end beside its corners, and across them lies what rounding makes of a straight side.
+        for round in 0..60 {
+            let sides = [4, 6, 16, 32][round % 4];
+            let upright = turned(&[[1.0, 0.0], [1.0, 16.0]], sides);
+            let pillar = if round < 4 { upright } else { moved(&upright, &mut random) };
+            let [one] = &found(&pillar, 6.0, 0.2)[..] else { panic!() };
+            let exact = 8.0 / (std::f64::consts::PI / f64::from(sides)).cos();
+            assert!((one.slenderness() - exact).abs() < 1e-6 && (one.at_most - exact).abs() < 1e-6, "{one:?}");
+        }
     }
 
     #[test]
     fn legs_under_a_top_and_walls_are_no_pillars() {
         let legs = [[0.0, 0.0], [18.0, 0.0], [0.0, 18.0], [18.0, 18.0]];
-        let table = legs.iter().fold(cuboid([0.0, 0.0, 30.0], [20.0, 20.0, 32.0]), |t, [x, y]| {
-            t.joined(&cuboid([*x, *y, 0.0], [x + 2.0, y + 2.0, 30.0]))
-        });
-        assert!(found(&table, 0.5, 0.1, 8.0).is_empty());
-        assert!(found(&cuboid([0.0; 3], [30.0, 1.2, 25.0]), 0.4, 0.1, 8.0).is_empty());
+        let top = cuboid([0.0, 0.0, 30.0], [20.0, 20.0, 32.0]);
+        let table = |legs: &[[f64; 2]]| {
+            let whole =
+                legs.iter().fold(top.clone(), |t, [x, y]| t.joined(&cuboid([*x, *y, 0.0], [x + 2.0, y + 2.0, 30.0])));
+            united(&whole, 2e-6).unwrap()
+        };
+        assert!(found(&table(&legs), 4.0, 0.2).is_empty());
+        // On one leg it is the leg that carries all.
+        let [one] = &found(&table(&legs[..1]), 4.0, 0.2)[..] else { panic!() };
+        assert!((one.slenderness() - 16.0).abs() < 1e-6, "{one:?}");
+        assert!(found(&cuboid([0.0; 3], [30.0, 1.2, 25.0]), 8.0, 0.2).is_empty());
+    }
+
+    #[test]
+    fn two_pillars_on_a_neck_are_told_each_and_the_higher_one_with_what_carries_it() {
+        let parts = [
+            cuboid([0.0, 0.0, 20.0], [20.0, 4.0, 22.0]),
+            cuboid([0.0, 0.0, 22.0], [2.0, 2.0, 52.0]),
+            cuboid([18.0, 0.0, 22.0], [20.0, 2.0, 50.0]),
+            cuboid([8.0, 0.0, 0.0], [12.0, 4.0, 20.0]),
+        ];
+        let whole = parts.iter().fold(TriangleMesh::default(), |all, p| all.joined(p));
+        let part = united(&whole, 2e-6).unwrap();
+        let all = found(&part, 8.0, 0.2);
+        let told: Vec<f64> = all.iter().map(|f| (1e3 * f.slenderness()).round()).collect();
+        assert_eq!(told, [15000.0, 14000.0]);
+        // Without the higher pillar's own slenderness the neck would be what is told.
+        let counting = Counting { least: 8.0, longest_ratio: WALL, layer_mm: 31.0, tie_mm: 1e-6 };
+        let all = tall_features(&part, |_| true, &MeshDistance::new(&part), &counting);
+        assert!((all[0].slenderness() - 52.0 / 4.0).abs() < 1e-6, "{all:?}");
     }
 }
