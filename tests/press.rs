@@ -239,7 +239,7 @@ fn a_page_of_a_large_part_shows_a_coarser_copy_and_says_so() {
     let page = html::page(&report, &exhibit, &[]);
     assert!(page.len() < 2_000_000, "{} bytes", page.len());
     std::fs::write(shelf().join("large.html"), &page).unwrap();
-    assert!(page.contains("coarser copy in steps of") && page.contains("viewer-part"), "{} bytes", page.len());
+    assert!(page.contains("a coarser copy, corners within ") && page.contains("viewer-part"), "{} bytes", page.len());
 }
 
 /// Exhibits that no careful pipeline makes: the press says what it can and never panics or hangs.

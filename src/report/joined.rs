@@ -4,7 +4,7 @@ use super::exhibit::SurfaceMap;
 use super::glb::{Detail, Frame, Vertex};
 use super::render::colour::Scale;
 use crate::check::Sense;
-use crate::geometry::vector::{Vec3, cross, sub};
+use crate::geometry::vector::{Vec3, add, cross, sub};
 use rustc_hash::FxHashMap;
 
 /// Corners, three a facet, with those that are one place told once for copies of any detail.
@@ -39,7 +39,7 @@ impl Points {
     /// Vertices in the order of first use, and the triangles that use them; triangles without extent are left out.
     ///
     /// At full detail corners are joined where place and every map agree. In a coarser copy they are joined where they fall
-    /// on one step and face the same way, and carry the worst value of all.
+    /// on one step and face the same way, at the mean of all places there, and carry the worst value of all.
     ///
     /// # Cost
     /// O(corners), and a hash look-up for each place; at full detail for each corner.
@@ -48,7 +48,7 @@ impl Points {
         let cell = |corner: usize| cells.of_place[self.of_corner[corner] as usize] as usize;
         let value = |map: &SurfaceMap, corner: usize| map.values.get(corner).copied().unwrap_or(f32::NAN);
         let mut vertices: Vec<Vertex> = Vec::new();
-        let mut add = |cell: usize| {
+        let mut add_vertex = |cell: usize| {
             let mut vertex = Vertex::default();
             vertex[..3].copy_from_slice(&cells.steps[cell]);
             vertices.push(vertex);
@@ -62,7 +62,7 @@ impl Points {
                 for (code, (map, scale)) in vertex[3..].iter_mut().zip(maps) {
                     *code = frame.code(value(map, corner), scale);
                 }
-                *known.entry(vertex).or_insert_with(|| add(cell(corner)))
+                *known.entry(vertex).or_insert_with(|| add_vertex(cell(corner)))
             });
             known.into_iter().for_each(|(vertex, at)| vertices[at as usize] = vertex);
             return (vertices, indices);
@@ -72,7 +72,7 @@ impl Points {
         let indices = self.triangles(|corner| {
             let at = &mut known[cell(corner)][usize::from(self.facing[corner / 3])];
             if *at == NONE {
-                *at = add(cell(corner));
+                *at = add_vertex(cell(corner));
                 worst.resize(worst.len() + maps.len(), f32::NAN);
             }
             let kept = &mut worst[*at as usize * maps.len()..][..maps.len()];
@@ -102,7 +102,7 @@ impl Points {
 /// Places by the steps they fall on.
 struct Cells {
     of_place: Vec<u32>,
-    /// The steps of each cell, in the order of first use.
+    /// The steps of each cell, in the order of first use; in a coarse copy those of the mean of its places.
     steps: Vec<[u16; 3]>,
 }
 
@@ -117,7 +117,18 @@ impl Cells {
                 steps.len() as u32 - 1
             })
         });
-        Cells { of_place: of_place.collect(), steps }
+        let of_place: Vec<u32> = of_place.collect();
+        if frame.detail() != Detail::FULL {
+            let mut sums = vec![([0.0; 3], 0u32); steps.len()];
+            for (&cell, p) in of_place.iter().zip(places) {
+                let (sum, count) = &mut sums[cell as usize];
+                (*sum, *count) = (add(*sum, *p), *count + 1);
+            }
+            for (step, (sum, count)) in steps.iter_mut().zip(sums) {
+                *step = [0, 1, 2].map(|a| frame.fine_step(sum[a] / f64::from(count), a));
+            }
+        }
+        Cells { of_place, steps }
     }
 }
 
@@ -150,6 +161,17 @@ mod tests {
     fn plainly(corners: &[Vec3], maps: &[(&SurfaceMap, Scale)], frame: Frame) -> (Vec<Vertex>, Vec<u32>) {
         let mut known: FxHashMap<(Vertex, u8), u32> = FxHashMap::default();
         let (mut vertices, mut indices) = (Vec::<Vertex>::new(), Vec::new());
+        let steps = |p: &Vec3| [0, 1, 2].map(|a| frame.step(p[a], a));
+        let shown = |p: &Vec3| {
+            let mut places: Vec<Vec3> = Vec::new();
+            corners.iter().filter(|q| steps(q) == steps(p)).for_each(|q| {
+                if !places.contains(q) {
+                    places.push(*q);
+                }
+            });
+            let sum = places.iter().fold([0.0; 3], |sum, q| add(sum, *q));
+            [0, 1, 2].map(|a| frame.fine_step(sum[a] / places.len() as f64, a))
+        };
         for (f, facet) in corners.chunks_exact(3).enumerate() {
             let mut triangle = [0u32; 3];
             for (k, p) in facet.iter().enumerate() {
@@ -161,6 +183,9 @@ mod tests {
                 }
                 if frame.detail() == Detail::FULL {
                     key = (vertex, 0);
+                }
+                if frame.detail() != Detail::FULL {
+                    vertex[..3].copy_from_slice(&shown(p));
                 }
                 triangle[k] = *known.entry(key).or_insert_with(|| {
                     vertices.push(vertex);

@@ -147,12 +147,13 @@ pub fn data(c: &Context, room: usize) -> Markup {
 fn coarseness(c: &Context, fitted: &Fitted) -> Markup {
     let longest = (0..3).map(|a| c.report.part.box_mm[1][a] - c.report.part.box_mm[0][a]).fold(0.0, f64::max);
     let step = |d: Detail| phrase::quantity((longest / f64::from(d.cells) * 1000.0).ceil() / 1000.0, "mm");
-    let part = (fitted.part != Detail::FULL).then(|| format!("a coarser copy in steps of {}", step(fitted.part)));
+    let part =
+        (fitted.part != Detail::FULL).then(|| format!("a coarser copy, corners within {} as one", step(fitted.part)));
     let layers = match fitted.layers {
         None if c.exhibit.layers.is_empty() => None,
         None => Some("no layers, for which there is no room".to_string()),
         Some(Detail::FULL) => None,
-        Some(d) => Some(format!("its layers in steps of {}", step(d))),
+        Some(d) => Some(format!("its layers, within {}", step(d))),
     };
     let said: Vec<String> = [part, layers].into_iter().flatten().collect();
     if said.is_empty() {
