@@ -50,8 +50,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// The pieces of the solid that are more slender than `counting.least`, the most slender first.
 ///
-/// Let a piece have its top at height t, and let w(z) be the least width of the convex hull of its section at z ([`pieces`] says what
-/// a piece is). Its slenderness is the supremum of (t − z)/w(z) over the heights z from where it joins a higher piece to one layer below
+/// A piece is what hangs together above a height about its top, followed down until it joins one with a higher top. Let its top be at height
+/// t, and let w(z) be the least width of the convex hull of its section at z. Its slenderness is the supremum of (t − z)/w(z) over the heights z from where it joins a higher piece to one layer below
 /// t, at which the section is no wall. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
 /// begins at the piece's lowest point: what stands on a point or a round side is not slender for that.
 ///
@@ -60,7 +60,7 @@ const ROUNDING: f64 = 1e-9;
 /// section. The width of a hull changes by no more than its points move apart, so it is bounded from both ends of the stretch. The
 /// same holds in perspective from the height of the top, where points move linearly in 1/(t − z) and the width of the picture is the
 /// inverse of the slenderness; this is exact for cones as the first is for prisms. [`TallFeature::at_most`] is above the value by two thousandths,
-/// or by more where [`STRETCHES`] of them did not do.
+/// or by more where 16,384 of them did not do.
 ///
 /// `bounds` says which facets bound the solid, and `tree` holds these. It holds for a closed surface that does not cross itself.
 ///

@@ -43,6 +43,36 @@ fn page() {
     print!("{}", table(&rows));
 }
 
+/// The numbers of the page and of README are those of this version; their seconds are those of the machine that wrote them.
+#[test]
+fn the_page_and_readme_say_what_is_found() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (page, table, readme) =
+        (read("reports/openscad/index.html"), read("reports/openscad/table.md"), read("README.md"));
+    let kept: Vec<&str> = table.lines().skip(2).collect();
+    assert_eq!(kept.len(), cases().len());
+    for (case, line) in cases().iter().zip(kept) {
+        let name = &case.entry.name;
+        assert!(readme.lines().any(|l| l == line), "README lacks: {line}");
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        assert!(cells[0].trim_matches('`') == name && cells[9] == "yes", "{line}");
+        let row = format!("<td>{}</td></tr>", cells[1..].join("</td><td>"));
+        assert!(page.contains(&row), "the page lacks: {row}");
+        let found = match case.made(FINE_MM) {
+            Ok(made) => [made.bracket[0], made.bracket[1], made.volume].map(|v| v.as_mm3()),
+            Err(_) => [0.0, most_left(case), 0.0],
+        };
+        let truth = case.r.as_ref().map_or(0.0, TriangleMesh::signed_volume);
+        let said = |at: usize| cells[at].split('…').map(|x| x.trim().parse().unwrap()).collect::<Vec<f64>>();
+        let said: Vec<f64> = [6, 7, 8].into_iter().flat_map(said).collect();
+        // As they are rounded: a bracket to 0.1, volumes to 0.01 mm³.
+        for ((said, found), step) in said.iter().zip(found.into_iter().chain([truth])).zip([0.1, 0.1, 0.01, 0.01]) {
+            assert!((said - found).abs() < 0.51 * step, "{name}: {found} is said to be {said}");
+        }
+    }
+}
+
 fn row(case: &Case, folder: &Path) -> Row {
     let name = case.entry.name.clone();
     let nothing = TriangleMesh::default();
