@@ -14,6 +14,7 @@ mod orient;
 mod pose;
 mod reach;
 mod removal;
+mod rise;
 mod setup;
 mod sight;
 mod stack;

@@ -114,21 +114,20 @@ fn may_touch(tool: &Tool, patch: &Patch, axis: Vec3) -> bool {
 
 /// How far the tools stop short of what is not reached.
 fn nearest(patches: &[Patch], missed: &[usize], stations: &[(usize, usize, Station)], found: &mut Reach) {
-    let axes: Vec<Vec3> = stations.iter().map(|(_, _, station)| station.axis()).collect();
-    let best = |&p: &usize| {
-        let patch = &patches[p];
-        let mut best: Option<(f64, Standing)> = None;
-        for ((tool, setup, station), &axis) in stations.iter().zip(&axes) {
+    let mut best: Vec<Option<(f64, Standing)>> = vec![None; missed.len()];
+    for (tool, setup, station) in stations.iter().take_while(|_| !missed.is_empty()) {
+        let (axis, rise) = (station.axis(), station.rise());
+        let nearer = |(best, &p): (&mut Option<(f64, Standing)>, &usize)| {
+            let patch = &patches[p];
             if may_touch(station.tool(), patch, axis) {
                 let below = best.map_or(f64::INFINITY, |b| b.0);
-                let nearer = station.retreat(patch, below);
-                best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(best);
+                let nearer = station.retreat(patch, below, rise.as_ref());
+                *best = nearer.map(|(short, tip)| (short, Standing { tool: *tool, setup: *setup, tip })).or(*best);
             }
-        }
-        (p, best)
-    };
-    let all: Vec<_> = missed.par_iter().map(best).collect();
-    all.into_iter().for_each(|(p, short)| found.short[p] = short);
+        };
+        best.par_iter_mut().zip(missed).for_each(nearer);
+    }
+    missed.iter().zip(best).for_each(|(&p, short)| found.short[p] = short);
 }
 
 /// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.

@@ -3,6 +3,7 @@
 use super::flat_end::Covering;
 use super::meridian::{Meridian, Support};
 use super::pose::{Rotation, Turns, product, quarter_turns, transposed};
+use super::rise::Rise;
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
 use super::surface::Patch;
@@ -228,20 +229,25 @@ impl<'a> Station<'a> {
     ///
     /// A flat end touches what it lies on with any of its points: of all tips of the grid at which it covers the middle of the patch, the
     /// one that is drawn back least, of equals the nearest to it. Any other tool is drawn back from the poses in which the points that
-    /// touch such a plane lie there.
-    pub fn retreat(&self, patch: &Patch, below: f64) -> Option<(f64, Vec3)> {
+    /// touch such a plane lie there. `rise` is that of the station, which tells it faster for a coaxial tool.
+    pub(super) fn retreat(&self, patch: &Patch, below: f64, rise: Option<&Rise>) -> Option<(f64, Vec3)> {
         let normal = self.frame.map(|r| dot(r, patch.normal));
         // Nearly level counts as level, since coordinates are rounded.
         let lies_flat = normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3;
         match self.tool.flat_end().filter(|_| lies_flat) {
             Some(end) => self.retreat_of_end(patch, end, below),
-            None => self.retreat_from(patch, &self.contacts(normal), below),
+            None => self.retreat_from(patch, &self.contacts(normal), below, rise),
         }
     }
 
     /// As [`Station::retreat`], from standing with the tip in the patch.
     pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
-        self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY)
+        self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY, None)
+    }
+
+    /// How far up it is free for a coaxial tool.
+    pub(super) fn rise(&self) -> Option<Rise> {
+        self.tool.meridian().map(|_| Rise::over(&self.hit))
     }
 
     fn retreat_of_end(&self, patch: &Patch, end: Support, below: f64) -> Option<(f64, Vec3)> {
@@ -264,12 +270,11 @@ impl<'a> Station<'a> {
         (by < below).then(|| (by, back.map(|row| dot(row, tip))))
     }
 
-    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64) -> Option<(f64, Vec3)> {
+    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64, rise: Option<&Rise>) -> Option<(f64, Vec3)> {
         let at = self.frame.map(|r| dot(r, patch.at));
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
         let grid = self.hit.grid();
         let longest = grid.dims().into_iter().max().unwrap_or(0);
-        let back = transposed(self.frame);
         let above = grid.dims()[2] as f64 - 0.5;
         // Both in samples: one step is one spacing.
         let free = |tip: Vec3| match grid.sample_of(tip) {
@@ -281,11 +286,15 @@ impl<'a> Station<'a> {
         let nearer = |best: Option<(f64, Vec3)>, contact: &Vec3| {
             let (tip, below) = (sub(at, *contact), best.map_or(below, |b| b.0));
             let touches = grid.continuous_index(tip);
-            let mut steps = (0..=longest).take_while(|&s| grid.h() * (s as f64) < below);
-            let found = steps.find(|&s| free(along(touches, axis, s as f64)));
+            let is_nearer = |s: &usize| *s <= longest && grid.h() * (*s as f64) < below;
+            let found = match rise {
+                Some(rise) => Some(rise.from(touches)).filter(is_nearer),
+                None => (0..=longest).take_while(is_nearer).find(|&s| free(along(touches, axis, s as f64))),
+            };
             found.map(|s| (grid.h() * s as f64, tip)).or(best)
         };
         let found = contacts.iter().fold(None, nearer);
+        let back = transposed(self.frame);
         found.map(|(s, tip)| (s, back.map(|row| dot(row, tip))))
     }
 
@@ -396,6 +405,7 @@ mod tests {
         with_stations(|station, surface, _| {
             let grid = station.hit.grid();
             let axis = station.turn.map(|row| row[2]);
+            let rise = station.rise();
             for patch in surface {
                 let at = station.frame.map(|r| dot(r, patch.at));
                 let normal = station.frame.map(|r| dot(r, patch.normal));
@@ -408,7 +418,9 @@ mod tests {
                     .iter()
                     .filter_map(|&c| (0..99).find(|&s| free(along(sub(at, c), axis, grid.h() * f64::from(s)))));
                 let want = steps.min().map(|s| grid.h() * f64::from(s));
-                let found = station.retreat_from(patch, &contacts, f64::INFINITY).map(|(by, _)| by);
+                let found = station.retreat_from(patch, &contacts, f64::INFINITY, None);
+                assert_eq!(station.retreat_from(patch, &contacts, f64::INFINITY, rise.as_ref()), found);
+                let found = found.map(|(by, _)| by);
                 assert!(want.is_none_or(|w| w > grid.h() * 20.0) || found == want, "{found:?} {want:?}");
             }
         });

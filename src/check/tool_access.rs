@@ -268,10 +268,10 @@ impl Judged<'_> {
         let (tool, from, stops) = (&worst.tool, &worst.from, short(round(worst.stops)));
         f.message += &match &otherwise {
             Some((share, o)) => format!(
-                "; {} stops {} mm short of some {:.0} % of it, from {}{}; at worst {tool} stops {stops} mm short, from {from}{}",
+                "; {} stops {} mm short of {} of it, from {}{}; at worst {tool} stops {stops} mm short, from {from}{}",
                 o.tool,
                 short(round(o.stops)),
-                100.0 * share,
+                if *share < 0.995 { format!("some {:.0} %", 100.0 * share) } else { "nearly all".into() },
                 o.from,
                 o.by,
                 worst.by
