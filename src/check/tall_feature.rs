@@ -25,7 +25,7 @@ static META: Meta = Meta {
     why: "A slender pillar sways under the nozzle, the recoater or the peel, and breaks or prints crooked. A part whose centre of mass \
           is not above its footprint stands on its supports alone.",
     how: "Pieces are followed from the top down, on the mesh: a piece is all that is connected above a height, and where it meets another \
-          the higher one goes on. It is judged by its height over the least width of the convex hull of its section, so that legs under a \
+          the higher one goes on; of two that are equally high neither does, and what they stand on is a piece of its own. It is judged by its height over the least width of the convex hull of its section, so that legs under a \
           common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights \
           down from a layer below its top: stretches of height are divided until no section in them can be more slender by two thousandths than one \
           that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \

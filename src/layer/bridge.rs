@@ -468,12 +468,22 @@ mod tests {
 
     /// A tube of `n` sides, corners on a circle of `diameter`, its axis turned by `turn` from +y in plan and climbing by `climb`; each of
     /// its edges goes from `mouths[0]` to `mouths[1]`, as far along y as these say at x.
-    fn tunnel(n: usize, diameter: f64, [turn, climb]: [f64; 2], mouths: [&dyn Fn(f64) -> f64; 2]) -> TriangleMesh {
+    fn tunnel(n: usize, diameter: f64, way: [f64; 2], mouths: [&dyn Fn(f64) -> f64; 2]) -> TriangleMesh {
+        phased_tunnel((n, 0.0), diameter, way, mouths)
+    }
+
+    /// The same with its corners turned about the axis by a share of a facet.
+    fn phased_tunnel(
+        (n, phase): (usize, f64),
+        diameter: f64,
+        [turn, climb]: [f64; 2],
+        mouths: [&dyn Fn(f64) -> f64; 2],
+    ) -> TriangleMesh {
         let way = [-turn.sin() * climb.cos(), turn.cos() * climb.cos(), climb.sin()];
         let level = [turn.cos(), turn.sin(), 0.0];
         let up = cross(level, way);
         let end = |i: usize, mouth: &dyn Fn(f64) -> f64| {
-            let (s, c) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+            let (s, c) = (std::f64::consts::TAU * (i as f64 + phase) / n as f64).sin_cos();
             let on = [0, 1, 2].map(|k| 0.5 * diameter * (c * level[k] + s * up[k]));
             let at = |t: f64| [0, 1, 2].map(|k| on[k] + t * way[k]);
             // A mouth that bends is met after a few steps.
@@ -506,6 +516,23 @@ mod tests {
                 let off = (crown.diameter_mm - diameter).abs();
                 assert!(off <= crown.sagitta_mm + 1e-6, "{turn} {climb} {n}: {crown:?}");
                 assert!((crown.grade - climb.tan().abs()).abs() < 1e-6, "{climb}: {crown:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_hole_has_its_diameter_wherever_its_facets_begin() {
+        let mouths: [&dyn Fn(f64) -> f64; 2] = [&|_| 0.0, &|_| 15.0];
+        // Where a facet turns by more than the slopes of a crown, the crown is one or two of them.
+        let coarse = [13, 15, 16, 17, 24].map(|n| (45.0, n));
+        for (degrees, n) in coarse.into_iter().chain([32, 48, 64].into_iter().flat_map(|n| [(45.0, n), (19.0, n)])) {
+            for phase in (0..20).map(|n| 0.05 * f64::from(n)) {
+                let mesh = turned(&phased_tunnel((n, phase), 8.0, [0.0; 2], mouths), 0.3);
+                let all = found_within(&mesh, degrees, [0.4, 2.0]);
+                let crown =
+                    all.first().and_then(|c| c.crown).unwrap_or_else(|| panic!("{degrees} {n} {phase}: {all:?}"));
+                let off = (crown.diameter_mm - 8.0).abs();
+                assert!(all.len() == 1 && off <= crown.sagitta_mm + 1e-6, "{degrees} {n} {phase}: {crown:?}");
             }
         }
     }

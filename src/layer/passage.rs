@@ -63,9 +63,17 @@ impl Axis {
         (norm(level) > 0.5).then(|| Axis { along: axis, level: unit(level), down: unit(down) })
     }
 
-    /// Whether a way across is level in the plane across the axis, as between two sides that are equally high.
-    fn is_level(&self, way: Vec3) -> bool {
-        dot(way, self.down).abs() <= SHALLOW * dot(way, self.level).abs()
+    /// The angle at which a way goes down in the plane across the axis, towards the side that [`Axis::level`] points to.
+    fn fall(&self, way: Vec3) -> f64 {
+        (dot(way, self.down) / dot(way, self.level)).atan()
+    }
+
+    /// Whether a way across falls as the chord of a round crown does whose facets reach down to these slopes, on the side that
+    /// [`Axis::level`] points to and on the other: it is level between sides that are equally high, and where facets end at other slopes
+    /// on either side it falls by half the difference.
+    fn falls_as_a_chord(&self, way: Vec3, [here, there]: [f64; 2]) -> bool {
+        let fall = self.fall(way);
+        fall.abs() <= SHALLOW || (fall - 0.5 * (here - there)).abs() <= SHALLOW
     }
 
     /// The slope that a facet has across the axis: its angle from the crown's; `None` where it crosses the axis, as an end wall does.
@@ -119,18 +127,25 @@ pub(super) fn crown(mesh: &TriangleMesh, facets: &[u32], beside: &[u32], span: R
             let arch = Arch { chord_mm: [span.low_mm, span.high_mm], rise_mm: above.rise_mm, steepest, next };
             arch.crown(unit(way), None)
         }
-        // The greatest span of a roof with two slopes may join sides of different heights, which are no passage's.
-        Some(axis) if !axis.is_level(above.tilt) => None,
         Some(axis) => {
+            // The greatest span of a roof with two slopes may join sides of different heights, which are no passage's.
+            let looks_there = |f: &u32| dot(normal(f), axis.level) > 0.0;
+            let reached =
+                |there: bool| facets.iter().filter(|f| looks_there(f) == there).filter_map(slope).fold(0.0, f64::max);
+            if !axis.falls_as_a_chord(above.tilt, [false, true].map(reached)) {
+                return None;
+            }
             let places = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| dot(p, axis.level));
             let [lo, hi] = places.fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], t| [lo.min(t), hi.max(t)]);
+            let fall = axis.fall(sub(span.ends[1], span.ends[0]));
             let chord = dot(way, axis.level).abs();
             // Strands along the passage tell nothing of its width.
             if chord < 0.5 * (hi - lo) {
                 return None;
             }
             let flat = axis.along[0].hypot(axis.along[1]);
-            let arch = Arch { chord_mm: [chord, chord.max(hi - lo)], rise_mm: above.rise_mm * flat, steepest, next };
+            let (longer, rise_mm) = (1.0 / fall.cos(), above.rise_mm * flat * fall.cos());
+            let arch = Arch { chord_mm: [chord, chord.max(hi - lo)].map(|c| c * longer), rise_mm, steepest, next };
             arch.crown(axis.level, Some(axis.along[2].abs() / flat))
         }
     }

@@ -46,7 +46,8 @@ const NEAR: f64 = 1e-9;
 /// The pieces of the solid bounded by the facets for which `bounds` holds, by their tops.
 ///
 /// Let M be the solid and M_z what of it lies at height z or above. A piece is followed down through the components of M_z that hold
-/// its top; where two pieces are in one component the one with the lower top has joined the other. The surface tells all of this:
+/// its top; where two pieces are in one component the one with the lower top has joined the other, and of two that are equally high both
+/// have joined a third, which has that height too. The surface tells all of this:
 /// the parts of ∂M at z or above that belong to one component of M_z face different components of its complement, and one of them
 /// reaches higher than all others. Every other has its highest point where material lies above, so the way straight up from there
 /// ends on another part of the boundary of the same component. So the pieces follow from the edges of the mesh and one ray from
@@ -199,11 +200,25 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Makes one branch of two that meet at a height and returns it: the one with the higher top.
+    /// Makes one branch of two that meet at a height and returns it: the one with the higher top, or a third below both where they are
+    /// equally high.
     fn merge(&mut self, one: u32, other: u32, z: f64) -> u32 {
         let (a, b) = (self.current(one), self.current(other));
         if a == b {
             return a;
+        }
+        let third = self.branches.len() as u32;
+        if let [Some(x), Some(y)] = [a, b].map(|n| self.branches.get(n as usize))
+            && x.top[2] == y.top[2]
+            && !x.is_stray
+            && !y.is_stray
+        {
+            let top = if compare_from_the_top(x.top, y.top).is_le() { x.top } else { y.top };
+            for joining in [a, b] {
+                self.branches[joining as usize].joined = Some((z, third));
+            }
+            self.branches.push(Branch { top, is_stray: false, joined: None });
+            return third;
         }
         let (x, y) = (&self.branches[a as usize], &self.branches[b as usize]);
         let first = x.is_stray.cmp(&y.is_stray).then_with(|| compare_from_the_top(x.top, y.top)).is_le();

@@ -362,6 +362,29 @@ mod tests {
     }
 
     #[test]
+    fn of_prongs_that_are_equally_high_each_is_told_whichever_way_they_stand() {
+        let told = |x: f64| {
+            let boxes = [
+                [[-1.0, -1.0, 0.0], [1.0, 1.0, 10.0]],
+                [[-10.0, -2.0, 10.0], [10.0, 2.0, 12.0]],
+                [[-9.0 * x - 1.0, -1.0, 12.0], [-9.0 * x + 1.0, 1.0, 32.0]],
+                [[7.0 * x - 2.0, -2.0, 12.0], [7.0 * x + 2.0, 2.0, 32.0]],
+            ];
+            let whole = boxes.map(|[lo, hi]| cuboid(lo, hi)).into_iter().reduce(|a, b| a.joined(&b)).unwrap();
+            found(&united(&whole, 1e-6).unwrap(), 4.0, 0.2)
+        };
+        for x in [1.0, -1.0] {
+            let slenderness: Vec<f64> = told(x).iter().map(TallFeature::slenderness).collect();
+            // The stem, the thin prong and the thick one.
+            let want = [16.0, 10.0, 5.0];
+            assert!(
+                slenderness.len() == 3 && (0..3).all(|n| (slenderness[n] - want[n]).abs() < 1e-6),
+                "{slenderness:?}"
+            );
+        }
+    }
+
+    #[test]
     fn pillars_on_a_plate_are_found_each_and_a_block_is_not() {
         // Each grows out of the plate through a hole in its upper face.
         let plate = cuboid([0.0; 3], [30.0, 20.0, 2.0]);

@@ -23,9 +23,9 @@ impl<'a> Whole<'a> {
     /// The health of the mesh and a walk over pairs of facets that are near each other; that of [`united`] where some meet.
     pub(super) fn of(part: &'a TriangleMesh) -> Self {
         let as_it_is = |bounding| Whole { mesh: Cow::Borrowed(part), bounding };
-        match outward_solid(part) {
+        match outward(part) {
             None => as_it_is(false),
-            Some(health) if stands_alone(part, &health) => as_it_is(true),
+            Some(health) if health.count_of(Role::Ghost) == 0 && stands_alone(part, &health) => as_it_is(true),
             Some(_) => united(part, resolution(part)).map_or_else(|| as_it_is(false), Whole::of_union),
         }
     }
@@ -67,8 +67,13 @@ impl<'a> Whole<'a> {
 
 /// The health of a mesh that bounds a solid, wound outwards, and holds no sheets.
 pub(super) fn outward_solid(mesh: &TriangleMesh) -> Option<Health> {
+    outward(mesh).filter(|health| health.count_of(Role::Ghost) == 0)
+}
+
+/// The health of a closed mesh that is wound outwards.
+fn outward(mesh: &TriangleMesh) -> Option<Health> {
     let health = Health::of(mesh);
-    let outwards = health.shells.iter().all(|shell| !matches!(shell.role, Role::Open | Role::Inverted | Role::Ghost));
+    let outwards = health.shells.iter().all(|shell| !matches!(shell.role, Role::Open | Role::Inverted));
     (health.is_solid() && !health.inverted && outwards).then_some(health)
 }
 
