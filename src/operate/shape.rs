@@ -103,8 +103,7 @@ pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operat
     grown("offset", part, by, spacing)
 }
 
-/// The offset of a part as the result of an operation. What is farther from the part than facets inside of it are cannot tell them from
-/// others.
+/// The offset of a part as the result of an operation. Two spacings and more outside of a part its facets inside are never the nearest.
 fn grown(operation: &'static str, part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
     if by.as_mm() >= NEAR_PART * spacing.as_mm() {
         return checked(operation, from_distances(offset_mesh(part, by, spacing)?));

@@ -47,9 +47,13 @@ pub fn write(mesh: &TriangleMesh, mut out: &mut dyn Write) -> Result<()> {
 /// assert_eq!((far(0.0), far(1e4)), (0, 4));
 /// ```
 pub fn merged(mesh: &TriangleMesh) -> usize {
-    // Zero and its negative are one place.
-    let mut places: Vec<[u32; 3]> = mesh.vertices.iter().map(|v| v.map(|x| (x as f32 + 0.0).to_bits())).collect();
-    places.par_sort_unstable();
-    places.dedup();
-    mesh.vertices.len() - places.len()
+    // Zero and its negative are one place; places of several vertices are as many in any format.
+    let kept = |mut places: Vec<[u64; 3]>| {
+        places.par_sort_unstable();
+        places.dedup();
+        places.len()
+    };
+    let exact = mesh.vertices.iter().map(|v| v.map(|x| (x + 0.0).to_bits()));
+    let single = mesh.vertices.iter().map(|v| v.map(|x| u64::from((x as f32 + 0.0).to_bits())));
+    kept(exact.collect()) - kept(single.collect())
 }
