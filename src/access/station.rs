@@ -240,7 +240,7 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// As [`Station::retreat`], from standing with the tip in the patch.
+    /// How far along its axis the tool has to be drawn back from standing with the tip in the patch until it is free, and that tip.
     pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
         self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY, None)
     }
