@@ -56,8 +56,8 @@ impl<'a> Whole<'a> {
     pub(super) fn made<T>(part: &'a TriangleMesh, make: impl Fn(&TriangleMesh) -> Result<T>) -> Result<(Whole<'a>, T)> {
         let whole = Whole::if_in_pieces(part);
         match (make(&whole.mesh), &whole.mesh) {
-            (Err(Error::NotSolid { .. }), Cow::Borrowed(_)) => {
-                let whole = Whole::of(part);
+            (Err(refused @ Error::NotSolid { .. }), Cow::Borrowed(_)) => {
+                let whole = Whole::of_union(united(part, resolution(part)).ok_or(refused)?);
                 make(&whole.mesh).map(|made| (whole, made))
             }
             (made, _) => made.map(|made| (whole, made)),
