@@ -7,7 +7,7 @@ use super::need::{Growth, Surface};
 use super::operand::{Operand, one_from_stdin};
 use super::toolpath as printed;
 use super::words::{allowance, length, units};
-use crate::error::{Error, Result, printable};
+use crate::error::{Error, Result, escaped, printable};
 use crate::geometry::vector::{Vec3, bounds, norm, sub};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
@@ -340,7 +340,7 @@ pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told
         let _ = writeln!(text, "note       no volume of it is certain at this spacing; a smaller --voxel says more");
     }
     for notice in notices {
-        let _ = writeln!(text, "note       {}", printable(&notice.message));
+        let _ = writeln!(text, "note       {}", escaped(&notice.message));
     }
     for path in written {
         let _ = writeln!(text, "written    {}", printable(&path.to_string_lossy()));

@@ -37,11 +37,12 @@ impl Steiner {
             if convex { distance(a, b) * norm(cross(m, n)).atan2(dot(m, n)) } else { 0.0 }
         };
         let table = EdgeTable::of(mesh);
+        let pieces = pieces(&table, mesh.triangles.len());
         let turns = table.edges().filter_map(|edge| match edge.sides {
             [one, other] => Some(turning(edge.ends, [one.1.facet(), other.1.facet()])),
             _ => None,
         });
-        Steiner { area_mm2: mesh.area(), turning_mm: 0.5 * turns.sum::<f64>(), pieces: mesh.pieces() }
+        Steiner { area_mm2: mesh.area(), turning_mm: 0.5 * turns.sum::<f64>(), pieces }
     }
 
     /// The area of what rolls about the edges and corners of a convex body that is offset by a length, and no less than of others: 2·M·r +
@@ -57,14 +58,18 @@ impl TriangleMesh {
     /// # Cost
     /// O(facets).
     pub fn pieces(&self) -> usize {
-        let mut sets = DisjointSets::new(self.triangles.len());
-        for edge in EdgeTable::of(self).edges() {
-            if let [one, other] = edge.sides {
-                sets.join(one.1.facet() as u32, other.1.facet() as u32);
-            }
-        }
-        (0..self.triangles.len() as u32).filter(|&f| sets.root(f) == f).count()
+        pieces(&EdgeTable::of(self), self.triangles.len())
     }
+}
+
+fn pieces(table: &EdgeTable, facets: usize) -> usize {
+    let mut sets = DisjointSets::new(facets);
+    for edge in table.edges() {
+        if let [one, other] = edge.sides {
+            sets.join(one.1.facet() as u32, other.1.facet() as u32);
+        }
+    }
+    (0..facets as u32).filter(|&f| sets.root(f) == f).count()
 }
 
 #[cfg(test)]

@@ -146,7 +146,8 @@ pub(super) fn crown(mesh: &TriangleMesh, facets: &[u32], beside: &[u32], span: R
             let flat = axis.along[0].hypot(axis.along[1]);
             let (longer, rise_mm) = (1.0 / fall.cos(), above.rise_mm * flat * fall.cos());
             let arch = Arch { chord_mm: [chord, chord.max(hi - lo)].map(|c| c * longer), rise_mm, steepest, next };
-            arch.crown(axis.level, Some(axis.along[2].abs() / flat))
+            let crown = arch.crown(axis.level, Some(axis.along[2].abs() / flat));
+            crown.map(|crown| Crown { chord_mm: chord, ..crown })
         }
     }
 }

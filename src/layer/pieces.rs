@@ -4,14 +4,14 @@ use crate::geometry::vector::{Vec3, along, compare, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 
-/// A piece of a solid above a height, followed down from its top until it joins a higher one.
+/// A piece of a solid above a height, followed down from its top until it joins a higher one, or an equally high one in what both stand on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     /// Its highest point; of several the last by x, y.
     pub top: Vec3,
-    /// Where it joins a higher piece, or its own lowest height if it never does.
+    /// Where it joins another piece, or its own lowest height if it never does.
     pub bottom: f64,
-    /// Whether it joins a higher piece.
+    /// Whether it joins another piece, as high or higher.
     pub joins: bool,
     /// The edges that its outlines cross, as far down as they are its own; none lies level.
     pub edges: Vec<Rising>,

@@ -50,9 +50,9 @@ const ROUNDING: f64 = 1e-9;
 
 /// The pieces of the solid that are more slender than `counting.least`, the most slender first.
 ///
-/// A piece is what hangs together above a height about its top, followed down until it joins one with a higher top. Let its top be at height
-/// t, and let w(z) be the least width of the convex hull of its section at z. Its slenderness is the supremum of (t − z)/w(z) over the heights z from where it joins a higher piece to one layer below
-/// t, at which the section is no wall. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
+/// A piece is what hangs together above a height about its top, followed down until it joins another with a top as high or higher. Let its
+/// top be at height t, and let w(z) be the least width of the convex hull of its section at z. Its slenderness is the supremum of
+/// (t − z)/w(z) over the heights z from where it joins another piece to one layer below t, at which the section is no wall. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
 /// begins at the piece's lowest point: what stands on a point or a round side is not slender for that.
 ///
 /// Both sides are certified. What is measured is a section of the mesh. For the bound, heights are halved at those of vertices until

@@ -37,7 +37,7 @@ pub use element::{Shape, Sides, StructuringElement};
 pub use least_element::{Bead, Footprint};
 pub use minkowski::{Morphed, Path, dilate, dilate_along, erode, erode_by_path};
 pub use motion::placements_along;
-pub use offset::{Shaped, offset};
+pub use offset::{NEAR_PART, Shaped, offset};
 pub use opening::{closing, opening, regularize};
 pub use rolling::{close_by_ball, open_by_ball};
 pub use sandwich::Sandwich;

@@ -20,7 +20,7 @@ const BETWEEN: [f64; 3] = [0.23, 0.31, 0.27];
 
 /// Offsets by less than this, in spacings, look at samples inside the part: those at most a spacing from the level, seen from
 /// half a diagonal further.
-const NEAR_PART: f64 = 2.0;
+pub const NEAR_PART: f64 = 2.0;
 
 /// A shape made from a mesh: its surface, and the two numbers that its volume lies between.
 #[derive(Debug, Clone, PartialEq)]

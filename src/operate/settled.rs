@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_is_that_of_boxes_and_none_of_a_part_whose_bodies_meet() {
+    fn a_difference_is_that_of_boxes_and_none_of_a_part_with_facets_inside() {
         let (part, element) = (cuboid([0.0; 3], [6.0, 5.0, 4.0]), cuboid([-0.5, -0.25, 0.0], [0.5, 0.75, 1.0]));
         let found = Sandwich::difference(&sides(&part), &sides(&element)).unwrap();
         let settled = Touch::of_difference(&Whole::of(&part), &element)

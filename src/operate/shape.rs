@@ -12,7 +12,8 @@ use crate::geometry::vector::{add, scale};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
-    Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh, sweep_surface,
+    NEAR_PART, Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
+    sweep_surface,
 };
 use crate::units::{Length, Volume, short};
 use std::borrow::Cow;
@@ -250,9 +251,6 @@ pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result
 pub fn reachable(part: &Sides, tool: &Sides, window: &Grid) -> Result<Operated> {
     checked("reach", from_sandwich(Sandwich::reachable(part, tool, window)?)?)
 }
-
-/// Offsets by less than this, in spacings, are told by distances inside of the part as well.
-const NEAR_PART: f64 = 2.0;
 
 /// Where samples lie beside the world's origin, in spacings, so that faces on round coordinates are not on samples.
 const PHASE: [f64; 3] = [0.25; 3];
