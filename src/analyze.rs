@@ -28,6 +28,17 @@ use std::time::Instant;
 /// Bytes that the default grid may take, whatever memory the machine has: the same part gets the same grid everywhere.
 pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
 
+/// What of a part an exhibit is mounted of; the report is the same whatever it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exhibited {
+    /// Nothing: the exhibit stays empty.
+    Nothing,
+    /// The part with its maps, layers and slices.
+    Part,
+    /// The same, and this many ways to stand it up, compared in full.
+    Stances(usize),
+}
+
 /// What is asked of a part.
 #[derive(Debug, Clone)]
 pub struct Options {
@@ -47,8 +58,8 @@ pub struct Options {
     pub only: Vec<String>,
     /// Names of the checks to leave out.
     pub skip: Vec<String>,
-    /// How many ways to stand the part up are compared in full for the page; 0 for none.
-    pub orientations: usize,
+    /// What the page and the pictures show.
+    pub exhibited: Exhibited,
     /// The widest gap of interest, if local thickness is to be mapped as well.
     pub thickness: Option<Length>,
     /// The day, for acceptances that end; without it those count as ended.
@@ -70,7 +81,7 @@ impl Options {
             memory: Allowance { bytes: 4 << 30, ceiling: None },
             only: Vec::new(),
             skip: Vec::new(),
-            orientations: 0,
+            exhibited: Exhibited::Part,
             thickness: None,
             today: None,
             phase: [0.0; 3],
@@ -222,12 +233,13 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     notices.extend(part.notices());
     let mut spent = 0;
     let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
-    let mut stances = None;
+    let mut compared = None;
+    let stances = &mut compared;
     // Ways to stand rest on the mesh alone: they are compared where a check leaves a core idle. What the part makes on first
     // demand they must not ask for: taken up by a thread that is making it, they would wait for themselves.
     rayon::in_place_scope(|beside| {
-        if options.orientations > 0 {
-            beside.spawn(|_| stances = stances_of(part, &options.process, options.orientations));
+        if let Exhibited::Stances(count) = options.exhibited {
+            beside.spawn(move |_| *stances = stances_of(part, &options.process, count));
         }
         CHECKS.iter().try_for_each(|check| {
             told(check.meta().name);
@@ -276,7 +288,12 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     report.summary = sentence(&report);
     lap("judge");
     told("mount");
-    let exhibit = Exhibit { stances, ..mount(part, &report, &wanted, shapes) };
+    let exhibit = match options.exhibited {
+        Exhibited::Nothing => Exhibit::default(),
+        Exhibited::Part | Exhibited::Stances(_) => {
+            Exhibit { stances: compared, ..mount(part, &report, &wanted, shapes) }
+        }
+    };
     lap("mount");
     Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
 }

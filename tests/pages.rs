@@ -4,7 +4,7 @@
 mod chromium;
 mod sample;
 
-use amcheck::analyze::{Options, prepare, run};
+use amcheck::analyze::{Exhibited, Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::process::Process;
 use amcheck::report::{Exhibit, Report, html, json, render};
@@ -41,7 +41,8 @@ fn judged(path: &Path) -> Page {
     let bytes = std::fs::read(path).unwrap();
     // One page shows local thickness as well.
     let thickness = name.starts_with("finned").then(|| Length::mm(2.0));
-    let options = Options { orientations: 3, thickness, ..Options::new(Process::named("fdm").unwrap()) };
+    let options =
+        Options { exhibited: Exhibited::Stances(3), thickness, ..Options::new(Process::named("fdm").unwrap()) };
     let loaded = read(&name, &bytes, Salvage::Refuse).unwrap();
     let analysis = run(prepare(&name, &bytes, loaded, &options).unwrap(), &options).unwrap();
     Page { file: name.replace(".stl", ".html"), report: analysis.report, exhibit: analysis.exhibit }

@@ -3,7 +3,7 @@
 use super::args::Batch;
 use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
 use super::words::{one_of, usage};
-use crate::analyze::{Options, prepare, run};
+use crate::analyze::{Exhibited, Options, prepare, run};
 use crate::batch::{
     Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, worst_code, write_tables,
 };
@@ -92,8 +92,13 @@ impl How<'_> {
                 "compare parts one by one, or use fail, warn",
             ));
         }
+        let mut options = judge::options(&b.how)?;
+        if options.exhibited == Exhibited::Nothing {
+            // The index shows a thumbnail of each part.
+            options.exhibited = Exhibited::Part;
+        }
         Ok(How {
-            options: judge::options(&b.how)?,
+            options,
             formats: one_of("format", &b.how.format, FORMATS)?,
             fail_on,
             salvage: if b.how.salvage { Salvage::KeepWhole } else { Salvage::Refuse },

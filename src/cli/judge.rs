@@ -4,7 +4,7 @@ use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
 use super::progress::{Progress, Weights, Wished};
 use super::words::{allowance, count, length, one_of, units, up, usage};
-use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
+use crate::analyze::{Analysis, Exhibited, Options, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, Salvage, read, threemf};
@@ -238,8 +238,12 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     for name in a.only.iter().chain(&a.skip) {
         registry::find(name)?;
     }
-    // The page alone shows them.
-    o.orientations = if a.format.iter().any(|f| f == "html") { COMPARED } else { 0 };
+    let asked = |formats: &[&str]| a.format.iter().any(|f| formats.contains(&f.as_str()));
+    o.exhibited = match (asked(&["html"]), asked(&["png", "glb"])) {
+        (true, _) => Exhibited::Stances(COMPARED),
+        (false, true) => Exhibited::Part,
+        (false, false) => Exhibited::Nothing,
+    };
     o.repair = if a.repair { Repair::Mend } else { Repair::Leave };
     o.only = a.only.clone();
     o.skip = a.skip.clone();

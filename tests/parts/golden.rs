@@ -1,7 +1,7 @@
 //! The reports of the committed parts, byte for byte; `REGENERATE=1 cargo test --release --test parts golden` rewrites them.
 
 use crate::{fixtures, process};
-use amcheck::analyze::{Analysis, Options, prepare, run};
+use amcheck::analyze::{Analysis, Exhibited, Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::report::stances::COMPARED;
 use amcheck::report::{html, json, render};
@@ -19,9 +19,9 @@ fn asked_to_rewrite() -> bool {
     std::env::var_os("REGENERATE").is_some()
 }
 
-fn analysis(part: &str, orientations: usize) -> Analysis {
+fn analysis(part: &str, exhibited: Exhibited) -> Analysis {
     let (name, bytes) = (format!("{part}.stl"), fixtures::bytes(part));
-    let options = Options { orientations, ..Options::new(process("fdm", &[])) };
+    let options = Options { exhibited, ..Options::new(process("fdm", &[])) };
     let loaded = read(&name, &bytes, Salvage::Refuse).expect("a mesh");
     run(prepare(&name, &bytes, loaded, &options).expect("a part"), &options).expect("a report")
 }
@@ -29,7 +29,7 @@ fn analysis(part: &str, orientations: usize) -> Analysis {
 /// Report of a part with so many threads.
 fn report(part: &str, threads: usize) -> String {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-    pool.install(|| json::write(&analysis(part, 0).report))
+    pool.install(|| json::write(&analysis(part, Exhibited::Nothing).report))
 }
 
 /// The first line in which two texts differ.
@@ -57,8 +57,11 @@ fn golden_reports_of_all_fixtures() {
     let mut stale = Vec::new();
     for (i, (part, _)) in fixtures::all().into_iter().enumerate() {
         // One thread for half of the parts and three for the others; what is kept was written with all there are.
-        let made =
-            if asked_to_rewrite() { json::write(&analysis(part, 0).report) } else { report(part, 1 + 2 * (i % 2)) };
+        let made = if asked_to_rewrite() {
+            json::write(&analysis(part, Exhibited::Nothing).report)
+        } else {
+            report(part, 1 + 2 * (i % 2))
+        };
         let file = place.join(format!("{part}.json"));
         if asked_to_rewrite() {
             std::fs::create_dir_all(&place).expect("the folder");
@@ -90,7 +93,7 @@ fn orphans(place: &Path) -> Vec<PathBuf> {
 #[test]
 fn golden_sample_is_what_the_command_writes() {
     let folder = folder("reports/sample");
-    let analysis = analysis(SAMPLE, COMPARED);
+    let analysis = analysis(SAMPLE, Exhibited::Stances(COMPARED));
     let report = json::write(&analysis.report);
     if asked_to_rewrite() {
         let pictures = render::pictures(&analysis.report, &analysis.exhibit);
