@@ -14,8 +14,6 @@ use crate::process::Process;
 use rustc_hash::FxHashMap;
 use std::f64::consts::PI;
 
-/// What rises or sinks by no more than this is relief, millimetres.
-pub const RELIEF_MM: f64 = 2.0;
 /// A group that thins to less than this share of its thickest runs out to an edge: only what is parallel in it counts.
 const RUN_OUT: f64 = 0.3;
 
@@ -304,10 +302,5 @@ impl Detail {
         } else {
             "sheet"
         }
-    }
-
-    /// Whether it is a low ridge or a shallow groove.
-    pub fn is_relief(&self) -> bool {
-        self.noun() == "sheet" && self.spans[1] <= RELIEF_MM
     }
 }

@@ -7,6 +7,7 @@ use super::departure::{Departure, Place};
 use super::detail::{Between, Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::relief::is_relief;
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
 use crate::error::Result;
@@ -39,7 +40,8 @@ static META: Meta = Meta {
           those in which perhaps not all is; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
-    limits: "Detail is a sheet of at most 2 mm height; relief lower than half its width, and pins, are not looked at here. \
+    limits: "Detail ends on one side and is three times as wide on the other, at most 2 mm apart; relief lower than half its width, and what is not \
+             half as long again as wide, are not looked at here. Each lost place is judged by itself; the cover line tells the volume of all. \
              Volume is bracketed for what is lost and hangs together within the place and half an element around it, rounding of edges \
              that touch it there included. \
              The element is made of whole cells, and another division makes another one: the bracket holds for the element of the \
@@ -88,7 +90,12 @@ impl Check for LostFeature {
                 findings.push(judge.finding(detail, i, &mut budget)?);
             }
             measured.budget = (budget.looks > 0).then_some(budget);
-            let places = findings.iter().filter(|f| f.value > 0.0).count();
+            let lost: Vec<f64> = findings.iter().map(|f| f.value).filter(|v| *v > 0.0).collect();
+            let all = match lost.len() {
+                0 | 1 => String::new(),
+                _ => format!(", {} mm³ in all,", rounded(lost.iter().sum())),
+            };
+            let places = lost.len();
             measured.worst = Some(findings.iter().max_by(|a, b| a.value.total_cmp(&b.value)).map_or(
                 Worst { bracket: Bracket::exact(0.0), unit: "mm3", at: None },
                 |f| Worst {
@@ -99,7 +106,7 @@ impl Check for LostFeature {
             ));
             measured.findings.extend(one_by_state(findings));
             covered.push_str(&format!(
-                "; {places} places are lost to an element of {} × {} mm",
+                "; {places} places{all} are lost to an element of {} × {} mm",
                 short(bead.width.as_mm()),
                 short(bead.height.as_mm())
             ));
@@ -109,7 +116,7 @@ impl Check for LostFeature {
             let fine = found.sheets(|s| {
                 s.diameter < width - part.tie() && s.diameter >= bead.width_along(s.direction()).as_mm() - part.tie()
             });
-            measured.findings.extend(details(part, context, &fine, limits, "embossed-detail"));
+            measured.findings.extend(details((part, context), Side::Material, &fine, limits));
         }
         if let Some(limits) = engraved {
             let fused = limits_of(process, "narrow-gap").and_then(|l| l.fail).unwrap_or(0.0);
@@ -119,7 +126,7 @@ impl Check for LostFeature {
             let found = sought.search();
             measured.spent += found.evaluations;
             let fine = found.sheets(|s| s.diameter < width - part.tie() && s.diameter >= fused - part.tie());
-            measured.findings.extend(details(part, context, &fine, limits, "engraved-detail"));
+            measured.findings.extend(details((part, context), Side::Void, &fine, limits));
         }
         measured.cover = covered + ".";
         Ok(Outcome::Measured(Box::new(measured)))
@@ -208,11 +215,15 @@ impl Lost<'_> {
 }
 
 /// Findings of detail that is narrower than the process shows.
-fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kind: &str) -> Vec<Finding> {
+fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], limits: Limits) -> Vec<Finding> {
+    let (kind, noun) = match side {
+        Side::Material => ("embossed-detail", "raised detail"),
+        Side::Void => ("engraved-detail", "engraved detail"),
+    };
     let limit = limits.warn.or(limits.fail).unwrap_or(0.0);
     let mut findings: Vec<Finding> = found
         .iter()
-        .filter(|d| d.is_relief())
+        .filter(|d| is_relief(part, side, &d.thinnest))
         .map(|d| {
             let t = &d.thinnest;
             let bracket = Bracket::new(t.diameter, d.low, t.diameter);
@@ -231,7 +242,6 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
     let all = findings.len();
     let mut grouped = group_equal(findings, limit);
     for f in &mut grouped {
-        let noun = if kind == "embossed-detail" { "raised detail" } else { "engraved detail" };
         f.message = match f.count {
             1 => format!("{noun} {} mm wide", rounded(f.value)),
             n => format!("{n} strokes of {noun}, the finest {} mm wide", rounded(f.value)),
@@ -254,11 +264,11 @@ fn details(part: &Part, context: &Context, found: &[Detail], limits: Limits, kin
     grouped
 }
 
-/// Whether a stroke can be widened to the limit without what lies beside it being nearer than the limit then: straight across, so
-/// that what the stroke stands on does not count.
+/// Whether a stroke can be widened to the limit without what lies beside it being nearer than the limit then, though it be widened as
+/// much: straight across, so that what the stroke stands on does not count.
 fn has_room(part: &Part, d: &Detail, limit: f64) -> bool {
     let t = &d.thinnest;
-    let grown = 0.5 * (limit - t.diameter);
+    let grown = limit - t.diameter;
     [0, 1].iter().all(|&i| {
         let outward = unit(sub(t.contacts[i], t.contacts[1 - i]));
         part.distance().first_hit(t.contacts[i], outward, 0.01 * limit, grown + 0.99 * limit).is_none()

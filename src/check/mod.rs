@@ -37,6 +37,7 @@ mod overhang;
 mod place;
 mod powder;
 pub mod registry;
+mod relief;
 mod rib;
 mod rod_detail;
 mod rods;

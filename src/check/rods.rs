@@ -52,8 +52,8 @@ pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
 
 /// Whether a rod is judged by its diameter.
 ///
-/// A pin has a free end, or is a ring, and is at least as high as wide; a strut held at both ends is a wall, unless no two of its sides face
-/// each other, as in one of three or five sides. A blind hole is at least as deep
+/// A pin has a free end, with a head or without, or is a ring, and is at least as high as wide; a strut held at both ends is a wall, unless no
+/// two of its sides face each other, as in one of three or five sides. A blind hole is at least as deep
 /// as wide; a passage may be short. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
 pub fn is_judged(side: Side, rod: &Rod) -> bool {
     let closed = rod.ends.contains(&End::Closed);
@@ -89,14 +89,14 @@ pub fn worst<'a>(rods: impl IntoIterator<Item = &'a Rod>) -> Option<Worst> {
     Some(Worst { bracket: bracket(least), unit: "mm", at: Some(least.narrowest.centre) })
 }
 
-/// A finding on a rod's diameter: judged by its equal-area diameter, with the sagitta of a circle's facets as what counts as equal.
+/// A finding on a rod's diameter: judged by its equal-area diameter, where it may stand for a circle that keeps the limit, it does.
 pub fn diameter_finding(
     (part, context): (&Part, &Context),
     (code, kind): (&str, &str),
     rod: &Rod,
     limits: Limits,
 ) -> Finding {
-    let tie = rod.narrowest.sagitta() + part.tie();
+    let tie = rod.narrowest.facet_loss() + part.tie();
     let mut f = Finding::judged(code, kind, Bracket::exact(rod.diameter()), Basis::Exact, limits, "mm", tie);
     let b = bracket(rod).rounded();
     (f.low, f.high) = (b.low, b.high);

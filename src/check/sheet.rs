@@ -6,7 +6,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::Beside;
 use super::search::{self, BOXES};
-use super::sheet_shape::{Form, Sheet, sheet_of};
+use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought};
 use super::sheet_words::{Room, Rooms};
 use crate::geometry::vector::{Vec3, bounds, scale};
@@ -115,7 +115,8 @@ impl Sheets<'_> {
         let tie = self.part.tie();
         let fail = kind.limits.fail.unwrap_or(0.0) - tie;
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
-        let scale = self.part.extent().into_iter().fold(0.0, f64::max).min(warn);
+        let longest = self.part.extent().into_iter().fold(0.0, f64::max);
+        let scale = Scale { wide: longest.min(warn), tight: longest.min(if fail > 0.0 { fail } else { warn }) };
         let waists =
             thinner(self.own(cover, Shape::Waist), own.iter().filter(|s| s.diameter < warn), 1.5 * self.resolution());
         let mut sheets: Vec<(Sheet, Vec<Sample>)> = Vec::new();
@@ -318,7 +319,7 @@ mod tests {
     use super::super::contract::{Check, Outcome};
     use super::super::thin_wall::ThinWall;
     use super::*;
-    use crate::geometry::TriangleMesh;
+    use crate::geometry::{TriangleMesh, cuboid};
     use crate::part::Up;
 
     /// Two cones of 4 mm, upright and end to end, joined where they are so wide.
@@ -353,6 +354,30 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_thin_web_fails_whatever_the_wider_limit() {
+        // A frame of 6 mm about a window of 1.15 mm, and a web of 0.055 mm in the window's middle.
+        let (half, thick) = (0.575, 0.0275);
+        let frame = [
+            ([-6.0, -6.0, -3.0], [-half, 6.0, 3.0]),
+            ([half, -6.0, -3.0], [6.0, 6.0, 3.0]),
+            ([-1.0, -6.0, -3.0], [1.0, -half, 3.0]),
+            ([-1.0, half, -3.0], [1.0, 6.0, 3.0]),
+            ([-1.0, -1.0, -thick], [1.0, 1.0, thick]),
+        ];
+        let mesh = frame.map(|(lo, hi)| cuboid(lo, hi)).into_iter().reduce(|a, b| a.joined(&b)).unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for limits in ["0.8mm,1.2mm", "0.8mm,2mm", "1mm"] {
+            let mut process = Process::named("fdm").unwrap();
+            process.override_limit(&format!("thin-wall={limits}")).unwrap();
+            let part = Part::new(mesh.clone(), Up::PlusZ, 1e-6, 2.5).unwrap();
+            let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+            let first = found.findings.first().unwrap_or_else(|| panic!("{limits}: passes"));
+            assert!(first.state == State::Fail && (first.value - 0.055).abs() < 1e-6, "{limits}: {first:?}");
+        }
+    }
+
     #[test]
     fn a_fin_that_tapers_to_a_flat_rim_is_a_wall_though_its_rim_runs_out_at_one_end() {
         // 8 mm long, 1.2 mm thick at its foot; its rim widens from nothing to 0.3 mm.

@@ -11,10 +11,20 @@ pub const RUN_OUT: f64 = 0.05;
 /// What tapers is a speck if its area is less than that of a square of so many thicknesses.
 const LEAST_WIDTHS: f64 = 3.0;
 
+/// Half of the tighter limit is the side of the least square that is a sheet beside an edge: what one limit judges must not hang on another.
+const LEAST_SIDE: f64 = 0.5;
+
 /// Sine of the angle between two directions across that are as good as at right angles, and of the one that a direction across may be off the
 /// plane across an axis.
 const AROUND: f64 = 0.85;
 const LEVEL: f64 = 0.45;
+
+/// The limits that sheets are judged by, or the part if that is smaller, millimetres.
+#[derive(Debug, Clone, Copy)]
+pub struct Scale {
+    pub wide: f64,
+    pub tight: f64,
+}
 
 /// What the middle surface of a sheet looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,12 +48,12 @@ pub struct Sheet {
 }
 
 /// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
-pub fn runs_out(sample: &Sample, scale: f64) -> bool {
-    sample.diameter < RUN_OUT * scale
+pub fn runs_out(sample: &Sample, scale: Scale) -> bool {
+    sample.diameter < RUN_OUT * scale.wide
 }
 
 /// Sums a group up, or says that it is a wedge: `None`.
-pub fn sheet_of(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
+pub fn sheet_of(samples: &[Sample], scale: Scale, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
     if samples.iter().any(|s| runs_out(s, scale)) {
         return blunt_sheet(samples, scale, thins_out);
     }
@@ -52,7 +62,7 @@ pub fn sheet_of(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -> b
 
 /// What is a sheet in a group that thins out to an edge: what of it tapers as a wall may and yet ends before, if that is no speck, or else what
 /// [`parallel_sheet`] says.
-pub fn blunt_sheet(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
+pub fn blunt_sheet(samples: &[Sample], scale: Scale, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
     let ends_before = |s: &&Sample| s.separation >= WALL_SEPARATION && !runs_out(s, scale) && !thins_out(s);
     let blunt: Vec<&Sample> = samples.iter().filter(ends_before).collect();
     let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
@@ -62,10 +72,28 @@ pub fn blunt_sheet(samples: &[Sample], scale: f64, thins_out: impl Fn(&Sample) -
     if is_speck { parallel_sheet(samples, scale) } else { summed(&blunt) }
 }
 
-/// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as the limit squared.
-pub fn parallel_sheet(samples: &[Sample], scale: f64) -> Option<Sheet> {
-    let parallel: Vec<&Sample> = samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale).collect();
-    summed(&parallel).filter(|s| s.area >= scale * scale)
+/// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as half the tighter limit squared.
+pub fn parallel_sheet(samples: &[Sample], scale: Scale) -> Option<Sheet> {
+    let parallel: Vec<&Sample> =
+        samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale.wide).collect();
+    summed(&parallel).filter(|s| s.area >= (LEAST_SIDE * scale.tight).powi(2))
+}
+
+/// What of a sheet may be thinner than a limit that its thinnest place is below: the samples whose bound is, or that place alone.
+pub fn below(sheet: &Sheet, samples: &[Sample], limit: f64) -> Sheet {
+    let thin: Vec<&Sample> = samples.iter().filter(|s| s.low < limit).collect();
+    let (thinnest, low) = (sheet.thinnest, sheet.low);
+    let spot = || Sheet {
+        area: 0.0,
+        extent: bounds(thinnest.contacts).unwrap_or(sheet.extent),
+        spans: [0.0; 3],
+        form: Form::Spot,
+        ..sheet.clone()
+    };
+    let Some(part) = summed(&thin) else { return spot() };
+    let is_spot = part.spans[0] < thinnest.diameter || part.area < thinnest.diameter.powi(2);
+    let form = if is_spot { Form::Spot } else { part.form };
+    Sheet { thinnest, low, form, ..part }
 }
 
 /// Samples as one sheet.
@@ -99,4 +127,47 @@ fn axis_of(samples: &[&Sample]) -> Option<Vec3> {
     let axis = unit(turned);
     let is_level = |s: &&Sample| dot(across(s), axis).abs() <= LEVEL;
     (norm(turned) >= AROUND && samples.iter().all(is_level)).then_some(axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medial::Shape;
+
+    /// Samples of a plate of 10 × 2 mm, 0.9 mm thick, and 0.7 mm over some of its length; bounds are 0.05 mm less.
+    fn plate(thin: usize) -> Vec<Sample> {
+        (0..40)
+            .map(|n| {
+                let (x, y) = (0.5 * (n / 2) as f64, (n % 2) as f64);
+                let diameter = if n / 2 < thin { 0.7 } else { 0.9 };
+                Sample {
+                    centre: [x, y, 0.0],
+                    contacts: [-0.5, 0.5].map(|side| [x, y, side * diameter]),
+                    diameter,
+                    low: diameter - 0.05,
+                    separation: std::f64::consts::PI,
+                    shape: Shape::Sheet,
+                    area: 1.0,
+                    edge: 1.0,
+                    sides: ([x, y, 0.0], [x, y, 0.0]),
+                    feature: 0,
+                    facet: 0,
+                    opposite: 0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_sheet_below_a_limit_is_what_of_it_may_be() {
+        for (thin, area, form) in [(1, 1.0, Form::Rod), (0, 0.0, Form::Spot), (10, 10.0, Form::Plate)] {
+            let samples = plate(thin);
+            let scale = Scale { wide: 1.2, tight: 0.8 };
+            let sheet = sheet_of(&samples, scale, |_| false).unwrap();
+            assert!((sheet.area - 20.0).abs() < 1e-9 && sheet.form == Form::Plate);
+            let part = below(&sheet, &samples, 0.8);
+            assert!((part.area - area).abs() < 1e-9 && part.form == form, "{thin}: {part:?}");
+            assert_eq!((part.thinnest.diameter, part.low), (sheet.thinnest.diameter, sheet.low));
+        }
+    }
 }

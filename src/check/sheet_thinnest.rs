@@ -2,7 +2,7 @@
 
 use super::budget::Budget;
 use super::sheet::Sheets;
-use super::sheet_shape::{Sheet, blunt_sheet, parallel_sheet, runs_out};
+use super::sheet_shape::{Scale, Sheet, below, blunt_sheet, parallel_sheet, runs_out};
 use crate::geometry::vector::{Vec3, add, distance, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::refine::thinnest_on;
@@ -26,8 +26,7 @@ const OF_ALL: u64 = 8;
 /// What the thinnest places of all sheets of a kind are sought with.
 pub(super) struct Seeking<'a> {
     pub question: &'a Question,
-    /// The widest limit, or the part if that is smaller.
-    pub scale: f64,
+    pub scale: Scale,
     /// The limits between which samples make a sheet.
     pub levels: [f64; 2],
     /// What is farther from a sheet's samples is another place, millimetres.
@@ -88,13 +87,23 @@ impl Sheets<'_> {
             .zip(found)
             .map(|((known, samples), (sheet, budget))| (known, Sought { sheet, samples, budget }))
             .unzip();
-        self.each_place_once(how, &known, all)
+        let mut all = self.each_place_once(how, &known, all);
+        // One that was known between the limits, and is thinner at some place, is so only where it may be.
+        for (sought, known) in all.iter_mut().zip(&known) {
+            let level = |s: &Sheet| how.level(s.thinnest.diameter);
+            let thinner = sought.sheet.as_ref().filter(|s| level(s) < level(known));
+            let limit = thinner.and_then(|s| how.levels.get(level(s)));
+            if let (Some(sheet), Some(&limit)) = (thinner, limit) {
+                sought.sheet = Some(below(sheet, &sought.samples, limit));
+            }
+        }
+        all
     }
 
     /// Settles the sheets one by one, thinnest first, and seeks again what lies where a settled one speaks for it.
     fn each_place_once(&self, how: &Seeking, known: &[Sheet], mut all: Vec<Sought>) -> Vec<Sought> {
         let near = Nearest::of(&all, how.reach);
-        let mut settled = vec![f64::INFINITY; all.len()];
+        let (mut settled, mut places) = (vec![f64::INFINITY; all.len()], Vec::<Sample>::new());
         // Diameters are positive: their bits are in their order.
         let mut waiting: BTreeSet<(u64, usize)> =
             all.iter().enumerate().map(|(rank, s)| (s.thinnest().to_bits(), rank)).collect();
@@ -125,6 +134,14 @@ impl Sheets<'_> {
                 (sheet, Budget { left: how.question.budget.saturating_sub(of_others), ..all[rank].budget })
             } else {
                 settled[rank] = sheet.thinnest.diameter;
+                let (here, known) = (sheet.thinnest, &known[rank]);
+                let is_here = |t: &Sample| distance(t.centre, here.centre) < 0.5 * here.diameter;
+                // What another sheet tells already leaves this one what it was known for.
+                if places.iter().any(is_here) && how.level(here.diameter) < level(rank) {
+                    let limit = how.levels.get(how.level(here.diameter)).copied().unwrap_or_default();
+                    all[rank].sheet = Some(Sheet { low: known.low.max(limit), ..known.clone() });
+                }
+                places.push(here);
                 continue;
             };
             let sheet = self.sought(how, start, &all[rank].samples, rank, &mut budget, &own_from);
@@ -165,7 +182,7 @@ impl Sheets<'_> {
             own && !self.ends(s, how.scale)
         };
         let found = self.thinnest(&looked, known, budget, &counts);
-        if !ran_out.get() || found.thinnest.diameter >= RUNNING_OUT * how.scale {
+        if !ran_out.get() || found.thinnest.diameter >= RUNNING_OUT * how.scale.wide {
             return Some(found);
         }
         // One that thins to nothing is as thick as what of it is parallel, or as it was known to be before that.
@@ -217,7 +234,7 @@ impl Sheets<'_> {
     }
 
     /// Whether a sheet runs out to an edge at a sample.
-    fn ends(&self, s: &Sample, scale: f64) -> bool {
+    fn ends(&self, s: &Sample, scale: Scale) -> bool {
         runs_out(s, scale) || self.thins_out(s)
     }
 

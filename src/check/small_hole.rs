@@ -23,7 +23,7 @@ static META: Meta = Meta {
     why: "A hole below the limit closes: beads and cured resin shrink inwards, powder sinters in it or cannot be blown out.",
     how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
           and circumscribed circle about the centroid. What is judged here is not judged as a slot.",
-    limits: "Diameters that differ from the limit by less than twice the sagitta of a circle's facets are equal to it. Sections more elongated than 1.5 \
+    limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.5 \
              are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged.",
     source: "Limits: see the profile.",
 };

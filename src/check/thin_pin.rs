@@ -18,7 +18,7 @@ static META: Meta = Meta {
     code: "AM102",
     name: "thin-pin",
     title: "Diameter of pins",
-    what: "Measures rod-like material: pins and wires with a free end that are about as wide in every direction across an axis and at least as \
+    what: "Measures rod-like material: pins and wires with a free end, with a head or without, that are about as wide in every direction across an axis and at least as \
            long as wide. The diameter is that of the circle of equal area at the narrowest section; height over diameter is the slenderness, with the mean diameter where \
            a pin tapers.",
     why: "A thin pin has a handful of beads or spots in each layer: it is bent by the next pass, burnt for want of cooling time, or snaps off \
@@ -27,7 +27,7 @@ static META: Meta = Meta {
           cut by the plane of both and the axis turned until the sides along the cut are parallel to it. The curve is exact on the mesh: the \
           bracket is its inscribed and circumscribed circle about the centroid. The section is followed both ways to where it changes. \
           What is judged here is not judged as a wall.",
-    limits: "Diameters that differ from the limit by less than twice the sagitta of a circle's facets are equal to it. Sections more elongated than 1.8 \
+    limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
              held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
              A pin none of whose facets has its middle on it is not seen as one; below the wall limit it is then found as a wall.",
@@ -85,18 +85,21 @@ fn too_thin(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Findin
 
 /// A pin with a free end that is too high for its diameter.
 fn too_slender(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Option<Finding> {
-    if !rod.ends.contains(&End::Closed) {
+    if !rod.ends.iter().any(|end| [End::Closed, End::Head].contains(end)) {
         return None;
     }
     let widest = rod.line.iter().map(|s| s.1).fold(rod.narrowest.circumscribed, f64::max);
     let [low, high] = [widest, rod.narrowest.inscribed].map(|d| rod.length / d.max(1e-9));
     let slenderness = rod.length / rod.mean_diameter();
-    let mut f = Finding::judged(META.code, "slender-pin", Bracket::exact(slenderness), Basis::Exact, limits, "1", 1e-6);
+    // The circle that a round section may stand for is wider.
+    let rounder = rod.length / (rod.mean_diameter() + rod.narrowest.facet_loss()).max(1e-9);
+    let tie = 1e-6 + slenderness - rounder;
+    let mut f = Finding::judged(META.code, "slender-pin", Bracket::exact(slenderness), Basis::Exact, limits, "1", tie);
     let b = Bracket::new(slenderness, low, high).rounded();
     (f.low, f.high) = (b.low, b.high);
     placed(&mut f, part, context, rod);
     f.message = format!("{} mm in diameter, {}", plain(rod.mean_diameter()), form(rod));
-    let limit = f.fail.filter(|l| slenderness > *l).or(f.warn)?;
+    let limit = f.fail.filter(|l| rounder > *l).or(f.warn)?;
     f.fix =
         format!("thicken to {} mm, or shorten to {} mm", plain(rod.length / limit), plain(rod.mean_diameter() * limit));
     (f.state > State::Pass).then_some(f)
@@ -107,6 +110,7 @@ fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
     let held = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",
+        _ if rod.ends.contains(&End::Head) => "with a head that nothing else holds",
         _ if rod.ends.contains(&End::Narrower) => "stepped",
         0 => "held at both ends",
         1 => "free at one end",

@@ -12,6 +12,7 @@ pub mod crease;
 mod edge;
 mod facing;
 pub mod feature;
+mod head;
 pub mod map;
 mod reach;
 pub mod refine;

@@ -1,6 +1,7 @@
 //! Rods: material or void that is about as wide in every direction across an axis. Pins, struts; bores, passages.
 
 use super::feature::Side;
+use super::head::mark_heads;
 use super::section::{Adjacency, Plane, Section, across, section};
 use super::waist::narrowest;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
@@ -37,6 +38,8 @@ pub enum End {
     Closed,
     /// Into something wider.
     Open,
+    /// Into something wider that nothing else holds, off the plate: the head of a pin.
+    Head,
     /// With a step, beyond which a narrower rod goes on.
     Narrower,
     /// It tapers to a point.
@@ -151,6 +154,9 @@ impl Search<'_> {
             if !rods.iter().any(|r| r.holds(section.centre)) {
                 rods.push(self.follow(section));
             }
+        }
+        if self.wanted.side == Side::Material {
+            mark_heads(self, &mut rods, counts);
         }
         Rods { rods, places: places.len() as u64, spacing: cell * 3f64.sqrt() }
     }
@@ -570,7 +576,9 @@ mod tests {
         let rods = rods_of(&mesh, Side::Material, 3.0);
         assert_eq!(rods.len(), 1, "{rods:?}");
         let n = &rods[0].narrowest;
-        assert!((n.inscribed - 2.0).abs() < 1e-9 && (n.circumscribed - 8f64.sqrt()).abs() < 1e-9 && n.sagitta() == 0.0);
+        assert!(
+            (n.inscribed - 2.0).abs() < 1e-9 && (n.circumscribed - 8f64.sqrt()).abs() < 1e-9 && n.facet_loss() == 0.0
+        );
         assert!((n.area - 4.0).abs() < 1e-9 && (rods[0].length - 12.0).abs() < 1e-6, "{n:?}");
     }
 }

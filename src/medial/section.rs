@@ -94,10 +94,11 @@ impl Section {
         2.0 * (self.area / std::f64::consts::PI).sqrt()
     }
 
-    /// What the facets of a circle take from its diameter: twice their sagitta; 0 for what is no circle.
-    pub fn sagitta(&self) -> f64 {
+    /// How much wider than [`Self::diameter`] the circle may be that the curve stands for: its corners lie on it at most; 0 for what
+    /// is no circle.
+    pub fn facet_loss(&self) -> f64 {
         let round = self.corners >= ROUND_CORNERS && self.circumscribed <= ROUND * self.inscribed;
-        if round { self.circumscribed - self.inscribed } else { 0.0 }
+        if round { self.circumscribed - self.diameter() } else { 0.0 }
     }
 }
 
@@ -116,6 +117,18 @@ pub struct Plane {
 /// # Cost
 /// The facets along the curve.
 pub fn section(mesh: &TriangleMesh, next: &Adjacency, plane: Plane, start: u32, within: f64) -> Option<Section> {
+    let (points, facets) = curve(mesh, next, plane, start, within)?;
+    summed_up(mesh, plane, &points, &facets)
+}
+
+/// The corners of such a curve, and the facet before each: that from which it comes there.
+pub(super) fn curve(
+    mesh: &TriangleMesh,
+    next: &Adjacency,
+    plane: Plane,
+    start: u32,
+    within: f64,
+) -> Option<(Vec<Vec3>, Vec<u32>)> {
     let height = |v: u32| dot(sub(mesh.vertices[v as usize], plane.point), plane.normal);
     let mut points: Vec<Vec3> = Vec::new();
     let mut facets: Vec<u32> = Vec::new();
@@ -140,7 +153,7 @@ pub fn section(mesh: &TriangleMesh, next: &Adjacency, plane: Plane, start: u32, 
         from?;
         facet = onto;
         if facet == start {
-            return summed_up(mesh, plane, &points, &facets);
+            return Some((points, facets));
         }
     }
 }
