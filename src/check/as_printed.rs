@@ -30,13 +30,15 @@ static META: Meta = Meta {
           shows until the part is in hand.",
     how: "What half of the element lies in is printed as drawn, for a slicer moves the outline inwards by half a bead, or lays a narrower \
           one. Beyond the outline material spreads, wherever so much of the element lies in the part that an upright face moves by half \
-          the gap that closes in the process (`closing_gap_mm` of its element). Every pair of opposing features is searched as for \
+          the gap that closes in the process (`closing_gap_mm` of its element); where that is more than half the element, it spreads \
+          beyond it by the rest, as far in every direction. Every pair of opposing features is searched as for \
           thin-wall and narrow-gap: sheets that hold too little of the element along their normal, slots that two moved faces cover, \
           between bodies too. What they hold is counted on lattices that divide the element, exactly at every position, once for the \
           cells wholly inside and once for the cells touched, and added up by the share of each cell that the mesh fills; where a limit lies between, on finer cells, as far as the budget goes. \
           A lattice of the whole part, where there is room for one, shows what else is lost or filled, and the printed shape, which \
           is shown with the part. A remedy is laid on a lattice and printed again before it is advised.",
-    limits: "Void within half an element of what stays open does not count as filled: the rim of a slot, the coat on a face. Slots of a \
+    limits: "Void within half an element of what stays open, and as much more as spreads beyond it, does not count as filled: the rim of \
+             a slot, the coat on a face. Slots of a \
              void that is sealed are not sought. On the \
              lattice of the whole part the spread is rounded down to whole cells; the cover line gives the width of the slots that close \
              there. Finer looks take cells that hold the spread whole. A slot narrower than what closes by less than two of the finest \

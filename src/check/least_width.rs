@@ -42,7 +42,7 @@ impl<'a> LeastWidth<'a> {
     /// The thickness from which on a flat sheet with such a normal is printed, or a flat slot stays open.
     ///
     /// The middle of the element holds λ of it within as much; a slot closes that two faces cover, each moved as far as the element
-    /// reaches beyond it when the share of it that is laid lies in the part. Slanting faces move up to a quarter farther than upright
+    /// reaches beyond it when the share of it that is laid lies in the part, and by what is left of the spread beyond half the element. Slanting faces move up to a quarter farther than upright
     /// ones, beyond the gap that closes in the process: such slots are not held to close.
     pub fn along(&self, normal: Vec3) -> f64 {
         match self.side {
@@ -51,8 +51,9 @@ impl<'a> LeastWidth<'a> {
                 self.bead.width_along(normal).as_mm() - 2.0 * cut.as_mm()
             }
             Side::Void => {
-                let beyond = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread);
-                let moved = self.bead.depth_of(normal, beyond.min(1.0 - LAMBDA));
+                let left = self.bead.beyond_half(self.spread);
+                let share = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread - left);
+                let moved = self.bead.depth_of(normal, share.min(1.0 - LAMBDA)) + left;
                 2.0 * moved.as_mm().min(self.spread.as_mm())
             }
         }
@@ -62,7 +63,11 @@ impl<'a> LeastWidth<'a> {
     /// than in any part of it as wide.
     fn may_be_narrow(&self, thin: &Thin) -> bool {
         let across = self.bead.width_along(thin.direction()).as_mm();
-        thin.diameter < if self.side == Side::Material { LAMBDA * across } else { across }
+        let most = match self.side {
+            Side::Material => LAMBDA * across,
+            Side::Void => across + 2.0 * self.bead.beyond_half(self.spread).as_mm(),
+        };
+        thin.diameter < most
     }
 
     /// All sheets that are thinner, or slots that are narrower, largest first.
@@ -172,6 +177,17 @@ pub(super) mod tests {
             [6, 7, 8],
         ];
         Part::new(extruded(&outline, &caps, 4.0), Up::PlusY, 1e-6, 1.0).unwrap()
+    }
+
+    #[test]
+    fn upright_slots_close_below_the_gap_that_closes_however_narrow_the_element_is() {
+        let part = webbed(0.15, 6.0);
+        for name in ["fdm", "sls", "sla", "mjf", "lpbf", "binder-jet"] {
+            let process = Process::named(name).unwrap();
+            let least = LeastWidth::new(&part, &process, &CONTEXT, Side::Void);
+            let (closes, along) = (process.element.closing_gap_mm, least.along([1.0, 0.0, 0.0]));
+            assert!((along - closes).abs() < 1e-3 * closes, "{name}: {along} for {closes}");
+        }
     }
 
     #[test]

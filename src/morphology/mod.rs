@@ -23,6 +23,7 @@ mod overlap;
 mod press;
 mod rolling;
 mod sandwich;
+mod spread;
 mod sweep;
 mod traced;
 mod unsweep;
