@@ -84,14 +84,6 @@ impl Designed {
         Designed { shape: Enclosure { inner, centres, outer }, ..self.clone() }
     }
 
-    /// Of a set of cells, those from which the element reaches no cell of another, wherever it stands on them.
-    ///
-    /// # Errors
-    /// As [`Indicator::difference`].
-    pub fn out_of_reach(&self, set: &Indicator, of: &Indicator) -> Result<Indicator> {
-        set.difference(&grown(of, self.cells.wide.max(self.cells.high)))
-    }
-
     /// Number of cells of the element.
     pub fn element_cells(&self) -> u64 {
         self.element.cells()
@@ -177,6 +169,19 @@ impl Designed {
 }
 
 impl AsPrinted {
+    /// The cells that the element covers wherever it holds at least the share λ of the samples: within them the part is printed as drawn.
+    ///
+    /// # Errors
+    /// As [`Prism::placements`].
+    ///
+    /// # Cost
+    /// Two passes over bit rows.
+    pub fn held(&self) -> Result<Indicator> {
+        let designed = &self.designed;
+        let placed = designed.element.placements(&designed.shape.centres, designed.least(self.lambda))?;
+        Ok(designed.element.deposited(&placed, 0))
+    }
+
     /// Volume of the part that is not printed: estimate, and the two numbers that it lies between.
     pub fn under(&self) -> Result<[Volume; 3]> {
         let shape = &self.designed.shape;
@@ -209,8 +214,8 @@ impl AsPrinted {
         Ok([outer.difference(&self.upper)?, outer.difference(&self.centres)?, outer.difference(&self.lower)?])
     }
 
-    /// Void that is printed and from which no cell that stays open is as near as half the element, and as what spreads beyond it: slots and
-    /// holes that close. The coat on a face that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
+    /// Void that is printed and from which no cell that stays open is as near as half the element, or 1.73 times a spread beyond that: slots
+    /// and holes that close. The coat on a face or in a corner that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
     ///
     /// # Errors
     /// None for shapes that exist.
@@ -283,11 +288,17 @@ impl AsPrinted {
 }
 
 /// A set grown by whole samples along every axis: A ⊕ [−reach, reach]³.
-fn grown(set: &Indicator, reach: usize) -> Indicator {
+pub(crate) fn grown(set: &Indicator, reach: usize) -> Indicator {
     match Prism::new(1, 1, |_, _| true) {
         Ok(cell) => cell.deposited(set, reach),
         Err(_) => set.clone(),
     }
+}
+
+/// What of a set lies in cubes of so many samples along each side that fit into it.
+pub(crate) fn opened(set: &Indicator, side: usize) -> Result<Indicator> {
+    let cube = Prism::new(side, side, |_, _| true)?;
+    Ok(cube.deposited(&cube.placements(set, cube.cells())?, 0))
 }
 
 /// |A ∖ B| for sets on one grid.

@@ -33,6 +33,7 @@ mod within;
 pub use bead::deposit;
 pub use cells::Cells;
 pub use deposit::{AsPrinted, Designed};
+pub(crate) use deposit::{grown, opened};
 pub use dwell::{Dwell, dwell};
 pub use element::{Shape, Sides, StructuringElement};
 pub use least_element::{Bead, Footprint};

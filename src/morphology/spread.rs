@@ -32,9 +32,12 @@ impl Spread {
         (self.beyond as f64 * across / high + 1e-6) as usize
     }
 
-    /// Cells that the coat on a face is thick at most along any axis.
+    /// Cells along any axis within which a cell of the coat, of a face or in a corner of three, has what stays open: half the element, or
+    /// the diagonal of the spread where it goes beyond that.
     pub fn coat(self, cells: &Cells) -> usize {
-        cells.wide.max(cells.high).div_ceil(2) + self.beyond.max(self.beyond_in_layers(cells))
+        let half = cells.wide.max(cells.high).div_ceil(2);
+        let whole = half + self.beyond.max(self.beyond_in_layers(cells));
+        if self.beyond == 0 { half } else { (3f64.sqrt() * whole as f64).ceil() as usize }
     }
 
     /// A set of laid cells with all that lies within what spreads beyond the element: grown by a ball, and by `reach` cells along every
@@ -110,6 +113,6 @@ mod tests {
         let of = |mm| Spread::of(Length::mm(mm), &cells);
         assert_eq!(of(0.02), Spread { by_element: 2, beyond: 0 });
         assert_eq!(of(0.1), Spread { by_element: 2, beyond: 8 });
-        assert_eq!((of(0.02).coat(&cells), of(0.1).coat(&cells)), (3, 11));
+        assert_eq!((of(0.02).coat(&cells), of(0.1).coat(&cells)), (3, 20));
     }
 }
