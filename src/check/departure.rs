@@ -172,7 +172,7 @@ impl Place<'_> {
     fn cells_for(&self, (lo, hi): &(Vec3, Vec3), (wide, high): (usize, usize)) -> f64 {
         let across = self.bead.width.as_mm() / wide as f64;
         let cell = [across, across, self.bead.height.as_mm() / high as f64];
-        let around = 3.3 * self.bead.widest().as_mm() + 4.0 * self.departure.beyond(&self.bead);
+        let around = 3.3 * self.bead.widest().as_mm() + 6.0 * self.departure.beyond(&self.bead);
         (0..3).map(|a| (hi[a] - lo[a] + around) / cell[a]).product()
     }
 

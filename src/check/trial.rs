@@ -108,7 +108,7 @@ impl Trial {
 
     /// The box with room for what the element does around it, and what spreads beyond it.
     fn window(bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> (Vec3, Vec3) {
-        let reach = 2.5 * bead.widest().as_mm() + 2.0 * departure.beyond(&bead);
+        let reach = 2.5 * bead.widest().as_mm() + 3.0 * departure.beyond(&bead);
         (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]))
     }
 
@@ -247,7 +247,8 @@ fn around(bead: &Bead, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
 /// the box; what is filled also depends on what is open as far away as a coat is thick.
 fn counting(bead: Bead, departure: Departure, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
     let beyond = departure.beyond(&bead);
-    let open = if let Departure::Filled { .. } = departure { 0.6 * bead.widest().as_mm() + beyond } else { 0.0 };
+    let coat = if beyond > 0.0 { 0.9 * bead.widest().as_mm() + 1.8 * beyond } else { 0.6 * bead.widest().as_mm() };
+    let open = if let Departure::Filled { .. } = departure { coat } else { 0.0 };
     let reach = [open + beyond; 3];
     (sub(lo, reach), add(hi, reach))
 }
