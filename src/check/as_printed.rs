@@ -29,14 +29,16 @@ static META: Meta = Meta {
     why: "What is finer than the element is not made as drawn: thin walls drop out, slots and holes close, and nothing of it \
           shows until the part is in hand.",
     how: "What half of the element lies in is printed as drawn, for a slicer moves the outline inwards by half a bead, or lays a narrower \
-          one. Beyond the outline material spreads, wherever so much of the element lies in the part that an upright face moves by half \
-          the gap that closes in the process (`closing_gap_mm` of its element). Every pair of opposing features is searched as for \
+          one: of a round element, upright sheets from two fifths of its width on, of a square one from half. Beyond the outline material spreads, wherever so much of the element lies in the part that an upright face moves by half \
+          the gap that closes in the process (`closing_gap_mm` of its element); where that is more than half the element, it spreads \
+          beyond it by the rest, as far in every direction. Every pair of opposing features is searched as for \
           thin-wall and narrow-gap: sheets that hold too little of the element along their normal, slots that two moved faces cover, \
           between bodies too. What they hold is counted on lattices that divide the element, exactly at every position, once for the \
           cells wholly inside and once for the cells touched, and added up by the share of each cell that the mesh fills; where a limit lies between, on finer cells, as far as the budget goes. \
           A lattice of the whole part, where there is room for one, shows what else is lost or filled, and the printed shape, which \
           is shown with the part. A remedy is laid on a lattice and printed again before it is advised.",
-    limits: "Void within half an element of what stays open does not count as filled: the rim of a slot, the coat on a face. Slots of a \
+    limits: "Void within half an element of what stays open does not count as filled, nor, where faces spread beyond that, void within 1.73 \
+             times the spread: the rim of a slot, the coat on a face and in a corner. Slots of a \
              void that is sealed are not sought. On the \
              lattice of the whole part the spread is rounded down to whole cells; the cover line gives the width of the slots that close \
              there. Finer looks take cells that hold the spread whole. A slot narrower than what closes by less than two of the finest \
@@ -56,12 +58,12 @@ impl Check for AsPrinted {
         if lost.is_none() && filled.is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let mut measured = Measured { rule: lost.map(|_| "as-printed"), ..Measured::default() };
+        let mut measured = Measured::default();
         let made = part.as_printed(process, LAMBDA)?;
         // Where the surface is not closed, inside is as doubtful on finer cells, and casts take many times as long.
         let mut budget = Budget::of(if part.health().is_solid() { context.refine } else { 0 });
         let mut words = Vec::new();
-        for (side, limits) in [(Side::Material, lost), (Side::Void, filled)] {
+        for (rule, side, limits) in [("as-printed", Side::Material, lost), ("as-printed.filled", Side::Void, filled)] {
             let Some(limits) = limits else { continue };
             let seeker = Seeker::new(part, process, context, (side, limits));
             let (places, searched) = seeker.places(made.as_deref())?;
@@ -71,8 +73,9 @@ impl Check for AsPrinted {
             let of_rank = places.iter().zip(brackets).enumerate();
             let findings = of_rank.map(|(rank, (place, bracket))| seeker.finding(place, bracket, rank));
             let findings: Vec<Finding> = findings.collect::<Result<_>>()?;
-            if side == Side::Material {
-                measured.worst = Some(worst(part, &findings));
+            let worst = worst(part, &findings);
+            if measured.worst.as_ref().is_none_or(|known| known.bracket.value < worst.bracket.value) {
+                (measured.worst, measured.rule) = (Some(worst), Some(rule));
             }
             measured.findings.extend(one_by_state(findings));
         }

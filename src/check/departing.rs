@@ -265,7 +265,15 @@ impl<'a> Seeker<'a> {
         let mut f = Finding::judged("AM401", self.kind(), bracket, basis, self.limits, "mm3", 0.0);
         locate(&mut f, self.part, self.context, place.at, place.extent);
         f.volume_mm3 = Some(report_digits(bracket.value));
-        let what = if self.side == Side::Material { "of material is not printed" } else { "of void is filled" };
+        let what = match (self.side, f.decided) {
+            (Side::Material, true) => "of material is not printed".to_string(),
+            (Side::Void, true) => "of void is filled".to_string(),
+            (side, false) => {
+                let verb =
+                    if side == Side::Material { "of material may not be printed" } else { "of void may be filled" };
+                format!("{verb}, between {} and {} mm³", rounded(bracket.low), rounded(bracket.high))
+            }
+        };
         let by = place.noun.map_or(String::new(), |noun| format!(": a {noun} of {} mm", rounded(place.width)));
         f.message = format!("{} mm³ {what}{by}", rounded(bracket.value));
         let tried = if rank < TRIED && f.state > State::Pass { self.remedied(place)? } else { None };

@@ -60,6 +60,14 @@ impl Departure {
         }
     }
 
+    /// How far faces spread beyond half the element, millimetres.
+    pub(super) fn beyond(self, bead: &Bead) -> f64 {
+        match self {
+            Departure::Opened => 0.0,
+            Departure::Unprinted { spread, .. } | Departure::Filled { spread, .. } => bead.beyond_half(spread).as_mm(),
+        }
+    }
+
     /// Whether cells of such a division hold the spread of a face whole: otherwise it is rounded down, and slots that close stay open.
     pub(super) fn suits(self, bead: &Bead, (wide, _): (usize, usize)) -> bool {
         let Departure::Filled { spread, .. } = self else { return true };
@@ -164,7 +172,7 @@ impl Place<'_> {
     fn cells_for(&self, (lo, hi): &(Vec3, Vec3), (wide, high): (usize, usize)) -> f64 {
         let across = self.bead.width.as_mm() / wide as f64;
         let cell = [across, across, self.bead.height.as_mm() / high as f64];
-        let around = 3.3 * self.bead.widest().as_mm();
+        let around = 3.3 * self.bead.widest().as_mm() + 6.0 * self.departure.beyond(&self.bead);
         (0..3).map(|a| (hi[a] - lo[a] + around) / cell[a]).product()
     }
 

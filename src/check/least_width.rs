@@ -5,12 +5,13 @@ use super::contract::Context;
 use super::detail::{Between, Detail, Sought, Thin, raised_width};
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, dot};
+use crate::geometry::vector::{Vec3, dot, norm2};
 use crate::medial::Side;
-use crate::morphology::{Bead, Cells, Designed};
+use crate::morphology::{Bead, Cells, Designed, grown};
 use crate::part::{Part, bead_of, spread_of};
 use crate::process::Process;
 use crate::units::Length;
+use std::ops::Range;
 
 /// Cosine of the angle up to which a facet faces along a direction.
 const FACING: f64 = 0.5;
@@ -42,27 +43,46 @@ impl<'a> LeastWidth<'a> {
     /// The thickness from which on a flat sheet with such a normal is printed, or a flat slot stays open.
     ///
     /// The middle of the element holds λ of it within as much; a slot closes that two faces cover, each moved as far as the element
-    /// reaches beyond it when the share of it that is laid lies in the part. Slanting faces move up to a quarter farther than upright
-    /// ones, beyond the gap that closes in the process: such slots are not held to close.
+    /// reaches beyond it when the share of it that is laid lies in the part, and by what is left of the spread beyond half the element.
+    /// Slanting faces move up to a quarter farther than upright ones, beyond the gap that closes in the process: such slots are not held
+    /// to close.
     pub fn along(&self, normal: Vec3) -> f64 {
+        match self.side {
+            Side::Material => self.covered(normal),
+            Side::Void => self.covered(normal).min(2.0 * self.spread.as_mm()),
+        }
+    }
+
+    /// The thickness from which on the model prints such a sheet, or leaves such a slot open.
+    fn covered(&self, normal: Vec3) -> f64 {
         match self.side {
             Side::Material => {
                 let cut = self.bead.depth_of(normal, 0.5 * (1.0 - LAMBDA));
                 self.bead.width_along(normal).as_mm() - 2.0 * cut.as_mm()
             }
             Side::Void => {
-                let beyond = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread);
-                let moved = self.bead.depth_of(normal, beyond.min(1.0 - LAMBDA));
-                2.0 * moved.as_mm().min(self.spread.as_mm())
+                let left = self.bead.beyond_half(self.spread);
+                let share = self.bead.share_beyond([1.0, 0.0, 0.0], self.spread - left);
+                2.0 * (self.bead.depth_of(normal, share.min(1.0 - LAMBDA)) + left).as_mm()
             }
         }
+    }
+
+    /// The thickness from which on every lattice of such cells prints such a sheet, or leaves such a slot open: samples make it up to a cell
+    /// narrower, and an element of whole cells asks for up to one more.
+    fn beyond_doubt(&self, normal: Vec3, cells: &Cells) -> f64 {
+        self.covered(normal) + doubt(normal, cells)
     }
 
     /// Whether what is so thin along a direction is worth finding [`LeastWidth::along`] for: no less of the element lies in its middle
     /// than in any part of it as wide.
     fn may_be_narrow(&self, thin: &Thin) -> bool {
         let across = self.bead.width_along(thin.direction()).as_mm();
-        thin.diameter < if self.side == Side::Material { LAMBDA * across } else { across }
+        let most = match self.side {
+            Side::Material => LAMBDA * across,
+            Side::Void => across + 2.0 * self.bead.beyond_half(self.spread).as_mm(),
+        };
+        thin.diameter < most
     }
 
     /// All sheets that are thinner, or slots that are narrower, largest first.
@@ -80,36 +100,78 @@ impl<'a> LeastWidth<'a> {
         Narrow { places, finest: found.finest, evaluations: found.evaluations }
     }
 
-    /// The cells of a lattice of the whole part that lie in such places and an element's width from all else on their side of the surface:
-    /// wherever the element stands that would print or keep them open, it holds nothing but the place.
+    /// The cells of a lattice of the whole part in such places that depart: of each as far as the element reaches from where it holds
+    /// nothing else on their side of the surface, wherever it stands.
+    ///
+    /// `drawn` is the part on the lattice. What is too short for such a cell, beside what is wider, is left to the lattice.
     ///
     /// # Errors
     /// None for shapes that exist.
     ///
     /// # Cost
     /// Two nearest facets for each cell about the places.
-    pub fn cells(&self, places: &[Detail], designed: &Designed) -> Result<Indicator> {
-        let solid = &designed.shape.centres;
-        let own = if self.side == Side::Material { solid.clone() } else { solid.complement() };
-        let mut narrow = Indicator::empty(*solid.grid());
-        for place in places {
-            self.mark(place, &designed.cells, &own, &mut narrow);
-        }
-        designed.out_of_reach(&narrow, &own.difference(&narrow)?)
+    pub fn departing(&self, places: &[Detail], designed: &Designed, drawn: &Indicator) -> Result<Indicator> {
+        let tie = self.part.tie();
+        let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie);
+        let cells = &designed.cells;
+        let reach = cells.wide.max(cells.high) + cells.whole(self.bead.beyond_half(self.spread));
+        let sure = narrow.difference(&grown(&self.own(drawn).difference(&narrow)?, reach))?;
+        narrow.intersection(&grown(&sure, reach))
     }
 
-    /// Marks the cells of one place, across which its own surfaces are nearer than they have to be: from its patches on as far as they are.
-    fn mark(&self, place: &Detail, cells: &Cells, own: &Indicator, narrow: &mut Indicator) {
-        let dims = cells.grid.dims();
-        for patch in &place.patches {
-            let least = self.along(patch.across) - self.part.tie();
+    /// The cells of a lattice of the whole part that stay as drawn though the lattice may show another thing: those of sheets or slots that
+    /// are wide enough, but by no more than the cells tell, and broader than the element.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
+    ///
+    /// # Cost
+    /// A search, and two nearest facets for each cell about what it finds.
+    pub fn staying(&self, designed: &Designed, drawn: &Indicator) -> Result<Indicator> {
+        let (part, process, context, side) = (self.part, self.process, self.context, self.side);
+        let cells = &designed.cells;
+        let tie = part.tie();
+        let widths = |n: Vec3| self.along(n) - tie..self.beyond_doubt(n, cells);
+        let cell = cells.cell_mm();
+        let half_widest = 0.5 * self.bead.widest().as_mm() + self.bead.beyond_half(self.spread).as_mm();
+        let width = 2.0 * half_widest + 2.0 * norm2(cell).sqrt();
+        let found = Sought { part, process, context, side, between: Between::SidesOfABody, width }.search();
+        let mut places = found.sheets(|t| widths(t.direction()).contains(&t.diameter));
+        places.retain(|d| d.area > 0.0 && d.spans[1] >= 2.0 * half_widest);
+        Ok(self.cells(&places, designed, drawn, widths))
+    }
+
+    /// The cells on the side of the surface.
+    fn own(&self, drawn: &Indicator) -> Indicator {
+        if self.side == Side::Material { drawn.clone() } else { drawn.complement() }
+    }
+
+    /// The cells of some places across which the surfaces are as far from each other as is asked of a direction: from the patches of each on
+    /// as far as they are.
+    ///
+    /// # Cost
+    /// Two nearest facets for each cell about the places.
+    pub fn cells(
+        &self,
+        places: &[Detail],
+        designed: &Designed,
+        drawn: &Indicator,
+        widths: impl Fn(Vec3) -> Range<f64>,
+    ) -> Indicator {
+        let cells = &designed.cells;
+        let (own, dims) = (self.own(drawn), cells.grid.dims());
+        let mut marked = Indicator::empty(*drawn.grid());
+        for patch in places.iter().flat_map(|place| &place.patches) {
+            let wanted = widths(patch.across);
             let mut next: Vec<[usize; 3]> = cells.indices_in(cells.touched(patch.extent)).collect();
             while let Some(index) = next.pop() {
-                let known = !own.contains(index) || narrow.contains(index);
-                if known || !self.is_across(cells.position(index), patch.across, least) {
+                let known = !own.contains(index) || marked.contains(index);
+                if known
+                    || !self.width_at(index, patch.across, designed, wanted.end).is_some_and(|w| wanted.contains(&w))
+                {
                     continue;
                 }
-                narrow.set(index, true);
+                marked.set(index, true);
                 for axis in 0..3 {
                     let at = index[axis];
                     let beside = [at.checked_sub(1), Some(at + 1).filter(|&to| to < dims[axis])];
@@ -121,17 +183,31 @@ impl<'a> LeastWidth<'a> {
                 }
             }
         }
+        marked
     }
 
-    /// Whether the surfaces before and behind a point are nearer to each other than a width.
-    fn is_across(&self, at: Vec3, direction: Vec3, width: f64) -> bool {
-        let distance = self.part.distance();
+    /// How far the surfaces before and behind a cell are from each other, if that is less than a width.
+    ///
+    /// The sample of a cell that a thin place only touches lies beyond one of them.
+    fn width_at(&self, index: [usize; 3], direction: Vec3, designed: &Designed, most: f64) -> Option<f64> {
+        let (distance, at) = (self.part.distance(), designed.cells.position(index));
+        let is_between = designed.shape.centres.contains(index) == (self.side == Side::Material);
+        let cell = designed.cells.cell_mm();
+        let reach = if is_between { most } else { most + (0..3).map(|a| cell[a] * direction[a].abs()).sum::<f64>() };
         let to = |way: f64| {
             let faces = |facet: u32, _| way * dot(distance.normal(facet), direction) > FACING;
-            distance.nearest_where(at, width, faces).map(|near| near.distance)
+            distance.nearest_where(at, reach, faces).map(|near| near.distance)
         };
-        to(1.0).zip(to(-1.0)).is_some_and(|(before, behind)| before + behind < width)
+        let (before, behind) = to(1.0).zip(to(-1.0))?;
+        let width = if is_between { before + behind } else { (before - behind).abs() };
+        (width < most).then_some(width)
     }
+}
+
+/// Two cells across a direction, millimetres.
+pub(super) fn doubt(normal: Vec3, cells: &Cells) -> f64 {
+    let cell = cells.cell_mm();
+    (0..3).map(|a| 2.0 * cell[a] * normal[a].abs()).sum()
 }
 
 #[cfg(test)]
@@ -175,6 +251,17 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn upright_slots_close_below_the_gap_that_closes_however_narrow_the_element_is() {
+        let part = webbed(0.15, 6.0);
+        for name in ["fdm", "sls", "sla", "mjf", "lpbf", "binder-jet"] {
+            let process = Process::named(name).unwrap();
+            let least = LeastWidth::new(&part, &process, &CONTEXT, Side::Void);
+            let (closes, along) = (process.element.closing_gap_mm, least.along([1.0, 0.0, 0.0]));
+            assert!((along - closes).abs() < 1e-3 * closes, "{name}: {along} for {closes}");
+        }
+    }
+
+    #[test]
     fn a_web_that_holds_too_little_of_the_element_is_lost_but_beside_what_holds_more() {
         let process = Process::named("fdm").unwrap();
         for (thick, long, lost) in [(0.15, 6.0, true), (0.35, 6.0, false), (0.15, 0.3, false)] {
@@ -182,7 +269,7 @@ pub(super) mod tests {
             let least = LeastWidth::new(&part, &process, &CONTEXT, Side::Material);
             let places = least.narrow(Between::SidesOfABody).places;
             let made = part.as_printed(&process, LAMBDA).unwrap().unwrap();
-            let cells = least.cells(&places, &made.designed).unwrap();
+            let cells = least.departing(&places, &made.designed, &made.designed.shape.centres).unwrap();
             assert_eq!(cells.count() > 5000, lost, "{thick} × {long}");
         }
     }

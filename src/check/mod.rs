@@ -4,6 +4,7 @@
 //! table of expected results; a test fails if any is missing.
 
 mod acceptance;
+mod altered;
 mod apart;
 mod as_printed;
 mod basin;
@@ -23,9 +24,11 @@ mod enclosed;
 mod fillet;
 mod filling;
 mod finding;
+mod fusing;
 mod hanging;
 mod island;
 mod knife_edge;
+mod laid;
 mod least_width;
 mod lost_feature;
 mod mend;

@@ -1,24 +1,22 @@
 //! AM402: pieces, tunnels and voids as designed and as printed.
 
+use super::altered::{Altered, Event};
 use super::apart::{self, can_part};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
-use super::detail::{Between, Detail};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
-use super::least_width::LeastWidth;
+use super::fusing::Fusing;
+use super::laid::Laid;
 use super::mend::{self, TRIED, growth};
 use super::place::{locate, reported};
 use super::room::Growth;
 use crate::error::Result;
-use crate::field::Indicator;
 use crate::geometry::BodyPair;
-use crate::geometry::health::NO_LABEL;
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::bounds;
 use crate::medial::Side;
-use crate::morphology::{AsPrinted, Cells};
 use crate::notice::Notice;
 use crate::part::Part;
 use crate::process::Process;
-use crate::topology::{Adjacency, Betti, Change, betti, changes, components};
+use crate::topology::Betti;
 use crate::units::short;
 
 /// AM402 `topology`.
@@ -33,15 +31,20 @@ static META: Meta = Meta {
            that are enclosed or filled.",
     why: "A hinge that fuses, a hole that closes or a wall that opens is another part than the one that was designed, however small \
           the volume that makes the difference.",
-    how: "Bodies fuse where they stand nearer than the gap that closes in the process, by their exact distance. \
-          For the rest the part is printed on a lattice as by as-printed; what the mesh shows to be too thin to be printed, or too narrow \
-          to stay open, is lost or closed wherever the lattice stands. First what is not \
-          printed is taken away from the design, then what is printed beside it is added. Of either, all samples that change no Betti \
+    how: "The part is printed on a lattice as by as-printed; what the mesh shows to be too thin to be printed, or too narrow \
+          to stay open, is lost or closed wherever the lattice stands, and what it shows to be wide enough stays. Where the samples have \
+          another number of pieces, tunnels or voids than the mesh, the design is made of all cells that it touches, or of those that it fills, \
+          if that has the right numbers. First what is not \
+          printed is taken away from the design; then the gaps between bodies that are nearer than the gap that closes in the process, by \
+          their exact distance, are filled, and bodies that touch are joined; then what else is printed beside the design is added. Of each, \
+          all samples that change no Betti \
           number are taken away; what stays is one small remnant for each change, and the change it makes is counted from the Euler \
           characteristic and by union-find. The changes add up to the differences of the Betti numbers. What is to be thickened or widened \
           has been, on a lattice of the place, and was printed again; bodies to be moved apart have been moved, and measured again.",
     limits: "An estimate: the lattice has a few cells across the element, and what is finer than a cell is not seen; where the lattice \
-             sees other numbers than the mesh has, a notice says so. Positions of beads are those of the lattice, not of a slicer. \
+             sees other numbers than the mesh has, a notice says so, and neither changes smaller than an element nor several tunnels at one \
+             place are told. Where it does not show bodies apart that fuse, and where there is none, what fuses is told pair by pair: the \
+             first that joins two pieces fuses them, each further one makes a tunnel. Positions of beads are those of the lattice, not of a slicer. \
              Two changes that touch are one place.",
     source: "Betti numbers of as-printed shapes: S. Nelaturi and others, 2019. Simple points: G. Bertrand, G. Malandain, A new \
              characterization of three-dimensional simple points, 1994.",
@@ -59,34 +62,37 @@ impl Check for Topology {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let mut measured = Measured { rule: Some("topology"), ..Measured::default() };
-        let mut events = fused(part, process);
-        let fuse = !events.is_empty();
-        match part.as_printed(process, LAMBDA)? {
+        let fusing = Fusing::new(part, process);
+        let altered = match part.as_printed(process, LAMBDA)? {
             Some(printed) => {
-                let [before, after] = whole(part, &Printed::new(part, process, context, &printed)?, &mut events)?;
-                let wide = printed.designed.cells.wide;
-                measured.cover =
-                    format!("Laid down with {wide} cells across the element: {} as designed", words(before));
-                // Between bodies the lattice shows another thing at every turn.
-                measured.cover.push_str(&if fuse {
-                    "; bodies fuse by their distances, whatever the lattice shows between them.".into()
-                } else {
-                    format!(", {} as printed.", words(after))
+                let mut laid = Laid::new(part, process, context, &printed)?;
+                let altered = Altered::on_lattice(part, &mut laid, &fusing, context)?;
+                let (wide, before) = (printed.designed.cells.wide, words(laid.seen));
+                measured.cover = format!("Laid down with {wide} cells across the element: {before} as designed");
+                measured.cover.push_str(&match altered.after {
+                    Some(after) => format!(", {} as printed.", words(after)),
+                    None => "; the lattice does not show all bodies apart that fuse, so that only their distances tell what fuses, and no \
+                             numbers as printed are given."
+                        .into(),
                 });
-                measured.notices.extend(unlike(part, before));
+                measured.notices.extend(unlike(&laid));
+                altered
             }
             None => {
                 let width = short(process.element.width_mm);
                 let why = format!("an element of {width} mm is too fine for a lattice of the whole part");
-                if events.is_empty() {
+                let altered = Altered::by_distance(&fusing);
+                if altered.events.is_empty() {
                     return Ok(Outcome::NotApplicable(why));
                 }
                 let text = format!("{why}; only whether bodies fuse was looked at");
                 measured.notices.push(Notice::new("topology-by-distance", text.clone()));
                 measured.cover = text;
+                altered
             }
-        }
-        let judge = Judge { part, context, process, limits };
+        };
+        let events = altered.events;
+        let judge = Judge { part, context, process, limits, fusing };
         for kind in KINDS {
             let own: Vec<&Event> = events.iter().filter(|e| e.kind == kind.0).collect();
             measured.findings.extend(judge.finding(kind, &own)?);
@@ -96,123 +102,6 @@ impl Check for Topology {
         measured.worst = Some(Worst { bracket: Bracket::exact(all as f64), unit: "1", at });
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-/// The part as printed on a lattice, whose sheets that are too thin are lost and whose slots that are too narrow are filled wherever the
-/// lattice stands.
-struct Printed<'a> {
-    on_lattice: &'a AsPrinted,
-    centres: Indicator,
-    /// What is too narrow of material and of void.
-    narrow: [Vec<Lacking>; 2],
-}
-
-/// A sheet or a slot, and how much it lacks of what would be printed as drawn, millimetres.
-struct Lacking {
-    extent: (Vec3, Vec3),
-    missing: f64,
-}
-
-impl<'a> Printed<'a> {
-    fn new(part: &Part, process: &Process, context: &Context, on_lattice: &'a AsPrinted) -> Result<Self> {
-        let mut centres = on_lattice.centres.clone();
-        let mut narrow = [Side::Material, Side::Void].map(|_| Vec::new());
-        for side in [Side::Material, Side::Void] {
-            let least = LeastWidth::new(part, process, context, side);
-            let places = least.narrow(Between::SidesOfABody).places;
-            if places.is_empty() {
-                continue;
-            }
-            let cells = least.cells(&places, &on_lattice.designed)?;
-            centres = if side == Side::Material { centres.difference(&cells)? } else { centres.union(&cells)? };
-            let lacks = |d: &Detail| Lacking {
-                extent: d.extent,
-                missing: least.along(d.thinnest.direction()) - d.thinnest.diameter,
-            };
-            narrow[side as usize] = places.iter().map(lacks).collect();
-        }
-        Ok(Printed { on_lattice, centres, narrow })
-    }
-
-    /// The most that sheets lack which are lost in a box, or slots which are filled; 0 if none is there.
-    fn missing(&self, step: Step, extent: (Vec3, Vec3)) -> f64 {
-        let side = if step == Step::Lost { Side::Material } else { Side::Void };
-        let meets = |n: &&Lacking| (0..3).all(|a| n.extent.0[a] <= extent.1[a] && extent.0[a] <= n.extent.1[a]);
-        self.narrow[side as usize].iter().filter(meets).map(|n| n.missing).fold(0.0, f64::max)
-    }
-}
-
-/// All changes from the design to the print, and the numbers before and after.
-fn whole(part: &Part, printed: &Printed, events: &mut Vec<Event>) -> Result<[Betti; 2]> {
-    let designed = without_specks(part, printed.on_lattice);
-    let seen = betti(&designed, Adjacency::Face)?;
-    // Where the lattice sees another part than the mesh describes, what is smaller than an element is not told.
-    let cells = &printed.on_lattice.designed.cells;
-    let least = if of_mesh(part).is_some_and(|b| b != seen) { (cells.wide * cells.wide) as u64 } else { 0 };
-    let both = designed.intersection(&printed.centres)?;
-    let lost = changes(&both, &designed, Adjacency::Face)?.into_iter().map(|c| (c, Step::Lost));
-    let gained = changes(&both, &printed.centres, Adjacency::Face)?.into_iter().map(|c| (c, Step::Gained));
-    for (change, step) in lost.chain(gained) {
-        let mut own = Vec::new();
-        events_of(part, cells, &change, step, &mut own);
-        // What happens between bodies is told by their distance.
-        own.retain(|e| change.samples >= least && e.bodies.len() < 2);
-        own.iter_mut().for_each(|e| e.missing = printed.missing(step, e.extent));
-        events.extend(own);
-    }
-    Ok([seen, betti(&printed.centres, Adjacency::Face)?])
-}
-
-/// The part on the lattice without what thin edges leave of it: of more pieces than there are bodies, the smallest that
-/// hold fewer cells than an element.
-fn without_specks(part: &Part, printed: &AsPrinted) -> Indicator {
-    let designed = &printed.designed.shape.centres;
-    let pieces = components(designed, Adjacency::Face);
-    let sizes = pieces.sizes();
-    let mut order: Vec<u32> =
-        (0..sizes.len() as u32).filter(|&p| sizes[p as usize] < printed.designed.element_cells()).collect();
-    order.sort_by_key(|&p| (sizes[p as usize], p));
-    order.truncate(sizes.len().saturating_sub(part.health().bodies.len()));
-    if order.is_empty() {
-        return designed.clone();
-    }
-    order.sort_unstable();
-    pieces.select(|p| order.binary_search(&p).is_err())
-}
-
-/// Bodies that stand nearer than the gap that closes: exact distances, equal passes.
-fn fused(part: &Part, process: &Process) -> Vec<Event> {
-    let least = process.element.closing_gap_mm - part.tie();
-    let near = part.body_pairs().iter().filter(|p| p.distance > part.step() && p.distance < least);
-    near.map(|p| Event {
-        kind: "fused",
-        times: 1,
-        at: p.middle(),
-        extent: bounds(p.points).unwrap_or_default(),
-        bodies: p.bodies.map(|b| u64::from(b) + 1).to_vec(),
-        missing: 0.0,
-    })
-    .collect()
-}
-
-/// Whether samples are taken away from the design, or added beside it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
-    Lost,
-    Gained,
-}
-
-/// One thing that happens at one place, as often as given.
-#[derive(Debug, Clone)]
-struct Event {
-    kind: &'static str,
-    times: u64,
-    at: Vec3,
-    extent: (Vec3, Vec3),
-    /// The bodies that meet here, counted from 1.
-    bodies: Vec<u64>,
-    /// By how much the place is narrower than what would be printed as drawn, millimetres, where its sides tell.
-    missing: f64,
 }
 
 /// Kind, words for one, words for many, and what to let grow: the material, or the void.
@@ -231,97 +120,22 @@ const KINDS: [Kind; 10] = [
     ("void-filled", "a void is filled", "voids are filled", "widen it", Side::Void),
 ];
 
-/// What a change means, read forward for what is added and backward for what is lost.
-fn kinds_of(c: &Change, step: Step) -> Vec<(&'static str, u64)> {
-    let all = match step {
-        Step::Gained => [
-            ("fused", -c.pieces),
-            ("hole-closed", -c.tunnels),
-            ("bridged", c.tunnels),
-            ("void-enclosed", c.voids),
-            ("void-filled", -c.voids),
-        ],
-        Step::Lost => [
-            ("split", -c.pieces),
-            ("piece-lost", c.pieces),
-            ("hole-opened", -c.tunnels),
-            ("loop-cut", c.tunnels),
-            ("void-opened", c.voids),
-        ],
-    };
-    all.into_iter().filter(|k| k.1 > 0).map(|(kind, times)| (kind, times as u64)).collect()
-}
-
-fn events_of(part: &Part, cells: &Cells, c: &Change, step: Step, events: &mut Vec<Event>) {
-    let half = cells.cell_mm().map(|c| 0.5 * c);
-    let corner = |p: [usize; 3], sign: f64| {
-        let q = cells.position(p);
-        [0, 1, 2].map(|a| q[a] + sign * half[a])
-    };
-    let place = |at: usize| cells.position(cells.grid.index(at));
-    for (kind, times) in kinds_of(c, step) {
-        events.push(Event {
-            kind,
-            times,
-            at: place(c.at),
-            extent: (corner(c.extent[0], -1.0), corner(c.extent[1], 1.0)),
-            bodies: bodies_at(part, c.meets.iter().map(|&at| place(at))),
-            missing: 0.0,
-        });
-    }
-}
-
-/// The bodies whose surfaces are nearest to some points, counted from 1.
-fn bodies_at(part: &Part, points: impl Iterator<Item = Vec3>) -> Vec<u64> {
-    let body = |p: Vec3| {
-        let near = part.distance().nearest(p, f64::INFINITY)?;
-        let body = *part.health().facet_body.get(near.facet as usize)?;
-        (body != NO_LABEL).then(|| u64::from(body) + 1)
-    };
-    let mut bodies: Vec<u64> = points.filter_map(body).collect();
-    bodies.sort_unstable();
-    bodies.dedup();
-    bodies
-}
-
 /// Pieces, tunnels and voids in words.
 fn words(b: Betti) -> String {
     let many = |n: u64, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
     format!("{}, {} and {}", many(b.pieces, "piece"), many(b.tunnels, "tunnel"), many(b.voids, "void"))
 }
 
-/// What the mesh has itself, where it tells: a closed manifold whose shells do not touch.
-fn of_mesh(part: &Part) -> Option<Betti> {
-    let (mesh, health) = (part.mesh(), part.health());
-    if !health.is_watertight() || !part.is_plain() {
-        return None;
-    }
-    let mut used = vec![false; mesh.vertices.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let (vertices, facets) = (used.iter().filter(|u| **u).count() as i64, mesh.triangles.len() as i64);
-    // Three edges for two facets; the solid has half of the characteristic of its surface.
-    let surface = vertices - facets / 2;
-    let pieces = health.bodies.len() as i64;
-    let voids: i64 = health.bodies.iter().map(|b| b.cavities.len() as i64).sum();
-    let tunnels = pieces + voids - surface / 2;
-    (surface % 2 == 0 && tunnels >= 0).then_some(Betti {
-        pieces: pieces as u64,
-        tunnels: tunnels as u64,
-        voids: voids as u64,
-    })
-}
-
 /// Says where the lattice sees another part than the mesh describes.
-fn unlike(part: &Part, seen: Betti) -> Option<Notice> {
-    let has = of_mesh(part)?;
-    (has != seen).then(|| {
-        let text = format!(
-            "the lattice of the as-printed part sees {}, the mesh has {}: changes smaller than an element are not told",
-            words(seen),
-            words(has)
-        );
-        Notice::new("topology-unresolved", text)
-    })
+fn unlike(laid: &Laid) -> Option<Notice> {
+    let has = laid.has.filter(|has| *has != laid.seen)?;
+    let text = format!(
+        "the lattice of the as-printed part sees {}, the mesh has {}: changes smaller than an element, and of several tunnels at one place, \
+         are not told",
+        words(laid.seen),
+        words(has)
+    );
+    Some(Notice::new("topology-unresolved", text))
 }
 
 struct Judge<'a> {
@@ -329,6 +143,7 @@ struct Judge<'a> {
     context: &'a Context,
     process: &'a Process,
     limits: Limits,
+    fusing: Fusing<'a>,
 }
 
 impl Judge<'_> {
@@ -355,7 +170,7 @@ impl Judge<'_> {
         let mut bodies: Vec<u64> = order.iter().flat_map(|e| e.bodies.iter().copied()).collect();
         bodies.sort_unstable();
         bodies.dedup();
-        let named = if kind == "fused" && bodies.len() > 1 {
+        let named = if bodies.len() > 1 {
             let list: Vec<String> = bodies.iter().take(8).map(u64::to_string).collect();
             format!(" (bodies {}{})", list.join(", "), if bodies.len() > 8 { " and others" } else { "" })
         } else {
@@ -381,8 +196,9 @@ impl Judge<'_> {
     /// What is said of pieces that fuse: whether they can be moved apart, or their gap opened, tried with the nearest of them.
     fn parted(&self, events: &[&Event]) -> String {
         let to = self.process.element.closing_gap_mm;
-        let own = |p: &&BodyPair| events.iter().any(|e| e.at == p.middle());
-        let pairs: Vec<&BodyPair> = self.part.body_pairs().iter().filter(own).take(apart::TRIED).collect();
+        let meets = |p: &BodyPair, e: &Event| p.bodies.iter().all(|&b| e.bodies.contains(&(u64::from(b) + 1)));
+        let own = |p: &&BodyPair| events.iter().any(|e| meets(p, e));
+        let pairs: Vec<&BodyPair> = self.fusing.with_gaps().filter(own).take(apart::TRIED).collect();
         let moved: Vec<Option<bool>> = pairs.iter().map(|p| can_part(self.part, p, to)).collect();
         let growth = Growth::new(self.part, self.process, Side::Void);
         let opened = pairs.iter().filter(|p| growth.fits_between(p.points, to - p.distance)).count();
@@ -396,21 +212,94 @@ impl Judge<'_> {
 mod tests {
     use super::super::least_width::tests::webbed;
     use super::*;
+    use crate::geometry::{TriangleMesh, cuboid, extruded};
+    use crate::part::Up;
 
-    fn change(pieces: i64, tunnels: i64, voids: i64) -> Change {
-        Change { at: 0, extent: [[0; 3]; 2], samples: 1, pieces, tunnels, voids, meets: Vec::new() }
+    /// A mesh turned by so many degrees about x and then about z.
+    fn turned(mesh: &TriangleMesh, about_x: f64, about_z: f64) -> TriangleMesh {
+        let ((s, c), (t, u)) = (about_x.to_radians().sin_cos(), about_z.to_radians().sin_cos());
+        mesh.transformed([[u, -t * c, t * s], [t, u * c, -u * s], [0.0, s, c]], [0.013, 0.007, 0.011])
+    }
+
+    /// What is told of a mesh under fdm: kinds with their numbers, the cover line, and the codes of notices.
+    fn told(mesh: TriangleMesh) -> (Vec<(String, f64)>, String, Vec<String>) {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let Outcome::Measured(measured) = Topology.run(&part, &process, &context).unwrap() else { panic!() };
+        let found = measured.findings.iter().map(|f| (f.kind.clone(), f.value)).collect();
+        (found, measured.cover, measured.notices.iter().map(|n| n.code.clone()).collect())
+    }
+
+    /// A square ring, split by a slot so wide, 1 mm high.
+    fn split_ring(gap: f64) -> TriangleMesh {
+        let (l, u) = (2.0 - 0.5 * gap, 2.0 + 0.5 * gap);
+        let outline = [
+            [0.0, 0.0],
+            [4.0, 0.0],
+            [4.0, l],
+            [2.5, l],
+            [2.5, 1.5],
+            [1.5, 1.5],
+            [1.5, 2.5],
+            [2.5, 2.5],
+            [2.5, u],
+            [4.0, u],
+            [4.0, 4.0],
+            [0.0, 4.0],
+        ];
+        let caps = [
+            [0, 1, 5],
+            [1, 4, 5],
+            [1, 2, 3],
+            [1, 3, 4],
+            [0, 5, 6],
+            [0, 6, 11],
+            [11, 6, 7],
+            [11, 7, 10],
+            [7, 8, 10],
+            [8, 9, 10],
+        ];
+        extruded(&outline, &caps, 1.0)
     }
 
     #[test]
-    fn every_change_has_a_name_in_either_direction() {
-        let kinds = |c: Change, step| kinds_of(&c, step);
-        assert_eq!(kinds(change(-2, 0, 0), Step::Gained), [("fused", 2)]);
-        assert_eq!(kinds(change(0, -1, 1), Step::Gained), [("hole-closed", 1), ("void-enclosed", 1)]);
-        assert_eq!(kinds(change(0, 1, -1), Step::Gained), [("bridged", 1), ("void-filled", 1)]);
-        assert_eq!(kinds(change(1, 0, 0), Step::Lost), [("piece-lost", 1)]);
-        assert_eq!(kinds(change(-1, 0, 0), Step::Lost), [("split", 1)]);
-        assert_eq!(kinds(change(0, -1, 0), Step::Lost), [("hole-opened", 1)]);
-        assert_eq!(kinds(change(0, 1, 1), Step::Lost), [("loop-cut", 1), ("void-opened", 1)]);
+    fn slots_and_sheets_are_told_by_their_widths_however_they_stand() {
+        let bridged: &[(String, f64)] = &[("bridged".into(), 1.0)];
+        for (gap, wanted) in [(0.21, &[][..]), (0.19, bridged)] {
+            let (found, cover, notices) = told(turned(&split_ring(gap), 27.0, 19.0));
+            assert!(found == wanted && notices.is_empty(), "{gap}: {found:?}, {notices:?}, {cover}");
+        }
+        // More than half of the element lies in it.
+        let (found, cover, _) = told(turned(&cuboid([0.0; 3], [4.0, 0.19, 4.0]), 27.0, 19.0));
+        assert!(found.is_empty(), "{found:?}, {cover}");
+    }
+
+    #[test]
+    fn a_wedge_changes_nothing_and_a_void_behind_too_thin_a_wall_opens() {
+        let wedge = extruded(&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.7]], &[[0, 1, 2]], 3.0);
+        let (found, cover, notices) = told(turned(&wedge, 27.0, 19.0));
+        assert!(found.is_empty() && notices.is_empty(), "{found:?}, {notices:?}, {cover}");
+        let walled = cuboid([0.0; 3], [3.0; 3]).joined(&cuboid([0.08, 0.8, 0.8], [2.2; 3]).flipped());
+        let (found, cover, notices) = told(turned(&walled, 27.0, 19.0));
+        assert!(found == [("void-opened".to_string(), 1.0)] && notices.is_empty(), "{found:?}, {notices:?}, {cover}");
+    }
+
+    #[test]
+    fn bodies_that_meet_at_two_places_fuse_and_make_a_tunnel() {
+        let bar = |x: f64| cuboid([x, 0.0, 0.0], [x + 1.0, 3.0, 1.0]);
+        let across = |y: f64| cuboid([0.0, y, 0.0], [4.0, y + 1.0, 1.0]);
+        // Four bars about a square, each 0.1 mm from the next.
+        let ring = bar(0.0).joined(&bar(3.0)).joined(&across(3.1)).joined(&across(-1.1));
+        let (found, cover, notices) = told(ring);
+        assert_eq!(found, [("fused".to_string(), 3.0), ("bridged".to_string(), 1.0)], "{cover} {notices:?}");
+        assert!(
+            cover.ends_with("4 pieces, 0 tunnels and 0 voids as designed, 1 piece, 1 tunnel and 0 voids as printed.")
+        );
+        // Two cubes that share an edge are one piece in print.
+        let (found, cover, _) = told(cuboid([0.0; 3], [1.0; 3]).joined(&cuboid([1.0, 1.0, 0.0], [2.0, 2.0, 1.0])));
+        assert_eq!(found, [("fused".to_string(), 1.0)], "{cover}");
+        assert!(cover.contains("2 pieces, 0 tunnels and 0 voids as designed, 1 piece, 0 tunnels"), "{cover}");
     }
 
     #[test]

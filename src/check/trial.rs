@@ -33,7 +33,7 @@ impl Trial {
     /// # Errors
     /// As [`Part::deposited`].
     pub fn closely(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> Result<Option<Trial>> {
-        let window = Trial::window(bead, extent);
+        let window = Trial::window(bead, extent, departure);
         let suits = |division: &(usize, usize)| departure.suits(&bead, *division);
         match Cells::covering_closely(&bead, window, MOST_CELLS, suits)? {
             Some(cells) => Trial::on(part, bead, extent, departure, cells).map(Some),
@@ -47,7 +47,7 @@ impl Trial {
     /// As [`Part::deposited`].
     pub fn around(part: &Part, bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> Result<Option<Trial>> {
         let suits = |division: &(usize, usize)| departure.suits(&bead, *division);
-        let cells = Cells::covering_where(&bead, Trial::window(bead, extent), MOST_CELLS, suits)?;
+        let cells = Cells::covering_where(&bead, Trial::window(bead, extent, departure), MOST_CELLS, suits)?;
         cells.map(|cells| Trial::on(part, bead, extent, departure, cells)).transpose()
     }
 
@@ -106,9 +106,9 @@ impl Trial {
         self.made.designed.cells.grid.spacing()
     }
 
-    /// The box with room for what the element does around it.
-    fn window(bead: Bead, extent: (Vec3, Vec3)) -> (Vec3, Vec3) {
-        let reach = 2.5 * bead.widest().as_mm();
+    /// The box with room for what the element does around it, and what spreads beyond it.
+    fn window(bead: Bead, extent: (Vec3, Vec3), departure: Departure) -> (Vec3, Vec3) {
+        let reach = 2.5 * bead.widest().as_mm() + 3.0 * departure.beyond(&bead);
         (sub(extent.0, [reach; 3]), add(extent.1, [reach; 3]))
     }
 
@@ -243,10 +243,13 @@ fn around(bead: &Bead, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
 
 /// The box that a lattice has to cover for what departs in a box to be counted on it.
 ///
-/// What is farther than an element's width, which the lattice adds, changes no printed cell in the box; what is filled also depends on
-/// what is open half an element away.
+/// What is farther than an element's width, which the lattice adds, and than what spreads beyond the element, changes no printed cell in
+/// the box; what is filled also depends on what is open as far away as a coat is thick.
 fn counting(bead: Bead, departure: Departure, (lo, hi): (Vec3, Vec3)) -> (Vec3, Vec3) {
-    let reach = [if let Departure::Filled { .. } = departure { 0.6 * bead.widest().as_mm() } else { 0.0 }; 3];
+    let beyond = departure.beyond(&bead);
+    let coat = if beyond > 0.0 { 0.9 * bead.widest().as_mm() + 1.8 * beyond } else { 0.6 * bead.widest().as_mm() };
+    let open = if let Departure::Filled { .. } = departure { coat } else { 0.0 };
+    let reach = [open + beyond; 3];
     (sub(lo, reach), add(hi, reach))
 }
 

@@ -181,9 +181,9 @@ impl Cells {
         mesh
     }
 
-    /// Whole cells in a length, at most half the element.
+    /// Whole cells across in a length.
     pub fn whole(&self, length: Length) -> usize {
-        ((length.as_mm() / self.cell_mm()[0] + 1e-6) as usize).min(self.wide / 2)
+        (length.as_mm() / self.cell_mm()[0] + 1e-6) as usize
     }
 
     /// The element as cells: those whose centre lies in it.

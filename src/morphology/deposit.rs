@@ -10,6 +10,7 @@
 use super::cells::Cells;
 use super::least_element::Bead;
 use super::overlap::Prism;
+use super::spread::Spread;
 use crate::error::{Error, Result};
 use crate::field::{Density, Field, Indicator};
 use crate::geometry::contour::superlevel_surface;
@@ -83,14 +84,6 @@ impl Designed {
         Designed { shape: Enclosure { inner, centres, outer }, ..self.clone() }
     }
 
-    /// Of a set of cells, those from which the element reaches no cell of another, wherever it stands on them.
-    ///
-    /// # Errors
-    /// As [`Indicator::difference`].
-    pub fn out_of_reach(&self, set: &Indicator, of: &Indicator) -> Result<Indicator> {
-        set.difference(&grown(of, self.cells.wide.max(self.cells.high)))
-    }
-
     /// Number of cells of the element.
     pub fn element_cells(&self) -> u64 {
         self.element.cells()
@@ -124,8 +117,8 @@ impl Designed {
     ///
     /// What the element holds the share λ of is printed as drawn: a slicer moves the outline inwards by half a bead, or lays a narrower
     /// one where there is room for no more. Beyond the outline material spreads: upright slots narrower than twice the spread close.
-    /// How far a face with another normal moves tells [`Bead::depth_of`]. Union,
-    /// intersection and both members are increasing, so the three sides stay nested as those of [`Designed::printed`]. Lengths
+    /// How far a face with another normal moves tells [`Bead::depth_of`]. What is left of a spread beyond half the element, Ω_Λ grows by in
+    /// every direction. Union, growth, intersection and both members are increasing, so the three sides stay nested as those of [`Designed::printed`]. Lengths
     /// are rounded down to whole cells.
     ///
     /// # Errors
@@ -138,9 +131,15 @@ impl Designed {
     /// S. Nelaturi, W. Kim, T. Kurtoglu, Manufacturability feedback and model correction for additive manufacturing, 2015: the opening,
     /// and what the medial axis of the rest can hold.
     pub fn compensated(self, lambda: f64, spread: Length) -> Result<AsPrinted> {
-        let out = self.cells.whole(spread);
-        let least = self.element.cells_before(self.cells.wide - out).max(self.least(lambda));
-        let grown = self.laid(least)?;
+        let out = Spread::of(spread, &self.cells);
+        let least = self.element.cells_before(self.cells.wide - out.by_element).max(self.least(lambda));
+        let [lower, centres, upper] = self.laid(least)?;
+        // A point of the grown set lies less than a cell from one of a cell grown by as many.
+        let reach = [0, 0, usize::from(out.beyond > 0)];
+        let mut grown = Vec::with_capacity(3);
+        for (laid, reach) in [lower, centres, upper].into_iter().zip(reach) {
+            grown.push(out.grown(laid, &self.cells, reach)?);
+        }
         let mut made = self.printed(lambda)?;
         let shape = &made.designed.shape;
         let sides = [(&shape.inner, &made.lower), (&shape.centres, &made.centres), (&shape.outer, &made.upper)];
@@ -170,6 +169,19 @@ impl Designed {
 }
 
 impl AsPrinted {
+    /// The cells that the element covers wherever it holds at least the share λ of the samples: within them the part is printed as drawn.
+    ///
+    /// # Errors
+    /// As [`Prism::placements`].
+    ///
+    /// # Cost
+    /// Two passes over bit rows.
+    pub fn held(&self) -> Result<Indicator> {
+        let designed = &self.designed;
+        let placed = designed.element.placements(&designed.shape.centres, designed.least(self.lambda))?;
+        Ok(designed.element.deposited(&placed, 0))
+    }
+
     /// Volume of the part that is not printed: estimate, and the two numbers that it lies between.
     pub fn under(&self) -> Result<[Volume; 3]> {
         let shape = &self.designed.shape;
@@ -202,8 +214,8 @@ impl AsPrinted {
         Ok([outer.difference(&self.upper)?, outer.difference(&self.centres)?, outer.difference(&self.lower)?])
     }
 
-    /// Void that is printed and from which no cell that stays open is as near as half the element: slots and holes that close. The coat
-    /// on a face that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
+    /// Void that is printed and from which no cell that stays open is as near as half the element, or 1.73 times a spread beyond that: slots
+    /// and holes that close. The coat on a face or in a corner that stays open is not among it. For certain, by the samples, and perhaps; each holds the one before.
     ///
     /// # Errors
     /// None for shapes that exist.
@@ -227,9 +239,10 @@ impl AsPrinted {
         Ok([lower?.difference(inner)?, centres?.difference(inner)?, upper?.difference(inner)?])
     }
 
-    /// Of what is printed, what is farther than half the element from all that is not.
+    /// Of what is printed, what is farther from all that is not than the coat on a face is thick.
     fn closed(&self, printed: &Indicator) -> Result<Indicator> {
-        let reach = self.designed.cells.wide.max(self.designed.cells.high).div_ceil(2);
+        let cells = &self.designed.cells;
+        let reach = Spread::of(self.spread.unwrap_or_default(), cells).coat(cells);
         printed.difference(&grown(&printed.complement(), reach))
     }
 
@@ -275,11 +288,17 @@ impl AsPrinted {
 }
 
 /// A set grown by whole samples along every axis: A ⊕ [−reach, reach]³.
-fn grown(set: &Indicator, reach: usize) -> Indicator {
+pub(crate) fn grown(set: &Indicator, reach: usize) -> Indicator {
     match Prism::new(1, 1, |_, _| true) {
         Ok(cell) => cell.deposited(set, reach),
         Err(_) => set.clone(),
     }
+}
+
+/// What of a set lies in cubes of so many samples along each side that fit into it.
+pub(crate) fn opened(set: &Indicator, side: usize) -> Result<Indicator> {
+    let cube = Prism::new(side, side, |_, _| true)?;
+    Ok(cube.deposited(&cube.placements(set, cube.cells())?, 0))
 }
 
 /// |A ∖ B| for sets on one grid.

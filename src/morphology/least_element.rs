@@ -21,6 +21,11 @@ pub struct Bead {
 }
 
 impl Bead {
+    /// What of a length is longer than half the width: a face moves no farther by the element that half of lies in the part.
+    pub fn beyond_half(&self, length: Length) -> Length {
+        Length::mm((length.as_mm() - 0.5 * self.width.as_mm()).max(0.0))
+    }
+
     /// Width of the element along a unit vector: the distance of its two supporting planes.
     pub fn width_along(&self, direction: Vec3) -> Length {
         let [x, y, z] = direction.map(f64::abs);

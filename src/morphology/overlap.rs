@@ -252,6 +252,10 @@ fn smear(row: &[u64], (first, end): (isize, isize), target: &mut [u64]) {
         if before | row[w] | after == 0 || first >= end || target[w] == u64::MAX {
             continue;
         }
+        if before & row[w] & after == u64::MAX {
+            target[w] = u64::MAX;
+            continue;
+        }
         let onwards = first.max(0);
         if onwards < end {
             let length = (end - onwards) as usize;

@@ -5,6 +5,7 @@ use super::health::Role;
 use crate::error::{Error, Result};
 use crate::field::Density;
 use crate::geometry::InsideRule;
+use crate::geometry::vector::{add, sub};
 use crate::morphology::{AsPrinted, Bead, Cells, Designed, Footprint};
 use crate::process::Process;
 use crate::units::Length;
@@ -27,8 +28,11 @@ impl Part {
     pub fn as_printed(&self, process: &Process, lambda: f64) -> Result<Option<Arc<AsPrinted>>> {
         let (bead, spread) = (bead_of(process), spread_of(process));
         let make = || {
-            let bounds = self.mesh.bounds().unwrap_or_default();
-            let Some(cells) = Cells::covering(&bead, bounds, MOST_CELLS)? else { return Ok(None) };
+            let (lo, hi) = self.mesh.bounds().unwrap_or_default();
+            let room = [bead.beyond_half(spread).as_mm(); 3];
+            let Some(cells) = Cells::covering(&bead, (sub(lo, room), add(hi, room)), MOST_CELLS)? else {
+                return Ok(None);
+            };
             self.deposited(bead, cells)?.compensated(lambda, spread).map(|made| Some(Arc::new(made)))
         };
         let (of, made) = self.printed.get_or_init(|| ((bead, lambda, spread), make()));
@@ -73,7 +77,7 @@ pub fn bead_of(process: &Process) -> Bead {
     Bead { footprint, width: Length::mm(process.element.width_mm), height: Length::mm(process.layer_height_mm) }
 }
 
-/// How far a printed face may lie outside the drawn one: half the gap that closes, and at most half the element.
+/// How far a printed face may lie outside the drawn one: half the gap that closes, however narrow the element is.
 pub fn spread_of(process: &Process) -> Length {
-    Length::mm(0.5 * process.element.closing_gap_mm.min(process.element.width_mm))
+    Length::mm(0.5 * process.element.closing_gap_mm)
 }
