@@ -7,7 +7,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::least_width::LeastWidth;
 use super::mend::{self, TRIED, growth};
 use super::place::{locate, reported};
-use super::room::Growth;
+use super::room::{Fit, Growth};
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::BodyPair;
@@ -385,9 +385,8 @@ impl Judge<'_> {
         let pairs: Vec<&BodyPair> = self.part.body_pairs().iter().filter(own).take(apart::TRIED).collect();
         let moved: Vec<Option<bool>> = pairs.iter().map(|p| can_part(self.part, p, to)).collect();
         let growth = Growth::new(self.part, self.process, Side::Void);
-        let opened = pairs.iter().filter(|p| growth.fits_between(p.points, to - p.distance)).count();
-        let opening =
-            growth.tried(format!("open the gap to {} mm", short(to)), "open", to, [opened, pairs.len() - opened]);
+        let opened = Fit::counts(pairs.iter().map(|p| growth.fits_between(p.points, to - p.distance)));
+        let opening = growth.tried(format!("open the gap to {} mm", short(to)), "open", to, opened);
         apart::words(&moved, to, &opening)
     }
 }
