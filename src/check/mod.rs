@@ -13,6 +13,7 @@ mod bridge;
 mod budget;
 mod build_volume;
 mod chamfer;
+mod closing;
 mod contract;
 mod cut;
 mod departing;
@@ -63,6 +64,7 @@ mod topple;
 mod trapped_volume;
 mod trial;
 mod untouched;
+mod vanishing;
 mod vent;
 mod void;
 

@@ -12,6 +12,7 @@ pub mod crease;
 mod edge;
 mod facing;
 pub mod feature;
+pub mod inscribed;
 pub mod map;
 mod reach;
 pub mod refine;
