@@ -14,6 +14,7 @@ mod bridge;
 mod budget;
 mod build_volume;
 mod chamfer;
+mod closing;
 mod contract;
 mod cut;
 mod departing;
@@ -67,6 +68,7 @@ mod topple;
 mod trapped_volume;
 mod trial;
 mod untouched;
+mod vanishing;
 mod vent;
 mod void;
 

@@ -1,17 +1,24 @@
 //! AM602: what a compensation offset joins, closes, splits or loses.
 
 use super::apart::{TRIED, can_part, words};
+use super::closing::{closing, closing_finding, rods_within};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Bracket, Finding, Limits, State};
-use super::place::reported;
+use super::place::{group_equal, reported};
 use super::room::{Beside, NO_ROOM};
 use super::sheet::{Kind, Reading, Sheets};
+use super::vanishing::{Vanished, vanishing, vanishing_finding};
 use crate::error::Result;
 use crate::geometry::BodyPair;
 use crate::medial::Side;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
+
+/// Offsets that differ by less are equal, millimetres.
+const EQUAL: f64 = 0.002;
+/// Four decimals show no less, millimetres.
+const SHOWN: f64 = 5e-5;
 
 /// AM602 `offset`.
 pub struct Offset;
@@ -26,11 +33,19 @@ static META: Meta = Meta {
           be undone by the opposite offset afterwards.",
     how: "Growing by d closes a gap between opposing surfaces when 2 d is as wide as the gap, shrinking by d loses a wall when 2 d is as \
           thick as the wall. So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
-          none is found, no offset up to the limit does either, and this is a proof. What is to grow has been tried on the surface: beside \
-          it has to be left as much, for the opposite offset; bodies to be moved apart have been moved, and their distances measured \
+          none is found, no offset up to the limit closes or loses anything between two sides that oppose each other to within 30 degrees, and \
+          this is a proof. What lies between three or five sides is sought apart. Holes, pins and struts are looked for as for small-hole and \
+          thin-pin: the offset at which one goes is at most the radius of the largest ball about a point of its narrowest section, and at least \
+          the least distance of its line to the surface. Of each body and each closed void the largest ball is sought, by halving boxes: \
+          none is lost or filled as a whole by less than its radius, and each is by the bound on all. That bound is the upper end of its bracket. \
+          What is to grow has been tried on the surface: beside \
+          it has to be left as much, for the opposite offset, with what is as thin there grown too; bodies to be moved apart have been moved, and their distances measured \
           again. The offset itself changes the part by closing or \
           removing what lies within half the distance between the contacts of a ball on its middle surface.",
-    limits: "Corners and wedges are rounded or blunted by any offset and are not listed. A gap that closes may join a body to itself or \
+    limits: "Corners and wedges are rounded or blunted by any offset and are not listed. That nothing between three or more sides goes is no proof, but \
+             for whole bodies and closed voids where the text of the search says that all were decided: a hole or a pin is missed if its section is \
+             more than 1.5 (material: 1.8) times as long as wide, if it tapers by more than 30 degrees, if it is blind and less deep than wide, or if no facet that was looked from has its \
+             middle on it; a pocket, or a joint of several arms, is not looked for. A gap that closes may join a body to itself or \
              enclose a void; which of the two is not told. Offsets are uniform; scaling is not.",
     source: "Critical points of the distance function lie where the contacts of a ball oppose each other: F. Chazal, D. Cohen-Steiner, A. \
              Lieutier, A sampling theory for compact sets in Euclidean space, 2009.",
@@ -67,8 +82,102 @@ impl Check for Offset {
         };
         let found = inwards.findings.into_iter().chain(outwards.findings);
         measured.findings = found.map(|f| told(part, f, limits)).collect();
+        let widest = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
+        let between_more = add_rods((part, process, context), limits, widest, &mut measured);
+        let whole = add_pieces((part, context), limits, widest, &mut measured);
+        measured.cover.push_str(&format!(" {between_more} {whole}"));
         Ok(Outcome::Measured(Box::new(measured)))
     }
+}
+
+/// Adds the rods without opposing sides that an offset closes or severs; what was looked at, in words.
+fn add_rods(
+    (part, process, context): (&Part, &Process, &Context),
+    limits: Limits,
+    widest: f64,
+    measured: &mut Measured,
+) -> String {
+    let sides = [Side::Material, Side::Void];
+    let rods = sides.map(|side| rods_within(part, process, side, widest));
+    for (side, rods) in sides.into_iter().zip(&rods) {
+        let found = closing(part, side, rods, widest, &measured.findings);
+        let findings = found.iter().map(|c| closing_finding((part, context), (META.code, side), c, limits));
+        add(measured, findings.collect(), |f| closes(f, side));
+    }
+    let places: u64 = rods.iter().map(|r| r.places).sum();
+    format!("Holes, pins and struts without opposing sides were looked for from {places} places.")
+}
+
+/// Adds the bodies that are lost and the closed voids that are filled as a whole; what was looked at, in words.
+fn add_pieces((part, context): (&Part, &Context), limits: Limits, widest: f64, measured: &mut Measured) -> String {
+    let Some(Vanished { pieces, all, open }) = vanishing(part, widest) else {
+        return "Bodies and closed voids were not measured as a whole: the surface is open, or meets itself.".into();
+    };
+    for side in [Side::Material, Side::Void] {
+        let unknown = pieces.iter().filter(|p| p.side == side && !p.is_known(part, &measured.findings));
+        let findings = unknown.map(|p| vanishing_finding((part, context), META.code, p, limits));
+        let findings = findings.collect();
+        add(measured, findings, |f| vanishes(f, side));
+    }
+    let pieces = if all == 1 { "1 body or closed void".into() } else { format!("{all} bodies and closed voids") };
+    match open {
+        0 => format!("In {pieces} the largest ball was sought."),
+        n => format!("In {pieces} the largest ball was sought; for {n} of them the search ended undecided."),
+    }
+}
+
+/// Adds findings of offsets, equal ones as one, told by what they stand for then.
+fn add(measured: &mut Measured, mut findings: Vec<Finding>, tell: impl Fn(&mut Finding)) {
+    findings.retain(|f| f.state > State::Pass);
+    findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+    let mut grouped = group_equal(findings, EQUAL);
+    grouped.iter_mut().for_each(tell);
+    measured.findings.extend(grouped);
+}
+
+/// What is said of a hole that closes, or of a pin or a strut that goes.
+fn closes(f: &mut Finding, side: Side) {
+    let (offset, width) = (rounded(f.value), rounded(2.0 * f.value));
+    let what = match (side, f.count) {
+        (Side::Void, 1) => "closes a hole".to_string(),
+        (Side::Void, n) => format!("closes {n} holes"),
+        (Side::Material, 1) => "loses a pin or strut".to_string(),
+        (Side::Material, n) => format!("loses {n} pins or struts"),
+    };
+    let verb = if side == Side::Void { "growing" } else { "shrinking" };
+    let of = if f.count == 1 { "" } else { " of the first" };
+    f.message =
+        format!("{verb} by {offset} mm {what}: the largest ball in the narrowest section{of} is {width} mm wide");
+    f.fix = at_most(side, f);
+}
+
+/// What is said of a body or a closed void that goes as a whole.
+fn vanishes(f: &mut Finding, side: Side) {
+    let (offset, width) = (rounded(f.value), rounded(2.0 * f.value));
+    let (what, it) = match (side, f.count) {
+        (Side::Void, 1) => ("growing", "fills a closed void".to_string()),
+        (Side::Void, n) => ("growing", format!("fills {n} closed voids")),
+        (Side::Material, 1) => ("shrinking", "loses a whole body".to_string()),
+        (Side::Material, n) => ("shrinking", format!("loses {n} whole bodies")),
+    };
+    let first = if f.count == 1 { "it" } else { "the first" };
+    f.message = format!("{what} by {offset} mm {it}: the largest ball in {first} is {width} mm wide");
+    f.fix = at_most(side, f);
+}
+
+/// The hint not to offset by as much as a finding says.
+fn at_most(side: Side, f: &Finding) -> String {
+    let verb = if side == Side::Void { "grow" } else { "shrink" };
+    if f.value < SHOWN {
+        format!("do not {verb} it at all")
+    } else {
+        format!("do not {verb} by more than {} mm", rounded(f.value))
+    }
+}
+
+/// Four decimals, for sentences; what they would show as nothing is below one of them.
+fn rounded(mm: f64) -> String {
+    if mm < SHOWN { "less than 0.0001".into() } else { short((mm * 1e4).round() / 1e4) }
 }
 
 fn least(a: Option<Worst>, b: Option<Worst>) -> Option<Worst> {
@@ -97,8 +206,8 @@ fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
         }
     }
     (f.fail, f.warn) = (limits.fail, limits.warn);
-    let offset = short((f.value * 1e4).round() / 1e4);
-    let width = short((width * 1e4).round() / 1e4);
+    let (offset, width) = (rounded(f.value), rounded(width));
+    let [less, more] = [Side::Material, Side::Void].map(|side| at_most(side, &f));
     let many = |one: &str, more: &str| if f.count == 1 { one.to_string() } else { format!("{} {more}", f.count) };
     let pair = match f.bodies.as_deref() {
         Some([a, b]) if f.kind == "merged" => format!(" {a} and {b}"),
@@ -111,15 +220,15 @@ fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
     (f.message, f.fix) = match f.kind.as_str() {
         "merged" => (
             format!("growing by {offset} mm merges {}{pair}, {width} mm apart", many("bodies", "pairs of bodies")),
-            format!("do not grow by more than {offset} mm, or {}", parted(part, &f, limits, &grow)),
+            format!("{}, or {}", more, parted(part, &f, limits, &grow)),
         ),
         "closed" => (
             format!("growing by {offset} mm closes {} of {width} mm", many("a gap", "gaps")),
-            format!("do not grow by more than {offset} mm{}", or_else(&grow)),
+            format!("{}{}", more, or_else(&grow)),
         ),
         _ => (
             format!("shrinking by {offset} mm loses {} of {width} mm", many("a wall", "walls")),
-            format!("do not shrink by more than {offset} mm{}", or_else(&grow)),
+            format!("{}{}", less, or_else(&grow)),
         ),
     };
     f
@@ -142,7 +251,7 @@ fn parted(part: &Part, f: &Finding, limits: Limits, grow: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Primitive, TriangleMesh, extruded};
+    use crate::geometry::{Primitive, TriangleMesh, cuboid, extruded};
     use crate::morphology::offset;
     use crate::part::Up;
     use crate::units::Length;
@@ -200,6 +309,76 @@ mod tests {
             "{}",
             lost.fix
         );
+    }
+
+    #[test]
+    fn walls_of_a_comb_that_all_grow_leave_each_other_no_room() {
+        let comb = (0..5).fold(slab(0.0, 2.0), |all, n| all.joined(&slab(1.95 + 1.1 * f64::from(n), 0.3)));
+        let comb = comb.joined(&slab(1.0 + 5.0 * 1.1 + 0.8 + 1.0, 2.0));
+        let found = found(comb, "0.3mm,0.3mm");
+        let lost = found.iter().find(|f| f.kind == "lost").unwrap();
+        // By half on both sides each slot of 0.8 mm would be 0.5 mm wide.
+        assert!(lost.count == 5 && lost.fix.contains("there is no room to thicken it to 0.6 mm"), "{}", lost.fix);
+        assert!(lost.fix.contains("once what is thin there is thickened too"), "{}", lost.fix);
+    }
+
+    /// An upright prism of so many sides, of an inscribed circle of so large a radius.
+    fn prism(sides: usize, radius: f64, height: f64) -> TriangleMesh {
+        let out = radius / (std::f64::consts::PI / sides as f64).cos();
+        crate::geometry::revolved(&[[0.0, 0.0], [out, 0.0], [out, height], [0.0, height]], sides)
+    }
+
+    #[test]
+    fn what_lies_between_three_or_five_sides_goes_at_the_radius_of_the_ball_in_it() {
+        for sides in [3, 5] {
+            for (side, kind) in [(Side::Void, "closed"), (Side::Material, "lost")] {
+                let thing = prism(sides, 0.22, 6.0);
+                let mesh = match side {
+                    Side::Material => thing,
+                    Side::Void => cuboid([-3.0, -3.0, -2.0], [3.0, 3.0, 8.0]).joined(&cavity(sides)),
+                };
+                let all = found(mesh.clone(), "0.3mm,0.3mm");
+                let told: Vec<(&str, f64, u64)> = all.iter().map(|f| (f.kind.as_str(), f.value, f.count)).collect();
+                assert!(told.len() == 1 && told[0].0 == kind && told[0].2 == 1, "{sides} {told:?}");
+                assert!(
+                    (told[0].1 - 0.22).abs() < 1e-4 && all[0].low <= 0.22 && all[0].low > 0.2 && all[0].high < 0.225,
+                    "{:?}",
+                    all[0]
+                );
+                assert!(found(mesh, "0.21mm,0.21mm").is_empty());
+            }
+        }
+    }
+
+    /// A closed void of so many sides, 3 mm high.
+    fn cavity(sides: usize) -> TriangleMesh {
+        prism(sides, 0.22, 3.0)
+            .transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.3, 0.2, 1.5])
+            .flipped()
+    }
+
+    #[test]
+    fn bodies_that_all_but_touch_are_told_without_lengths_of_nothing() {
+        let all = found(slab(0.0, 2.0).joined(&slab(2.000_001, 2.0)), "0.3mm,0.3mm");
+        let f = all.iter().find(|f| f.kind == "merged").unwrap();
+        let said = "growing by less than 0.0001 mm merges bodies 1 and 2, less than 0.0001 mm apart";
+        assert!(f.message == said && f.fix.starts_with("do not grow it at all, or move them to 0.6 mm apart"), "{f:?}");
+    }
+
+    #[test]
+    fn a_small_ball_is_lost_and_a_small_void_filled_as_a_whole() {
+        let ball = |x: f64| {
+            let mesh = Primitive::Ball { radius: Length::mm(0.25) }.mesh(Length::mm(1e-3));
+            mesh.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [x, 0.2, 0.1])
+        };
+        let mesh = cuboid([-3.0; 3], [3.0; 3]).joined(&ball(0.0).flipped()).joined(&ball(5.0));
+        let all = found(mesh.clone(), "0.3mm,0.3mm");
+        let told: Vec<&str> = all.iter().map(|f| f.message.as_str()).collect();
+        assert!(told.len() == 2, "{told:?}");
+        let says = |what: &str| told.iter().any(|m| m.contains(what));
+        assert!(says("mm fills a closed void: the largest ball") && says("mm loses a whole body: "), "{told:?}");
+        assert!(all.iter().all(|f| f.low <= 0.25 && f.value > 0.248 && f.high < 0.254), "{all:?}");
+        assert!(found(mesh, "0.24mm,0.24mm").is_empty());
     }
 
     #[test]

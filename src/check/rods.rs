@@ -3,8 +3,8 @@
 use super::contract::{Context, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{locate, reported};
-use super::room::Growth;
-use crate::geometry::vector::{dot, sub, unit};
+use super::room::{Fit, Growth};
+use crate::geometry::vector::{Vec3, along, dot, sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
 use crate::medial::section::across;
@@ -32,8 +32,17 @@ pub fn rule_of(side: Side) -> &'static str {
 fn wanted(process: &Process, side: Side) -> Option<Wanted> {
     let limits = limits_of(process, rule_of(side))?;
     let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max);
-    let elongation = if side == Side::Material { PIN } else { HOLE };
-    (widest > 0.0).then_some(Wanted { side, within: 1.25 * widest, elongation })
+    (widest > 0.0).then_some(Wanted { side, within: 1.25 * widest, elongation: elongation(side) })
+}
+
+fn elongation(side: Side) -> f64 {
+    if side == Side::Material { PIN } else { HOLE }
+}
+
+/// What finds all rods up to an equal-area diameter: the search that the rule for diameters shares, if that goes as far.
+pub fn up_to(process: &Process, side: Side, width: f64) -> Wanted {
+    let shared = wanted(process, side).filter(|w| w.within >= width);
+    shared.unwrap_or(Wanted { side, within: width, elongation: elongation(side) })
 }
 
 /// All rods on a side that the process has a limit for.
@@ -134,34 +143,92 @@ pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Fin
     let room = Growth::new(part, process, side);
     let target = f.fail.into_iter().chain(f.warn).filter(|l| f.value < *l).fold(f.value, f64::max);
     let own = |r: &&&Rod| f.places.iter().any(|p| p.at_mm == reported(part, r.narrowest.centre));
-    let growth = 0.5 * (target - f.value);
-    let (roomy, cramped): (Vec<&&Rod>, Vec<&&Rod>) =
-        rods.iter().filter(own).partition(|r| is_free(part, r, growth + room.beside));
-    room.tried(to_limit(f, verb), verb, target, [roomy.len(), cramped.len()])
+    // All that is thinner grows, by half of what it lacks on each side.
+    let growth = |r: &Rod| 0.5 * (target - r.diameter()).max(0.0);
+    let others: Vec<(&Rod, f64)> = rods.iter().map(|r| (*r, growth(r))).filter(|(_, by)| *by > 0.0).collect();
+    let fits = rods.iter().filter(own).map(|r| fit(part, r, (0.5 * (target - f.value), room.beside), &others));
+    room.tried(to_limit(f, verb), verb, target, Fit::counts(fits))
 }
 
 /// Surface whose normal is nearer than 45° to a rod's axis is what the rod stands on or leaves through, and not beside it.
 const ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// What lies no farther from a rod's line than so many of its radii lies on its side.
+const ON_SIDE: f64 = 1.2;
 
-/// Whether nothing lies within a length of a rod's side, on the other side of its surface.
-fn is_free(part: &Part, rod: &Rod, within: f64) -> bool {
+/// Whether a rod can grow on all sides and leave beside it what has to be left, with other rods grown as well.
+fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f64)]) -> Fit {
     let stride = rod.line.len().div_ceil(12).max(1);
-    rod.line.windows(2).step_by(stride).all(|w| {
+    let (within, most) = (by + beside, others.iter().map(|o| o.1).fold(0.0, f64::max));
+    let tries = rod.line.windows(2).step_by(stride).flat_map(|w| {
         let middle = [0, 1, 2].map(|a| 0.5 * (w[0].0[a] + w[1].0[a]));
         let axis = unit(sub(w[1].0, w[0].0));
         let [u, v] = across(axis);
-        let beside = |facet: u32| dot(part.distance().normal(facet), axis).abs() < ACROSS;
-        (0..8).all(|k| {
-            let (s, c) = (std::f64::consts::FRAC_PI_4 * k as f64 + 0.1).sin_cos();
+        (0..8).map(move |k| {
+            let (s, c) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
             let d = [0, 1, 2].map(|a| c * u[a] + s * v[a]);
             let side = part.distance().first_hit(middle, d, 0.0, 2.0 * w[0].1.max(w[1].1));
-            let beyond = |at: f64| part.distance().first_hit(middle, d, at + part.step(), at + within);
-            side.is_none_or(|(at, _)| beyond(at).is_none_or(|(_, facet)| !beside(facet)))
+            let beyond = side.and_then(|(at, _)| {
+                let (far, facet) = part.distance().first_hit(middle, d, at + part.step(), at + within + most)?;
+                let is_beside = dot(part.distance().normal(facet), axis).abs() < ACROSS;
+                is_beside.then(|| (far - at, along(middle, d, far)))
+            });
+            match beyond {
+                Some((gap, _)) if gap < within => Fit::Cramped,
+                Some((gap, met)) if gap < within + growth_at(others, met) => Fit::Alone,
+                _ => Fit::Roomy,
+            }
         })
-    })
+    });
+    tries.min().unwrap_or(Fit::Roomy)
+}
+
+/// By how much the rod on whose side a point lies grows there.
+fn growth_at(others: &[(&Rod, f64)], p: Vec3) -> f64 {
+    let on = |rod: &Rod| {
+        let (lo, hi) = rod.extent;
+        let slack = (ON_SIDE - 1.0) * rod.narrowest.circumscribed;
+        (0..3).all(|a| lo[a] - slack <= p[a] && p[a] <= hi[a] + slack) && rod.nears(p, ON_SIDE)
+    };
+    others.iter().filter(|(rod, _)| on(rod)).map(|o| o.1).fold(0.0, f64::max)
 }
 
 /// Millimetres in a sentence.
 pub fn plain(mm: f64) -> String {
     short((mm * 1e3).round() / 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contract::{Check, Outcome};
+    use super::super::thin_pin::ThinPin;
+    use super::*;
+    use crate::geometry::{TriangleMesh, cuboid, revolved};
+    use crate::part::Up;
+
+    #[test]
+    fn pins_in_a_row_that_all_grow_leave_each_other_no_room() {
+        let row = |apart: f64| {
+            let pin = revolved(&[[0.0, 0.0], [0.15, 0.0], [0.15, 3.0], [0.0, 3.0]], 24);
+            let at = |n: i32| {
+                pin.transformed(
+                    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                    [f64::from(n) * (0.3 + apart), 0.0, 0.0],
+                )
+            };
+            (1..6)
+                .fold(at(0), |all: TriangleMesh, n| all.joined(&at(n)))
+                .joined(&cuboid([0.0, 3.0, 0.0], [5.0, 6.0, 2.0]))
+        };
+        let fix = |apart: f64| {
+            let part = Part::new(row(apart), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let mut process = Process::named("sla").unwrap();
+            process.override_limit("thin-pin=0.5mm").unwrap();
+            let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+            let Outcome::Measured(m) = ThinPin.run(&part, &process, &context).unwrap() else { panic!() };
+            m.findings.iter().find(|f| f.kind == "pin").unwrap().fix.clone()
+        };
+        // Each is to grow by 0.1 mm all round, and sla asks for gaps of 0.2 mm.
+        assert!(fix(0.5).contains("there is room for it"), "{}", fix(0.5));
+        assert!(fix(0.35).contains("no room") && fix(0.35).contains("once what is thin there"), "{}", fix(0.35));
+    }
 }

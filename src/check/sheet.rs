@@ -4,7 +4,7 @@ use super::budget::Budget;
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
-use super::room::Beside;
+use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
 use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought};
@@ -82,10 +82,12 @@ impl Sheets<'_> {
         let (cover, spent) = self.part.cover(self.side, &question);
         let mut measured = Measured { rule: self.kinds.first().map(|k| k.rule), spent, ..Measured::default() };
         let mut wedges = cover.samples.iter().filter(|s| s.shape == Shape::Wedge).count();
+        let thin = cover.samples.iter().filter(|s| s.shape == Shape::Sheet && s.diameter < self.widest());
+        let thin = Thin::of(thin, self.resolution());
         for kind in &self.kinds {
             match kind.reading {
-                Reading::WithinBody => self.within(kind, &question, &cover, &mut measured, &mut wedges),
-                Reading::BetweenBodies => self.between(kind, &cover, &mut measured),
+                Reading::WithinBody => self.within((kind, &thin), &question, &cover, &mut measured, &mut wedges),
+                Reading::BetweenBodies => self.between((kind, &thin), &cover, &mut measured),
             }
         }
         // What may be as thin as something already found is no news.
@@ -110,7 +112,14 @@ impl Sheets<'_> {
     }
 
     /// Sheets whose two surfaces belong to one body.
-    fn within(&self, kind: &Kind, q: &Question, cover: &Cover, measured: &mut Measured, wedges: &mut usize) {
+    fn within(
+        &self,
+        (kind, thin): (&Kind, &Thin),
+        q: &Question,
+        cover: &Cover,
+        measured: &mut Measured,
+        wedges: &mut usize,
+    ) {
         let own = self.own(cover, Shape::Sheet);
         let tie = self.part.tie();
         let fail = kind.limits.fail.unwrap_or(0.0) - tie;
@@ -151,7 +160,8 @@ impl Sheets<'_> {
         measured.budget = (budget.looks > 0).then_some(budget);
         let judged = |s: Sought| {
             let sheet = s.sheet?;
-            let room = self.room(kind, (sheet.thinnest.contacts, sheet.thinnest.diameter), s.samples.iter());
+            let thinnest = (sheet.thinnest.contacts, sheet.thinnest.diameter);
+            let room = self.room((kind, thin), thinnest, s.samples.iter());
             Some((self.finding(kind, &sheet), room))
         };
         let judged: Vec<(Finding, Room)> = sought.into_par_iter().with_max_len(1).filter_map(judged).collect();
@@ -229,7 +239,7 @@ impl Sheets<'_> {
     }
 
     /// Exact clearances between bodies, one finding for each pair.
-    fn between(&self, kind: &Kind, cover: &Cover, measured: &mut Measured) {
+    fn between(&self, (kind, thin): (&Kind, &Thin), cover: &Cover, measured: &mut Measured) {
         let widest = kind.limits.fail.unwrap_or(0.0).max(kind.limits.warn.unwrap_or(0.0)) - self.part.tie();
         let apart = self.part.body_pairs().iter().filter(|p| p.distance > self.part.step());
         let (mut findings, mut rooms) = (Vec::new(), Rooms::new());
@@ -263,7 +273,7 @@ impl Sheets<'_> {
             let points = pair.points.map(|p| reported(self.part, p));
             f.witness = Some(Witness { kind: "nearest-pair".into(), points_mm: points.to_vec() });
             f.message = format!("between bodies {} and {}", pair.bodies[0] + 1, pair.bodies[1] + 1);
-            rooms.push((f.at_mm, self.room(kind, (pair.points, pair.distance), near.iter().copied())));
+            rooms.push((f.at_mm, self.room((kind, thin), (pair.points, pair.distance), near.iter().copied())));
             findings.push(f);
         }
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));

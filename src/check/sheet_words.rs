@@ -1,32 +1,33 @@
 //! What is said of sheets: their places, what to change there, and how far the search went.
 
 use super::finding::{Finding, Limits};
-use super::room::Growth;
+use super::room::{Fit, Growth, Thin};
 use super::sheet::{Kind, Sheets};
 use crate::geometry::vector::Vec3;
 use crate::medial::{Cover, Question, Sample, Side};
 use crate::units::{enough, short};
 
 /// Whether there is room to grow to the limit that fails, and to the one that warns.
-pub type Room = [bool; 2];
+pub type Room = [Fit; 2];
 /// Where findings lie, and what room there is.
 pub type Rooms = Vec<([f64; 3], Room)>;
 
 impl Sheets<'_> {
     /// Whether there is room to grow to the limit that fails and to the one that warns, which for a neck is the one that fails
-    /// where no other is set: where a sheet is thinnest, given by its contacts and their distance, and at samples of it.
+    /// where no other is set: where a sheet is thinnest, given by its contacts and their distance, and at samples of it. All else that is
+    /// thinner than that grows as well.
     pub(super) fn room<'s>(
         &self,
-        kind: &Kind,
+        (kind, thin): (&Kind, &Thin),
         (contacts, width): ([Vec3; 2], f64),
         samples: impl ExactSizeIterator<Item = &'s Sample> + Clone,
     ) -> Room {
         let fits = |to: f64| {
-            let growth = self.growth(to);
-            growth.fits_between(contacts, to - width) && growth.fits(samples.clone(), to)
+            let growth = self.growth(to).among(thin, to - self.part.tie());
+            growth.fits_between(contacts, to - width).min(growth.fits(samples.clone(), to))
         };
         let Limits { fail, warn, .. } = kind.limits;
-        [fail, warn.or(fail)].map(|limit| limit.is_some_and(fits))
+        [fail, warn.or(fail)].map(|limit| limit.map_or(Fit::Cramped, fits))
     }
 
     /// Growth to a width, with what it has to leave.
@@ -54,10 +55,10 @@ impl Sheets<'_> {
         let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
         let below = |limit: Option<f64>| limit.filter(|l| f.value < *l - self.part.tie());
         let own = |at: &[f64; 3]| f.places.iter().any(|p| p.at_mm == *at);
-        let count = |side: usize, fits: bool| rooms.iter().filter(|(at, r)| own(at) && r[side] == fits).count();
-        let tried = |hint, to, side| self.growth(to).tried(hint, verb, to, [count(side, true), count(side, false)]);
+        let counts = |side: usize| Fit::counts(rooms.iter().filter(|(at, _)| own(at)).map(|(_, r)| r[side]));
+        let tried = |hint, to, side| self.growth(to).tried(hint, verb, to, counts(side));
         f.fix = match (below(f.fail), below(f.warn)) {
-            (Some(fail), Some(warn)) if warn > fail && count(1, false) == 0 => {
+            (Some(fail), Some(warn)) if warn > fail && counts(1)[1..] == [0; 2] => {
                 tried(format!("{}; {} mm clears the warning too", to(fail), short(warn)), warn, 1)
             }
             (Some(limit), _) => tried(to(limit), limit, 0),

@@ -4,7 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
-use super::room::{Beside, Growth};
+use super::room::{Beside, Fit, Growth};
 use super::sheet::{Kind, Reading, Sheets};
 use super::thin_body::{ThinBody, thin_bodies};
 use crate::error::Result;
@@ -115,6 +115,6 @@ fn body_finding(sheets: &Sheets, limits: Limits, b: &ThinBody) -> Finding {
     let growth = Growth::new(part, sheets.process, Side::Material);
     let fits = growth.fits_between(b.sides(), limit - b.width);
     let hint = format!("thicken by {} mm to {} mm", enough(limit - b.width), short(limit));
-    f.fix = growth.tried(hint, "thicken", limit, [usize::from(fits), usize::from(!fits)]) + "; or leave it out";
+    f.fix = growth.tried(hint, "thicken", limit, Fit::counts([fits])) + "; or leave it out";
     f
 }

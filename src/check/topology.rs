@@ -8,7 +8,7 @@ use super::fusing::Fusing;
 use super::laid::Laid;
 use super::mend::{self, TRIED, growth};
 use super::place::{locate, reported};
-use super::room::Growth;
+use super::room::{Fit, Growth};
 use crate::error::Result;
 use crate::geometry::BodyPair;
 use crate::geometry::vector::bounds;
@@ -201,9 +201,8 @@ impl Judge<'_> {
         let pairs: Vec<&BodyPair> = self.fusing.with_gaps().filter(own).take(apart::TRIED).collect();
         let moved: Vec<Option<bool>> = pairs.iter().map(|p| can_part(self.part, p, to)).collect();
         let growth = Growth::new(self.part, self.process, Side::Void);
-        let opened = pairs.iter().filter(|p| growth.fits_between(p.points, to - p.distance)).count();
-        let opening =
-            growth.tried(format!("open the gap to {} mm", short(to)), "open", to, [opened, pairs.len() - opened]);
+        let opened = Fit::counts(pairs.iter().map(|p| growth.fits_between(p.points, to - p.distance)));
+        let opening = growth.tried(format!("open the gap to {} mm", short(to)), "open", to, opened);
         apart::words(&moved, to, &opening)
     }
 }

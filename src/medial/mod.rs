@@ -13,6 +13,7 @@ mod edge;
 mod facing;
 pub mod feature;
 mod head;
+pub mod inscribed;
 pub mod map;
 mod reach;
 pub mod refine;

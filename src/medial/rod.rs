@@ -77,6 +77,15 @@ impl Rod {
         if self.length > 0.0 { (volume / self.length).sqrt() } else { self.diameter() }
     }
 
+    /// Whether a point is no farther from the rod's line than so many of its radii.
+    pub fn nears(&self, p: Vec3, radii: f64) -> bool {
+        self.line.windows(2).any(|w| {
+            let d = sub(w[1].0, w[0].0);
+            let t = if norm2(d) > 0.0 { (dot(sub(p, w[0].0), d) / norm2(d)).clamp(0.0, 1.0) } else { 0.0 };
+            distance(p, along(w[0].0, d, t)) <= 0.5 * radii * w[0].1.max(w[1].1)
+        })
+    }
+
     /// Whether a point lies in the rod, not nearer to its side than half its radius.
     pub fn holds(&self, p: Vec3) -> bool {
         let (lo, hi) = self.extent;
