@@ -4,6 +4,8 @@ use super::contract::Context;
 use super::fusing::{Fusing, Join};
 use super::laid::{Laid, bodies_at};
 use crate::error::Result;
+use crate::field::Indicator;
+use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::Side;
 use crate::part::Part;
@@ -46,10 +48,10 @@ impl Altered {
     /// # Errors
     /// None for shapes that exist.
     pub fn on_lattice(part: &Part, laid: &mut Laid, fusing: &Fusing, context: &Context) -> Result<Self> {
-        let mut steps = steps(laid, None)?;
+        let mut steps = again(laid, Side::Material, &[])?;
         for side in [Side::Material, Side::Void] {
             if let Some((departed, places)) = laid.departing(side)? {
-                let others = self::steps(&departed, None)?;
+                let others = again(&departed, side, &steps)?;
                 // Each place changes one thing at most, unless the lattice is too coarse to take it out whole.
                 if total(&others) <= total(&steps) + places {
                     (*laid, steps) = (departed, others);
@@ -62,7 +64,7 @@ impl Altered {
             }
             // What is kept changes less, or the lattice is too coarse for it as well.
             if let Some(kept) = laid.keeping(side)? {
-                let fewer = self::steps(&kept, None)?;
+                let fewer = again(&kept, side, &steps)?;
                 if total(&fewer) < total(&steps) {
                     (*laid, steps) = (kept, fewer);
                 }
@@ -70,7 +72,8 @@ impl Altered {
         }
         let mut by_pairs = !fusing.is_resolved(laid.seen.pieces);
         if !by_pairs && !fusing.is_none() {
-            let joined = self::steps(laid, Some(&fusing.cells(laid, context)?))?;
+            let mut joined = only_lost(&steps);
+            joined.extend(beside(laid, Some(&fusing.cells(laid, context)?))?);
             let pieces = |of| joined.iter().filter(|(_, s)| *s == of).map(|(c, _)| c.pieces).sum::<i64>();
             let left = laid.seen.pieces.saturating_add_signed(pieces(Step::Joined));
             // Distances are exact: where the lattice has joined others, it is not asked.
@@ -117,21 +120,37 @@ fn total(steps: &[(Change, Step)]) -> u64 {
     steps.iter().map(|(c, _)| c.pieces.unsigned_abs() + c.tunnels.unsigned_abs() + c.voids.unsigned_abs()).sum()
 }
 
-/// The changes of all steps, one after another.
-fn steps(laid: &Laid, joining: Option<&crate::field::Indicator>) -> Result<Vec<(Change, Step)>> {
-    let left = laid.designed.intersection(&laid.printed)?;
-    let mut all: Vec<(Change, Step)> = Vec::new();
-    let mut add = |found: Vec<Change>, step| all.extend(found.into_iter().map(|c| (c, step)));
-    add(changes(&left, &laid.designed, Adjacency::Face)?, Step::Lost);
-    match joining {
-        Some(joining) => {
-            let joined = left.union(joining)?;
-            add(changes(&left, &joined, Adjacency::Face)?, Step::Joined);
-            add(changes(&joined, &laid.printed.union(joining)?, Adjacency::Face)?, Step::Gained);
+/// The changes of all steps, after something has been done to one side of the surface; what is lost is known from before if that was the void.
+fn again(laid: &Laid, side: Side, before: &[(Change, Step)]) -> Result<Vec<(Change, Step)>> {
+    let mut all = match side {
+        Side::Void => only_lost(before),
+        Side::Material => {
+            let left = laid.designed.intersection(&laid.printed)?;
+            named(changes(&left, &laid.designed, Adjacency::Face)?, Step::Lost).collect()
         }
-        None => add(changes(&left, &laid.printed, Adjacency::Face)?, Step::Gained),
-    }
+    };
+    all.extend(beside(laid, None)?);
     Ok(all)
+}
+
+/// What is added to the design: first what joins bodies, then all else.
+fn beside(laid: &Laid, joining: Option<&Indicator>) -> Result<Vec<(Change, Step)>> {
+    let left = laid.designed.intersection(&laid.printed)?;
+    let Some(joining) = joining else {
+        return Ok(named(changes(&left, &laid.printed, Adjacency::Face)?, Step::Gained).collect());
+    };
+    let joined = left.union(joining)?;
+    let first = named(changes(&left, &joined, Adjacency::Face)?, Step::Joined);
+    let then = changes(&joined, &laid.printed.union(joining)?, Adjacency::Face)?;
+    Ok(first.chain(named(then, Step::Gained)).collect())
+}
+
+fn only_lost(steps: &[(Change, Step)]) -> Vec<(Change, Step)> {
+    steps.iter().filter(|(_, step)| *step == Step::Lost).cloned().collect()
+}
+
+fn named(found: Vec<Change>, step: Step) -> impl Iterator<Item = (Change, Step)> {
+    found.into_iter().map(move |change| (change, step))
 }
 
 /// What a change means, read forward for what is added and backward for what is lost.
@@ -180,7 +199,7 @@ fn counted(bodies: &[u32]) -> Vec<u64> {
 
 /// Bodies that stand nearer than the gap that closes, pair by pair.
 fn fused(fusing: &Fusing) -> Vec<Event> {
-    let event = |(pair, join): (&crate::geometry::BodyPair, Join)| Event {
+    let event = |(pair, join): (&BodyPair, Join)| Event {
         kind: if join == Join::Pieces { "fused" } else { "bridged" },
         times: 1,
         at: pair.middle(),

@@ -21,6 +21,10 @@ const SHORTEST: f64 = 0.1;
 const AGREE: f64 = 0.002;
 /// Points that a search in one section may look at.
 const MOST: usize = 1 << 14;
+/// The least width beyond an open end, in shares of the narrowest section.
+const WIDER: f64 = 0.9;
+/// The least of the sections of an even rod, in shares of the greatest.
+const EVEN: f64 = 0.9;
 /// Steps between two stations of a rod at which its clearance is taken.
 const STEPS: usize = 16;
 
@@ -43,7 +47,7 @@ pub(super) fn rods_within<'a>(part: &'a Part, process: &Process, side: Side, off
 /// ball about a point of that section, nothing passes. Below the least distance of the line's points to the surface it still does.
 ///
 /// # Limits
-/// Rods are looked for from the middles of facets, and are at most 1.5 (material: 1.8) times as long as wide across: what is not found
+/// What leads nowhere at an end, and is not about as wide all along, is left out: it becomes shorter. Rods are looked for from the middles of facets, and are at most 1.5 (material: 1.8) times as long as wide across: what is not found
 /// is not proved to be absent.
 ///
 /// # Cost
@@ -54,6 +58,7 @@ pub(super) fn closing<'a>(part: &Part, side: Side, rods: &'a Rods, offset: f64, 
         known.iter().filter(|f| f.kind == kind).flat_map(|f| &f.places).map(|s| part.to_build(s.at_mm)).collect();
     let narrow =
         rods.rods.iter().filter(|r| is_passage(side, r) && r.narrowest.inscribed < 2.0 * (offset - part.tie()));
+    let narrow = narrow.filter(|r| (0..2).all(|end| !is_blocked(part, r, end)) || is_even(r));
     let unknown = narrow.filter(|r| !spots.iter().any(|p| r.nears(*p, 1.0)));
     let bracketed = unknown.filter_map(|rod| {
         let ball = largest_in_section(part, side, rod, offset)?;
@@ -68,6 +73,27 @@ fn is_passage(side: Side, rod: &Rod) -> bool {
     let least = if side == Side::Void && !rod.ends.contains(&End::Closed) { SHORTEST } else { 1.0 };
     let width = rod.diameter();
     !rod.ends.contains(&End::Point) && rod.length >= (least - 1e-3) * width && rod.run >= 0.5 * least * width
+}
+
+/// Whether a rod leads nowhere at an end: it is closed there, or less wide beyond. Then a taper towards it only becomes shorter.
+fn is_blocked(part: &Part, rod: &Rod, end: usize) -> bool {
+    if rod.ends[end] == End::Ring {
+        return false;
+    }
+    let last = rod.line.len().saturating_sub(1);
+    let (at, before) = if end == 0 { (0, 1) } else { (last, last.saturating_sub(1)) };
+    let (Some(at), Some(before)) = (rod.line.get(at), rod.line.get(before)) else { return true };
+    let outward = unit(sub(at.0, before.0));
+    let beyond = along(at.0, outward, at.1);
+    rod.ends[end] == End::Closed
+        || part.distance().first_hit(at.0, outward, 0.0, at.1).is_some()
+        || part.distance().nearest(beyond, WIDER * 0.5 * rod.narrowest.inscribed).is_some()
+}
+
+/// Whether the sections of a rod are alike: once the narrowest is gone, so is about all of it.
+fn is_even(rod: &Rod) -> bool {
+    let widths = rod.line.iter().map(|s| s.1);
+    widths.clone().fold(f64::INFINITY, f64::min) >= EVEN * widths.fold(0.0, f64::max)
 }
 
 /// The largest ball of a side about a point of a rod's narrowest section; `None` if the rod is all near its closed ends.

@@ -100,8 +100,9 @@ impl<'a> LeastWidth<'a> {
         Narrow { places, finest: found.finest, evaluations: found.evaluations }
     }
 
-    /// The cells of a lattice of the whole part in such places that depart: of each as far as the element reaches from where it holds
-    /// nothing else on their side of the surface, wherever it stands.
+    /// The cells of a lattice of the whole part in such places that depart: of each as far as the element reaches from where it tells so. Of
+    /// a sheet that is where the element holds no other material, wherever it stands over a cell; of a slot, where it stands straight over
+    /// its faces without reaching their ends.
     ///
     /// `drawn` is the part on the lattice. What is too short for such a cell, beside what is wider, is left to the lattice.
     ///
@@ -114,7 +115,8 @@ impl<'a> LeastWidth<'a> {
         let tie = self.part.tie();
         let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie);
         let cells = &designed.cells;
-        let reach = cells.wide.max(cells.high) + cells.whole(self.bead.beyond_half(self.spread));
+        let element = cells.wide.max(cells.high);
+        let reach = if self.side == Side::Material { element } else { element.div_ceil(2) + 1 };
         let sure = narrow.difference(&grown(&self.own(drawn).difference(&narrow)?, reach))?;
         narrow.intersection(&grown(&sure, reach))
     }

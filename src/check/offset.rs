@@ -44,7 +44,7 @@ static META: Meta = Meta {
           removing what lies within half the distance between the contacts of a ball on its middle surface.",
     limits: "Corners and wedges are rounded or blunted by any offset and are not listed. That nothing between three or more sides goes is no proof, but \
              for whole bodies and closed voids where the text of the search says that all were decided: a hole or a pin is missed if its section is \
-             more than 1.5 (material: 1.8) times as long as wide, if it tapers by more than 30 degrees, if it is blind and less deep than wide, or if no facet that was looked from has its \
+             more than 1.5 (material: 1.8) times as long as wide, if it tapers by more than 30 degrees, if it is blind and less deep than wide or not about as wide all along, or if no facet that was looked from has its \
              middle on it; a pocket, or a joint of several arms, is not looked for. A gap that closes may join a body to itself or \
              enclose a void; which of the two is not told. Offsets are uniform; scaling is not.",
     source: "Critical points of the distance function lie where the contacts of a ball oppose each other: F. Chazal, D. Cohen-Steiner, A. \

@@ -52,8 +52,14 @@ pub struct Thin {
     cell: f64,
     /// The least width met on a facet, in each cube.
     least: FxHashMap<(u32, [i64; 3]), f64>,
-    /// Patches that touch too many cubes: their boxes and widths, on each facet.
-    large: FxHashMap<u32, Vec<((Vec3, Vec3), f64)>>,
+    /// Patches that touch too many cubes, on each facet.
+    large: FxHashMap<u32, Vec<Large>>,
+}
+
+/// A large patch: its box, and the width met there.
+struct Large {
+    sides: (Vec3, Vec3),
+    width: f64,
 }
 
 impl Thin {
@@ -68,7 +74,7 @@ impl Thin {
             let [nx, ny, nz] = [0, 1, 2].map(|a| hi[a] - lo[a] + 1);
             let count = nx.saturating_mul(ny).saturating_mul(nz);
             if count > LARGE {
-                thin.large.entry(s.facet).or_default().push((s.sides, s.diameter));
+                thin.large.entry(s.facet).or_default().push(Large { sides: s.sides, width: s.diameter });
                 continue;
             }
             for n in 0..count {
@@ -87,7 +93,7 @@ impl Thin {
     /// By how much what lies at a point of a facet has to grow to a width.
     fn growth(&self, facet: u32, p: Vec3, to: f64) -> f64 {
         let holds = |(lo, hi): (Vec3, Vec3)| (0..3).all(|a| lo[a] - self.cell <= p[a] && p[a] <= hi[a] + self.cell);
-        let large = self.large.get(&facet).into_iter().flatten().filter(|(sides, _)| holds(*sides)).map(|l| l.1);
+        let large = self.large.get(&facet).into_iter().flatten().filter(|l| holds(l.sides)).map(|l| l.width);
         let small = self.least.get(&(facet, self.cube(p))).copied();
         let width = large.chain(small).fold(f64::INFINITY, f64::min);
         (to - width).max(0.0)

@@ -172,7 +172,7 @@ impl AsPrinted {
     /// The cells that the element covers wherever it holds at least the share λ of the samples: within them the part is printed as drawn.
     ///
     /// # Errors
-    /// As [`Prism::placements`].
+    /// None for elements that could be laid.
     ///
     /// # Cost
     /// Two passes over bit rows.
