@@ -18,8 +18,8 @@ use crate::report::mount::{Wanted, mount};
 use crate::report::stances::stances as stances_of;
 use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
-    CheckReport, Exhibit, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
-    WorstReport,
+    CheckReport, Exhibit, Exhibited, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA,
+    Tool, WorstReport,
 };
 use crate::units::{Length, report_digits};
 use sha2::{Digest, Sha256};
@@ -27,17 +27,6 @@ use std::time::Instant;
 
 /// Bytes that the default grid may take, whatever memory the machine has: the same part gets the same grid everywhere.
 pub const DEFAULT_GRID_BYTES: u128 = 1 << 30;
-
-/// What of a part an exhibit is mounted of; the report is the same whatever it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Exhibited {
-    /// Nothing: the exhibit stays empty.
-    Nothing,
-    /// The part with its maps, layers and slices.
-    Part,
-    /// The same, and this many ways to stand it up, compared in full.
-    Stances(usize),
-}
 
 /// What is asked of a part.
 #[derive(Debug, Clone)]
@@ -233,13 +222,12 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     notices.extend(part.notices());
     let mut spent = 0;
     let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
-    let mut compared = None;
-    let stances = &mut compared;
+    let mut stances = None;
     // Ways to stand rest on the mesh alone: they are compared where a check leaves a core idle. What the part makes on first
     // demand they must not ask for: taken up by a thread that is making it, they would wait for themselves.
     rayon::in_place_scope(|beside| {
-        if let Exhibited::Stances(count) = options.exhibited {
-            beside.spawn(move |_| *stances = stances_of(part, &options.process, count));
+        if let Exhibited::Stances(count) = &options.exhibited {
+            beside.spawn(|_| stances = stances_of(part, &options.process, *count));
         }
         CHECKS.iter().try_for_each(|check| {
             told(check.meta().name);
@@ -288,12 +276,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     report.summary = sentence(&report);
     lap("judge");
     told("mount");
-    let exhibit = match options.exhibited {
-        Exhibited::Nothing => Exhibit::default(),
-        Exhibited::Part | Exhibited::Stances(_) => {
-            Exhibit { stances: compared, ..mount(part, &report, &wanted, shapes) }
-        }
-    };
+    let exhibit = Exhibit { stances, ..mount(options.exhibited, part, &report, (&wanted, shapes)) };
     lap("mount");
     Ok(Analysis { report, exhibit, mended: prepared.mended, timings })
 }

@@ -4,10 +4,10 @@
 mod chromium;
 mod sample;
 
-use amcheck::analyze::{Exhibited, Options, prepare, run};
+use amcheck::analyze::{Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::process::Process;
-use amcheck::report::{Exhibit, Report, html, json, render};
+use amcheck::report::{Exhibit, Exhibited, Report, html, json, render};
 use amcheck::units::Length;
 use chromium::{Folder, browser, element, open};
 use flate2::read::GzDecoder;

@@ -3,7 +3,7 @@
 use super::contract::{Context, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{locate, reported};
-use super::room::{Fit, Growth};
+use super::room::{Fit, Growth, NO_ROOM};
 use crate::geometry::vector::{Vec3, along, dot, sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
@@ -126,9 +126,14 @@ pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
     }
 }
 
+/// What to change to keep one limit.
+fn to(f: &Finding, verb: &str, limit: f64) -> String {
+    format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit))
+}
+
 /// What to change, from the limits that are broken.
 fn to_limit(f: &Finding, verb: &str) -> String {
-    let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
+    let to = |limit: f64| to(f, verb, limit);
     match (f.state, f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
         (State::Fail, Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
         (_, Some(limit), None) | (_, None, Some(limit)) | (_, Some(_), Some(limit)) => to(limit),
@@ -141,13 +146,25 @@ fn to_limit(f: &Finding, verb: &str) -> String {
 pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Finding) -> String {
     let verb = if side == Side::Material { "thicken" } else { "widen" };
     let room = Growth::new(part, process, side);
-    let target = f.fail.into_iter().chain(f.warn).filter(|l| f.value < *l).fold(f.value, f64::max);
+    let broken = || f.fail.into_iter().chain(f.warn).filter(|l| f.value < *l);
     let own = |r: &&&Rod| f.places.iter().any(|p| p.at_mm == reported(part, r.narrowest.centre));
     // All that is thinner grows, by half of what it lacks on each side.
-    let growth = |r: &Rod| 0.5 * (target - r.diameter()).max(0.0);
-    let others: Vec<(&Rod, f64)> = rods.iter().map(|r| (*r, growth(r))).filter(|(_, by)| *by > 0.0).collect();
-    let fits = rods.iter().filter(own).map(|r| fit(part, r, (0.5 * (target - f.value), room.beside), &others));
-    room.tried(to_limit(f, verb), verb, target, Fit::counts(fits))
+    let tried = |target: f64| {
+        let growth = |r: &Rod| 0.5 * (target - r.diameter()).max(0.0);
+        let others: Vec<(&Rod, f64)> = rods.iter().map(|r| (*r, growth(r))).filter(|(_, by)| *by > 0.0).collect();
+        let fits = rods.iter().filter(own).map(|r| fit(part, r, (0.5 * (target - f.value), room.beside), &others));
+        Fit::counts(fits)
+    };
+    let (most, least) = (broken().fold(f.value, f64::max), broken().fold(f64::INFINITY, f64::min));
+    let fits = tried(most);
+    let is_cramped = |[_, alone, cramped]: [usize; 3]| alone + cramped > 0;
+    if f.state < State::Fail || !is_cramped(fits) || least >= most {
+        return room.tried(to_limit(f, verb), verb, most, fits);
+    }
+    // Where there is no room for what clears the warning, there may be for what no longer fails.
+    let fits = tried(least);
+    let hint = room.tried(to(f, verb, least), verb, least, fits);
+    if is_cramped(fits) { hint } else { format!("{hint}; {NO_ROOM} for {} mm", short(most)) }
 }
 
 /// Surface whose normal is nearer than 45° to a rod's axis is what the rod stands on or leaves through, and not beside it.
@@ -219,16 +236,20 @@ mod tests {
                 .fold(at(0), |all: TriangleMesh, n| all.joined(&at(n)))
                 .joined(&cuboid([0.0, 3.0, 0.0], [5.0, 6.0, 2.0]))
         };
-        let fix = |apart: f64| {
+        let fix_for = |apart: f64, limits: &str| {
             let part = Part::new(row(apart), Up::PlusZ, 1e-6, 1.0).unwrap();
             let mut process = Process::named("sla").unwrap();
-            process.override_limit("thin-pin=0.5mm").unwrap();
+            process.override_limit(&format!("thin-pin={limits}")).unwrap();
             let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
             let Outcome::Measured(m) = ThinPin.run(&part, &process, &context).unwrap() else { panic!() };
             m.findings.iter().find(|f| f.kind == "pin").unwrap().fix.clone()
         };
+        let fix = |apart: f64| fix_for(apart, "0.5mm");
         // Each is to grow by 0.1 mm all round, and sla asks for gaps of 0.2 mm.
         assert!(fix(0.5).contains("there is room for it"), "{}", fix(0.5));
+        // By 0.45 mm for the warning.
+        let fails = fix_for(0.5, "0.5mm,1.2mm");
+        assert!(fails.contains("to 0.5 mm: there is room") && fails.contains("no room for 1.2 mm"), "{fails}");
         assert!(fix(0.35).contains("no room") && fix(0.35).contains("once what is thin there"), "{}", fix(0.35));
     }
 }

@@ -30,7 +30,8 @@ static META: Meta = Meta {
           two is the witness; it is measured on the mesh, not on voxels. Equal places are one finding with a count. A sheet with a limit \
           within its bracket is searched again, feature by feature, until the limit is told or the budget ends; what is thinner \
           and lies by another sheet is told there.",
-    limits: "A convex edge is no wall. What is thin over less than its own thickness squared is a neck at one spot: it has no area that could break or be dropped, so it warns and never fails, unless it is a rod or a waist that holds two pieces together, which is judged like any wall. A body thin as a whole is measured along the normals of its 64 largest facets and 13 directions of a cube. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge, which knife-edge judges \
+    limits: "A convex edge is no wall. Where sides lean towards each other by up to 40 degrees, and others there that lean by 30 at most are as near to within a twentieth, \
+             the place counts as a wall: it is as thin as that either way. What is thin over less than its own thickness squared is a neck at one spot: it has no area that could break or be dropped, so it warns and never fails, unless it is a rod or a waist that holds two pieces together, which is judged like any wall. A body thin as a whole is measured along the normals of its 64 largest facets and 13 directions of a cube. A sheet that tapers by more than 30 degrees, or runs out to an edge, is a wedge, which knife-edge judges \
              (a ball there stands for what lies within three quarters of its width), \
              and a pin with a free end is judged by thin-pin. What is thin over less than a sixteenth of the search resolution is not looked for; the cover line gives the \
              number. Bodies that overlap or touch are united first; \

@@ -3,13 +3,14 @@
 use super::args::Batch;
 use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
 use super::words::{one_of, usage};
-use crate::analyze::{Exhibited, Options, prepare, run};
+use crate::analyze::{Options, prepare, run};
 use crate::batch::{
     Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, worst_code, write_tables,
 };
 use crate::error::Result;
 use crate::io::{Salvage, read};
 use crate::memory::Allowance;
+use crate::report::Exhibited;
 use crate::report::render::thumbnail;
 use crate::units::short;
 use std::io::Write;

@@ -6,6 +6,17 @@ use crate::geometry::vector::Vec3;
 use crate::grid::Grid;
 use crate::medial::Side;
 
+/// What of a part an exhibit is mounted of; the report is the same whatever it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exhibited {
+    /// Nothing: the exhibit stays empty.
+    Nothing,
+    /// The part with its maps, layers and slices.
+    Part,
+    /// The same, and this many ways to stand it up, compared in full.
+    Stances(usize),
+}
+
 /// The part for display: corners are not shared, three per facet, so that a map may differ across an edge.
 ///
 /// Facets are split until none is longer than the resolution, so that a large triangle shows the variation inside it.

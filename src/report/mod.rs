@@ -25,7 +25,7 @@ pub mod stances;
 pub mod terminal;
 pub mod thickness;
 
-pub use exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
+pub use exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
     Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
     Verdict, WorstReport,

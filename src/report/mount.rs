@@ -1,6 +1,6 @@
 //! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
 
-use super::exhibit::{Exhibit, Layer, Slice, SurfaceMap, Volume};
+use super::exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 use super::schema::Report;
 use crate::check::{MapKind, MapWanted, ShapeShown};
 use crate::field::Field;
@@ -21,11 +21,19 @@ const MOST_PIECES: usize = 30_000;
 /// A map together with the name of the check that wants it.
 pub type Wanted = (String, MapWanted);
 
-/// Mounts the exhibit: facets are split where a map varies inside them, and every corner gets its value.
+/// Mounts the exhibit, if there is to be one: facets are split where a map varies inside them, and every corner gets its value.
 ///
 /// # Cost
 /// One search of the opposing surface for each corner of a facet near one; nothing for facets that have none in reach.
-pub fn mount(part: &Part, report: &Report, wanted: &[Wanted], shapes: Vec<ShapeShown>) -> Exhibit {
+pub fn mount(
+    exhibited: Exhibited,
+    part: &Part,
+    report: &Report,
+    (wanted, shapes): (&[Wanted], Vec<ShapeShown>),
+) -> Exhibit {
+    if exhibited == Exhibited::Nothing {
+        return Exhibit::default();
+    }
     let stride = part.mesh().triangles.len().div_ceil(MOST_FACETS).max(1);
     let facets: Vec<usize> = (0..part.mesh().triangles.len()).step_by(stride).collect();
     let left_out = part.mesh().triangles.len() - facets.len();

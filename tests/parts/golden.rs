@@ -1,10 +1,10 @@
 //! The reports of the committed parts, byte for byte; `REGENERATE=1 cargo test --release --test parts golden` rewrites them.
 
 use crate::{fixtures, process};
-use amcheck::analyze::{Analysis, Exhibited, Options, prepare, run};
+use amcheck::analyze::{Analysis, Options, prepare, run};
 use amcheck::io::{Salvage, read};
 use amcheck::report::stances::COMPARED;
-use amcheck::report::{html, json, render};
+use amcheck::report::{Exhibited, html, json, render};
 use rayon::ThreadPoolBuilder;
 use std::path::{Path, PathBuf};
 
