@@ -47,20 +47,16 @@ pub(super) fn mark_heads(search: &Search, rods: &mut [Rod], counts: impl Fn(usiz
     if held.is_empty() {
         return;
     }
-    let (cut, sides) = cuts(search, rods, &held);
+    let cuts = Cuts::through(search, rods, &held);
     let mesh = search.mesh;
     let mut pieces = DisjointSets::new(mesh.vertices.len());
     let facets: Vec<usize> = (0..mesh.triangles.len()).filter(|&f| counts(f)).collect();
-    for &f in &facets {
-        let t = mesh.triangles[f];
-        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
-            if cut.is_empty() || !cut.contains(&(a.min(b), a.max(b))) {
-                pieces.join(a, b);
-            }
-        }
+    for edge in facets.iter().flat_map(|&f| edges_of(mesh.triangles[f])).filter(|edge| !cuts.edges.contains(edge)) {
+        pieces.join(edge.0, edge.1);
     }
     let mut named: FxHashMap<u32, u32> = FxHashMap::default();
-    let links: Vec<Link> = sides
+    let links: Vec<Link> = cuts
+        .sides
         .into_iter()
         .map(|(rod, ends)| {
             let pieces = ends.map(|vertex| {
@@ -95,31 +91,39 @@ pub(super) fn mark_heads(search: &Search, rods: &mut [Rod], counts: impl Fn(usiz
 /// What is higher than the lowest level by less than this share of the width searched for is on it.
 const LEVEL: f64 = 1e-3;
 
-/// The edges of the mesh that the narrowest sections of rods cross, by their ends; and of each rod a vertex ahead of its section and
-/// one behind it.
-fn cuts(search: &Search, rods: &[Rod], held: &[usize]) -> (FxHashSet<(u32, u32)>, Vec<(usize, [u32; 2])>) {
-    let mut cut = FxHashSet::default();
-    let mut sides = Vec::new();
-    for &r in held {
-        let s = &rods[r].narrowest;
-        let plane = Plane { point: s.centre, normal: s.axis };
-        let Some((_, crossed)) = curve(search.mesh, search.next, plane, s.facet, s.circumscribed) else { continue };
-        let is_ahead = |v: u32| dot(sub(search.mesh.vertices[v as usize], plane.point), plane.normal) >= 0.0;
-        let mut ends = [None; 2];
-        for f in crossed {
-            let t = search.mesh.triangles[f as usize];
-            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+/// The cuts through the narrowest sections of rods.
+#[derive(Default)]
+struct Cuts {
+    /// The edges of the mesh that they cross, by their ends, the lesser first.
+    edges: FxHashSet<(u32, u32)>,
+    /// Of each rod a vertex ahead of its section, and one behind it.
+    sides: Vec<(usize, [u32; 2])>,
+}
+
+impl Cuts {
+    fn through(search: &Search, rods: &[Rod], held: &[usize]) -> Self {
+        let mut cuts = Cuts::default();
+        for &r in held {
+            let s = &rods[r].narrowest;
+            let plane = Plane { point: s.centre, normal: s.axis };
+            let Some((_, crossed)) = curve(search.mesh, search.next, plane, s.facet, s.circumscribed) else { continue };
+            let is_ahead = |v: u32| dot(sub(search.mesh.vertices[v as usize], plane.point), plane.normal) >= 0.0;
+            let mut ends = None;
+            for (a, b) in crossed.into_iter().flat_map(|f| edges_of(search.mesh.triangles[f as usize])) {
                 if is_ahead(a) != is_ahead(b) {
-                    cut.insert((a.min(b), a.max(b)));
-                    ends = if is_ahead(a) { [Some(a), Some(b)] } else { [Some(b), Some(a)] };
+                    cuts.edges.insert((a, b));
+                    ends = Some(if is_ahead(a) { [a, b] } else { [b, a] });
                 }
             }
+            cuts.sides.extend(ends.map(|ends| (r, ends)));
         }
-        if let [Some(ahead), Some(behind)] = ends {
-            sides.push((r, [ahead, behind]));
-        }
+        cuts
     }
-    (cut, sides)
+}
+
+/// The edges of a triangle, the lesser end first.
+fn edges_of([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
+    [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)))
 }
 
 /// The links that alone join what lies on both sides of them, each with what lies ahead and behind.
