@@ -9,7 +9,7 @@ use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::Side;
 use crate::part::Part;
-use crate::topology::{Adjacency, Betti, Change, changes};
+use crate::topology::{Adjacency, Betti, Change, changes, components};
 
 /// Whether samples are taken away from the design, or added beside it: between bodies, or elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,9 +71,12 @@ impl Altered {
             }
         }
         let mut by_pairs = !fusing.is_resolved(laid.seen.pieces);
+        let mut gaps = Vec::new();
         if !by_pairs && !fusing.is_none() {
             let mut joined = only_lost(&steps);
-            joined.extend(beside(laid, Some(&fusing.cells(laid, context)?))?);
+            let joining = fusing.cells(laid, context)?;
+            gaps = components(&joining, Adjacency::Corner).boxes();
+            joined.extend(beside(laid, Some(&joining))?);
             let pieces = |of| joined.iter().filter(|(_, s)| *s == of).map(|(c, _)| c.pieces).sum::<i64>();
             let left = laid.seen.pieces.saturating_add_signed(pieces(Step::Joined));
             // Distances are exact: where the lattice has joined others, it is not asked.
@@ -88,10 +91,17 @@ impl Altered {
         let mut sums = [0; 3];
         for (change, step) in &steps {
             let mut own = Vec::new();
-            events_of(part, laid, change, *step, &mut own);
+            // Where in a gap two bodies are joined hangs on the lattice; the gap does not.
+            let mut change = change.clone();
+            let at = laid.designed.grid().index(change.at);
+            let holds = |gap: &&[[usize; 3]; 2]| (0..3).all(|a| gap[0][a] <= at[a] && at[a] <= gap[1][a]);
+            let gap = gaps.iter().find(holds).filter(|_| *step == Step::Joined);
+            change.extent = gap.copied().unwrap_or(change.extent);
+            events_of(part, laid, &change, *step, &mut own);
             // Whether bodies meet is told by their distance.
             let between = *step != Step::Joined && own.iter().any(|e| e.bodies.len() > 1);
-            if between && *step == Step::Gained || change.samples < least && *step != Step::Joined || is_sieve(change) {
+            if between && *step == Step::Gained || change.samples < least && *step != Step::Joined || is_sieve(&change)
+            {
                 continue;
             }
             let sign = if *step == Step::Lost { -1 } else { 1 };
