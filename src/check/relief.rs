@@ -8,7 +8,7 @@ use crate::part::Part;
 use std::f64::consts::TAU;
 
 /// What rises or sinks by no more than this is relief, millimetres.
-pub const RELIEF_MM: f64 = 2.0;
+const RELIEF_MM: f64 = 2.0;
 
 /// Directions in which a rim is looked for, and the least cosine between one and the rim's normal: a little more than half of what lies
 /// between two.
@@ -29,7 +29,7 @@ const LONG: f64 = 1.5;
 /// Steps to where it widens, in thicknesses.
 const STEP: f64 = 0.0625;
 
-/// Whether what is thin at a place is raised on a wider piece of its side of the surface, or sunk below it, by at most [`RELIEF_MM`]: in some
+/// Whether what is thin at a place is raised on a wider piece of its side of the surface, or sunk below it, by at most two millimetres: in some
 /// direction straight between its sides it ends, the other way it widens, and along neither it is longer than thick.
 ///
 /// # Cost

@@ -127,13 +127,13 @@ pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
 }
 
 /// What to change to keep one limit.
-fn to(f: &Finding, verb: &str, limit: f64) -> String {
+fn to_keep(f: &Finding, verb: &str, limit: f64) -> String {
     format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit))
 }
 
 /// What to change, from the limits that are broken.
 fn to_limit(f: &Finding, verb: &str) -> String {
-    let to = |limit: f64| to(f, verb, limit);
+    let to = |limit: f64| to_keep(f, verb, limit);
     match (f.state, f.fail.filter(|l| f.value < *l), f.warn.filter(|l| f.value < *l)) {
         (State::Fail, Some(fail), Some(warn)) => format!("{}; {} mm clears the warning too", to(fail), short(warn)),
         (_, Some(limit), None) | (_, None, Some(limit)) | (_, Some(_), Some(limit)) => to(limit),
@@ -163,7 +163,7 @@ pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Fin
     }
     // Where there is no room for what clears the warning, there may be for what no longer fails.
     let fits = tried(least);
-    let hint = room.tried(to(f, verb, least), verb, least, fits);
+    let hint = room.tried(to_keep(f, verb, least), verb, least, fits);
     if is_cramped(fits) { hint } else { format!("{hint}; {NO_ROOM} for {} mm", short(most)) }
 }
 

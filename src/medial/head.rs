@@ -6,6 +6,9 @@ use crate::geometry::DisjointSets;
 use crate::geometry::vector::{dot, sub};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+/// What is higher than the lowest level by less than this share of the width searched for is on it.
+const LEVEL: f64 = 1e-3;
+
 /// What of a surface lies on one side of a cut.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Beyond {
@@ -87,9 +90,6 @@ pub(super) fn mark_heads(search: &Search, rods: &mut [Rod], counts: impl Fn(usiz
         }
     }
 }
-
-/// What is higher than the lowest level by less than this share of the width searched for is on it.
-const LEVEL: f64 = 1e-3;
 
 /// The cuts through the narrowest sections of rods.
 #[derive(Default)]
