@@ -7,7 +7,7 @@ use super::place::{group_equal, locate, reported};
 use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
 use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
-use super::sheet_thinnest::{Seeking, Sought};
+use super::sheet_thinnest::{Seeking, Sought, share_of_told};
 use super::sheet_words::{Room, Rooms};
 use crate::geometry::vector::{Vec3, bounds, scale};
 use crate::medial::chord::WALL_SEPARATION;
@@ -21,7 +21,7 @@ use crate::units::{report_digits, short};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-/// Rays whose length differs from a ball's diameter by less are as long.
+/// Balls and rays whose lengths differ by less are as long, millimetres.
 const TOUCH: f64 = 1e-3;
 
 /// Whose surfaces bound the sheet.
@@ -152,7 +152,8 @@ impl Sheets<'_> {
             }
         }
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
-        let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution() };
+        let told = share_of_told(sheets.len());
+        let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution(), told };
         let sought = self.thinnest_of(&seeking, sheets);
         *wedges += sought.iter().filter(|s| s.sheet.is_none()).map(|s| s.samples.len()).sum::<usize>();
         let mut budget = measured.budget.unwrap_or(Budget::of(self.context.refine));
@@ -318,7 +319,7 @@ fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample
     let is_thinner = |s: &Sample| {
         let [x, y, z] = cell(s.centre);
         let beside = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])));
-        beside.into_iter().all(|c| least.get(&c).is_none_or(|&d| s.diameter < d))
+        beside.into_iter().all(|c| least.get(&c).is_none_or(|&d| s.diameter < d - TOUCH))
     };
     samples.retain(is_thinner);
     samples

@@ -18,6 +18,8 @@ const TOUCH: f64 = 1e-3;
 const REFINED: usize = 64;
 /// Features of such a sheet that are searched, and what each search may cost, in evaluations.
 const LOOKS: (usize, u64) = (16, 1 << 12);
+/// What all of these searches may cost, in evaluations: each such sheet has an equal share.
+const OF_ALL_TOLD: u64 = 1 << 18;
 /// What is thinner than this share of the scale, where the sheet thins to nothing, is on its way there.
 const RUNNING_OUT: f64 = 0.2;
 /// Where the known place does not count, this part of the budget goes to the thinnest of all.
@@ -31,6 +33,13 @@ pub(super) struct Seeking<'a> {
     pub levels: [f64; 2],
     /// What is farther from a sheet's samples is another place, millimetres.
     pub reach: f64,
+    /// What a sheet that every limit tells may cost, in evaluations.
+    pub told: u64,
+}
+
+/// What a sheet that every limit tells may cost, in evaluations, where so many are to be looked at.
+pub(super) fn share_of_told(sheets: usize) -> u64 {
+    OF_ALL_TOLD / sheets.clamp(1, REFINED) as u64
 }
 
 impl Seeking<'_> {
@@ -209,13 +218,13 @@ impl Sheets<'_> {
         let (lo, hi) = (sheet.extent.0.map(|x| x - how.reach), sheet.extent.1.map(|x| x + how.reach));
         let counts = |s: &Sample| (0..3).all(|a| lo[a] <= s.centre[a] && s.centre[a] <= hi[a]) && counts(s);
         let own = Own { counts: &counts, from: own_from };
-        let mut left = f64::INFINITY;
+        let (mut left, mut told_left) = (f64::INFINITY, how.told);
         for (looks, (low, feature)) in by_bound(samples).into_iter().enumerate() {
             let known = sheet.thinnest.diameter;
             let told = q.class(low.min(known)) == q.class(known);
             let most = match told {
                 true if low >= known - TOUCH || rank >= REFINED || looks >= LOOKS.0 => 0,
-                true => LOOKS.1,
+                true => LOOKS.1.min(told_left),
                 false => budget.left,
             };
             if most == 0 {
@@ -223,8 +232,9 @@ impl Sheets<'_> {
                 break;
             }
             let found = thinnest_on(tree, features, q, feature, known, most, own);
-            if !told {
-                budget.note(1, found.spent);
+            match told {
+                true => told_left = told_left.saturating_sub(found.spent),
+                false => budget.note(1, found.spent),
             }
             left = left.min(found.low.max(low));
             sheet.thinnest = found.sample.unwrap_or(sheet.thinnest);

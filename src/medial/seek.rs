@@ -4,9 +4,9 @@ use super::chord::{Chord, NEARLY_WALL, PARALLEL, Patch, WALL_SEPARATION, meets};
 use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Passed, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
-use crate::geometry::distance::TouchingBall;
+use crate::geometry::distance::{Nearest, TouchingBall};
 use crate::geometry::triangle::closest_point;
-use crate::geometry::vector::{Vec3, along, distance, norm2, scale, sub};
+use crate::geometry::vector::{Vec3, along, angle, distance, dot, norm2, scale, sub};
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -22,6 +22,10 @@ const SAME: f64 = 0.95;
 const ALIKE: f64 = 1e-3;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
+/// Sides that a ball is moved away from before it is given up.
+const BALANCED: usize = 4;
+/// Squared sine between a facet and one that a ball cannot be moved away from along it (0.06°).
+const SINE2: f64 = 1e-6;
 /// Patches whose chords are sought at once, in a search that may cost more than a first look.
 const WAVE: usize = 64;
 
@@ -173,8 +177,8 @@ impl<'a> Seeker<'a> {
             self.record(&ball, shape, low, (patch, 1.0));
             return Look::Done;
         }
-        if let Some(settled) = self.settled(&ball, chord) {
-            self.record(&settled, Shape::Sheet, chord.bound, (patch, 1.0));
+        if let Some(wall) = self.balanced(patch, &ball).or_else(|| self.settled(&ball, chord)) {
+            self.record(&wall, Shape::Sheet, chord.bound, (patch, 1.0));
             return Look::Done;
         }
         let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));
@@ -262,6 +266,50 @@ impl<'a> Seeker<'a> {
             ball = self.mesh.touching_ball(stop.point, inward, 0.51 * q.notice, q.tolerance);
         }
         None
+    }
+
+    /// A ball between the patch's facet and one as good as parallel to it, where the surface bends towards the ball.
+    ///
+    /// Across a hole with an even number of sides the sides beside a facet stop every ball but the one at its middle, which no
+    /// halving meets. A ball that reaches into such a side by δ clears it if it is moved along the facet by δ / sin ψ, ψ between
+    /// their normals.
+    fn balanced(&mut self, patch: &Patch, ball: &TouchingBall) -> Option<TouchingBall> {
+        let q = self.question;
+        let mut stop = ball.stop.filter(|_| ball.separation() < WEDGE_SEPARATION).map(|s| (s.facet, s.point))?;
+        let (length, opposite) =
+            self.mesh.first_hit(patch.centroid(), scale(patch.axis, -1.0), q.tolerance, q.notice)?;
+        let inwards = |facet: u32| scale(self.mesh.normal(facet), -self.features.side.sign());
+        let is_news = q.is_thin(length) && length < self.thinnest - q.agree;
+        if !is_news || angle(inwards(opposite), scale(patch.axis, -1.0)) < PARALLEL {
+            return None;
+        }
+        let r = 0.5 * length;
+        let clear = r - q.tolerance.max(1e-4 * r);
+        let mut centre = along(patch.centroid(), patch.axis, -r);
+        for _ in 0..BALANCED {
+            let inward = inwards(stop.0);
+            let aside = sub(inward, scale(patch.axis, dot(inward, patch.axis)));
+            let sine2 = norm2(aside);
+            let into = r - dot(sub(centre, stop.1), inward);
+            if sine2 < SINE2 || into <= 0.0 {
+                return None;
+            }
+            centre = along(centre, aside, into / sine2);
+            self.cover.evaluations += 1;
+            match self.mesh.nearest(centre, clear) {
+                Some(near) => stop = (near.facet, near.point),
+                None => return self.across(patch, (centre, r), opposite),
+            }
+        }
+        None
+    }
+
+    /// An empty ball, if it touches the patch's facet and another that is as good as parallel.
+    fn across(&self, patch: &Patch, (centre, radius): (Vec3, f64), facet: u32) -> Option<TouchingBall> {
+        let [from, point] = [patch.whole, self.mesh.corners(facet)].map(|corners| closest_point(centre, corners));
+        let ball = TouchingBall { from, centre, radius, stop: Some(Nearest { point, facet, distance: radius }) };
+        let touches = |p: Vec3| distance(p, centre) <= radius + 0.5 * self.question.agree;
+        (touches(from) && touches(point) && ball.separation() >= PARALLEL).then_some(ball)
     }
 
     /// No wall ball on the patch is thinner: the chord bound, or the Lipschitz bound from the ball at the centroid.
