@@ -266,7 +266,8 @@ pub fn wanting_support(posed: &TriangleMesh, bounding: impl Fn(usize) -> bool, q
     hanging.retain(|&f| bounding(f as usize));
     let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
     let bridge_mm = q.self_holding.bridge_mm.unwrap_or(f64::INFINITY);
-    let how = Measuring { plate_z: plate, ledge_mm, bridge_mm, step_mm: q.step_mm, search: Search::Judge };
+    let (layer_mm, step_mm) = (q.layer_mm, q.step_mm);
+    let how = Measuring { plate_z: plate, layer_mm, ledge_mm, bridge_mm, step_mm, search: Search::Judge };
     let mut wanted: Vec<u32> = ceilings(posed, &hanging, how, &())
         .into_iter()
         .filter(|c| !q.self_holding.holds(c))

@@ -4,7 +4,9 @@ use super::contract::limits_of;
 use crate::access::self_holding;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add, along, bounds, sub};
-use crate::layer::{Ceiling, Ground, Measuring, Search, ceilings, downward_facets, lies_below};
+use crate::layer::{
+    Ceiling, Ground, Measuring, Search, ceilings, clip_below, downward_facets, lies_below, share_below,
+};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -73,10 +75,23 @@ fn rests(part: &Part, facet: u32, layer_mm: f64) -> bool {
     below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
 }
 
-/// What of the part lies no more than a layer below its own facets.
+/// What of the part lies no more than a layer below its own facets, and the plate.
 struct Below<'a> {
     part: &'a Part,
     layer_mm: f64,
+    plate_z: f64,
+}
+
+impl<'a> Below<'a> {
+    fn of(part: &'a Part, process: &Process) -> Self {
+        Below { part, layer_mm: process.layer_height_mm, plate_z: plate_z(process) }
+    }
+
+    /// The part of a facet that lies on the plate, as triangles; all of one that does is none that hangs.
+    fn on_plate(&self, corners: [Vec3; 3]) -> impl Iterator<Item = [Vec3; 3]> {
+        let low = clip_below(corners, self.plate_z);
+        (1..low.len().saturating_sub(1)).map(move |n| [low[0], low[n], low[n + 1]])
+    }
 }
 
 impl Ground for Below<'_> {
@@ -102,7 +117,7 @@ impl Ground for Below<'_> {
         });
         // In the order of the facets, whatever the tree.
         found.sort_unstable();
-        found.into_iter().map(|g| mesh.corners(g as usize)).collect()
+        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(corners)).collect()
     }
 }
 
@@ -139,14 +154,15 @@ impl Ground for Ribbed<'_> {
 pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec3; 3]]) -> Vec<Ceiling> {
     let mut numbers = Vec::new();
     let around = part.tie() + 1e-6;
-    let (lo, hi) = (ceiling.extent.0.map(|x| x - around), ceiling.extent.1.map(|x| x + around));
+    let (mut lo, hi) = (ceiling.extent.0.map(|x| x - around), ceiling.extent.1.map(|x| x + around));
+    lo[2] -= process.layer_height_mm;
     part.distance().tree().in_box((lo, hi), |f| numbers.push(f));
     numbers.sort_unstable();
     let mesh = TriangleMesh::weld(numbers.iter().map(|&f| part.mesh().corners(f as usize)));
     let own = |f: &u32| numbers.binary_search(f).ok().map(|at| at as u32);
     let hanging: Vec<u32> = ceiling.facets.iter().filter_map(own).collect();
     let how = measuring(part, process, Search::Measure);
-    let ground = Ribbed { below: Below { part, layer_mm: process.layer_height_mm }, numbers, ribs };
+    let ground = Ribbed { below: Below::of(part, process), numbers, ribs };
     let quickly = ceilings(&mesh, &hanging, Measuring { search: Search::Judge, ..how }, &ground);
     // A quick search that finds nothing in its way has looked at all of it.
     let limit = self_holding(process).bridge_mm.unwrap_or(0.0);
@@ -167,7 +183,7 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
 ///
 /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
 pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
-    let ground = Below { part, layer_mm };
+    let ground = Below { part, layer_mm, plate_z: f64::NEG_INFINITY };
     let inside_another = |f: u32| {
         let [a, b, c] = part.mesh().corners(f as usize);
         let place = |i: usize, j: usize| {
@@ -193,7 +209,7 @@ pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let how = measuring(part, process, Search::Measure);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
     part.ceilings(key, || {
-        let below = Below { part, layer_mm: process.layer_height_mm };
+        let below = Below::of(part, process);
         let found = ceilings(part.mesh(), &hanging(part, process), how, &below);
         told_from_ledges(part, found, how, &below)
     })
@@ -223,14 +239,15 @@ fn told_from_ledges(part: &Part, mut found: Vec<Ceiling>, how: Measuring, below:
 /// do not reach beyond `beyond` (bridge, ledge) are left as they are.
 pub fn looked_at_again(part: &Part, process: &Process, c: &Ceiling, beyond: [f64; 2], pairs: u64) -> Option<Ceiling> {
     let how = measuring(part, process, Search::Tell { beyond, pairs });
-    let below = Below { part, layer_mm: process.layer_height_mm };
+    let below = Below::of(part, process);
     ceilings(part.mesh(), &c.facets, how, &below).into_iter().find(|again| again.facets == c.facets)
 }
 
 fn measuring(part: &Part, process: &Process, search: Search) -> Measuring {
     let holding = self_holding(process);
     let (ledge_mm, bridge_mm) = (holding.ledge_mm.unwrap_or(0.0), holding.bridge_mm.unwrap_or(f64::INFINITY));
-    Measuring { plate_z: plate_z(process), ledge_mm, bridge_mm, step_mm: part.step(), search }
+    let layer_mm = process.layer_height_mm;
+    Measuring { plate_z: plate_z(process), layer_mm, ledge_mm, bridge_mm, step_mm: part.step(), search }
 }
 
 /// The facets that need support: what hangs over and does not hold itself, in increasing order.
@@ -240,6 +257,12 @@ pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
         ceilings_of(part, process).iter().filter(|c| !holding.holds(c)).flat_map(|c| c.facets.clone()).collect();
     facets.sort_unstable();
     facets
+}
+
+/// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
+pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
+    let under = Below::of(part, process).beneath(facet);
+    1.0 - share_below(part.mesh().corners(facet as usize), &under)
 }
 
 /// Whether material touches a facet from below, or the facet does not bound the solid.

@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::hanging::{Supports, needing_support, plate_z, support_angle};
+use super::hanging::{Supports, hanging_share, needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
 use crate::access::{Question, least_hanging, up_option};
 use crate::error::Result;
@@ -48,7 +48,7 @@ impl Check for Overhang {
         let mut needs = vec![false; part.mesh().triangles.len()];
         wanted.iter().for_each(|&f| needs[f as usize] = true);
         let regions = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
-            !needs[f as usize]
+            if needs[f as usize] { hanging_share(part, process, f) } else { 0.0 }
         });
         let mut measured = Measured {
             cover: format!(

@@ -31,10 +31,27 @@ impl Ground for () {
 pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], narrow: f64) -> bool {
     let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return false };
     let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return false };
-    let mut polygon: Vec<Point> = under.map(in_plan).to_vec();
-    for n in 0..3 {
-        polygon = kept_left(&polygon, over[n], over[(n + 1) % 3]);
-    }
+    let polygon = common(under, over);
+    let (area, sides) = measure(&polygon);
+    let gap = |p: &Point| plane.height(*p) - ground.height(*p);
+    area > sides * narrow.max(1e-9 * sides) && polygon.iter().map(gap).all(|g| least <= g && g <= most)
+}
+
+/// The share of a triangle in plan below which others lie, which do not overlap; at most 1.
+pub fn share_below(facet: [Vec3; 3], under: &[[Vec3; 3]]) -> f64 {
+    let Some(over) = counter_clockwise(facet) else { return 0.0 };
+    let covered: f64 = under.iter().map(|&t| measure(&common(t, over)).0).sum();
+    (covered / measure(&over).0).min(1.0)
+}
+
+/// What of a triangle in plan lies in a counter-clockwise one.
+fn common(triangle: [Vec3; 3], over: [Point; 3]) -> Vec<Point> {
+    let within = |polygon: Vec<Point>, n: usize| kept_left(&polygon, over[n], over[(n + 1) % 3]);
+    (0..3).fold(triangle.map(in_plan).to_vec(), within)
+}
+
+/// The area of a convex polygon, and the distance of its farthest corner from its first.
+fn measure(polygon: &[Point]) -> (f64, f64) {
     let turned = |w: &[Point]| match w {
         [a, b] => cross(*a, *b),
         _ => 0.0,
@@ -42,9 +59,7 @@ pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], n
     let origin = polygon.first().copied().unwrap_or_default();
     let own: Vec<Point> = polygon.iter().map(|p| [p[0] - origin[0], p[1] - origin[1]]).collect();
     let area = 0.5 * own.windows(2).map(turned).sum::<f64>();
-    let sides = own.iter().fold(0.0f64, |m, p| m.max(p[0].hypot(p[1])));
-    let gap = |p: &Point| plane.height(*p) - ground.height(*p);
-    area.abs() > sides * narrow.max(1e-9 * sides) && polygon.iter().map(gap).all(|g| least <= g && g <= most)
+    (area.abs(), own.iter().fold(0.0f64, |m, p| m.max(p[0].hypot(p[1]))))
 }
 
 /// A plane that is not upright, as a height over each place.

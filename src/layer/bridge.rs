@@ -6,8 +6,10 @@ use super::passage::{Crown, SHALLOW, crown};
 use super::plan::Plan;
 use super::reading::{Farthest, Limits, Search};
 use super::section::Point;
+use super::sliver::with_slivers;
+use super::step_down::{Descent, Descents};
 use super::stretch::lifted;
-use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, norm2, sub};
+use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -112,6 +114,8 @@ impl SelfHolding {
 pub struct Measuring {
     /// What lies up to this height lies on the plate.
     pub plate_z: f64,
+    /// Height of a layer: what is lower beside a ceiling by less holds nothing.
+    pub layer_mm: f64,
     /// Places so near an anchor hold themselves.
     pub ledge_mm: f64,
     /// Strands so long hold themselves; infinite where the process does not say.
@@ -124,8 +128,8 @@ pub struct Measuring {
 /// The ceilings that the facets `hanging` make, joined over common edges.
 ///
 /// The edge to a facet that is not hanging is an anchor where the surface folds towards the void (the dihedral angle of the void is
-/// below 180°: a wall or a self-supporting slope goes down from it), where it lies on the plate, up to `plate_z`, and where the `ground` holds
-/// the neighbour. All other edges are free. What rests on the ground beneath spans nothing: it is taken out of the region, and its border
+/// below 180°: a wall or a self-supporting slope goes down from it) and goes down by a layer within the length of a ledge, where it lies on the plate, up to `plate_z`, and where the `ground` holds
+/// the neighbour. Ceilings on both sides of a lower step are one, and a lip less than a layer deep belongs to its ceiling. All other edges are free. What rests on the ground beneath spans nothing: it is taken out of the region, and its border
 /// is an anchor. The spans are those of the region's plan, along lines across the longest anchors, along the longest free edges, and every
 /// 15° from the first of them; places within `ledge_mm` of an anchor hold themselves, and so do those within it of a bridge. Ceilings that overlap themselves in
 /// plan, as in a screw, are measured as if they did not.
@@ -133,8 +137,15 @@ pub struct Measuring {
 /// # Cost
 /// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary as [`Search`] says.
 pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &impl Ground) -> Vec<Ceiling> {
-    let joined = with_slivers(mesh, hanging);
-    let boundary = Boundary::of(mesh, &joined);
+    let mut joined = with_slivers(mesh, hanging);
+    let descents = Descents::new(mesh, hanging, how, ground);
+    let mut boundary = Boundary::of(mesh, &joined);
+    let steps = boundary.settle(mesh, &descents);
+    if !steps.is_empty() {
+        joined.extend(steps);
+        boundary = Boundary::of(mesh, &joined);
+        boundary.settle(mesh, &descents);
+    }
     let mut members: std::collections::BTreeMap<u32, Vec<usize>> = Default::default();
     let mut sets = DisjointSets::new(joined.len());
     for &(i, j) in &boundary.inner {
@@ -152,7 +163,7 @@ pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &i
         .into_par_iter()
         .with_max_len(1)
         .filter_map(|(of, members)| {
-            // Slivers only carry the boundary on: they come behind the hanging facets.
+            // Slivers and steps only carry the boundary on: they come behind the hanging facets.
             let facets: Vec<u32> = members.iter().filter_map(|&i| hanging.get(i).copied()).collect();
             let rims = rims.get(&of).map_or(&[][..], |r| r);
             let all = members.iter().filter_map(|&i| joined.get(i)).map(|(f, _)| *f);
@@ -160,51 +171,6 @@ pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &i
             describe(mesh, facets, rims, how, (ground, &resting))
         })
         .collect()
-}
-
-/// A facet narrower than this, in millimetres, has no direction worth judging.
-const SLIVER: f64 = 0.01;
-
-/// The hanging facets with their normals, and behind them the slivers that continue them: each with the normal of the facet it
-/// continues.
-fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
-    let mut list: Vec<(u32, Vec3)> = hanging.iter().map(|&f| (f, mesh.normal(f as usize))).collect();
-    let mut taken = vec![false; mesh.triangles.len()];
-    hanging.iter().for_each(|&f| taken[f as usize] = true);
-    let narrow = |f: usize| {
-        let [a, b, c] = mesh.corners(f);
-        let longest2 = norm2(sub(b, a)).max(norm2(sub(c, b))).max(norm2(sub(a, c)));
-        norm2(mesh.area_vector(f)) < SLIVER * SLIVER * longest2
-    };
-    let slivers: Vec<usize> = (0..mesh.triangles.len()).filter(|&f| !taken[f] && narrow(f)).collect();
-    if slivers.is_empty() {
-        return list;
-    }
-    let mut normals: FxHashMap<(u32, u32), Vec3> = FxHashMap::default();
-    let edges = |f: usize| {
-        let t = mesh.triangles[f];
-        [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])].map(|(a, b)| (a.min(b), a.max(b)))
-    };
-    // Only edges that a sliver may have are asked for.
-    let mut narrow_at = vec![false; mesh.vertices.len()];
-    slivers.iter().flat_map(|&f| mesh.triangles[f]).for_each(|v| narrow_at[v as usize] = true);
-    for &f in hanging {
-        let asked = edges(f as usize).into_iter().filter(|e| narrow_at[e.0 as usize] && narrow_at[e.1 as usize]);
-        normals.extend(asked.map(|e| (e, mesh.normal(f as usize))));
-    }
-    // A chain of slivers is followed for a few links.
-    for _ in 0..4 {
-        for &f in &slivers {
-            let continued = edges(f).into_iter().find_map(|e| normals.get(&e).copied());
-            let looks_down = mesh.facet_area(f) == 0.0 || slope(mesh, f as u32) < std::f64::consts::FRAC_PI_4;
-            if let Some(normal) = continued.filter(|_| !taken[f] && looks_down) {
-                taken[f] = true;
-                list.push((f as u32, normal));
-                normals.extend(edges(f).map(|e| (e, normal)));
-            }
-        }
-    }
-    list
 }
 
 /// An edge between a hanging facet and one that is not.
@@ -216,6 +182,8 @@ struct Rim {
     from: Vec3,
     to: Vec3,
     neighbour: Option<u32>,
+    /// Whether the surface folds towards the void and goes down far enough to hold it.
+    is_held: bool,
 }
 
 /// Edges inside and around a set of facets.
@@ -264,16 +232,35 @@ impl Boundary {
                         from,
                         to,
                         neighbour: others.get(&key).copied(),
+                        is_held: false,
                     });
                 }
             }
         }
         boundary
     }
+
+    /// Finds out which edges are held; the facets of steps that are too low for that, with the normal of what they lead away from.
+    fn settle<G: Ground>(&mut self, mesh: &TriangleMesh, descents: &Descents<G>) -> Vec<(u32, Vec3)> {
+        let descend = |rim: &mut Rim| {
+            let way = rim.neighbour.filter(|&g| folds_to_void(mesh, rim, g));
+            match way.map(|g| descents.from([rim.from, rim.to], g)) {
+                Some(Descent::Ends(steps)) => steps.into_iter().map(|f| (f, rim.normal)).collect(),
+                held => {
+                    rim.is_held = held.is_some();
+                    Vec::new()
+                }
+            }
+        };
+        let mut steps: Vec<(u32, Vec3)> = self.rims.par_iter_mut().with_min_len(64).flat_map_iter(descend).collect();
+        steps.sort_by_key(|s| s.0);
+        steps.dedup_by_key(|s| s.0);
+        steps
+    }
 }
 
 /// Angle of a facet from the horizontal.
-fn slope(mesh: &TriangleMesh, f: u32) -> f64 {
+pub(super) fn slope(mesh: &TriangleMesh, f: u32) -> f64 {
     angle(mesh.normal(f as usize), [0.0, 0.0, -1.0])
 }
 
@@ -295,7 +282,7 @@ fn describe(
         let folded = rim.neighbour.filter(|&g| folds_to_void(mesh, rim, g));
         beside.extend(folded);
         let on_plate = rim.from[2].max(rim.to[2]) <= how.plate_z;
-        let anchored = on_plate || folded.is_some() || rim.neighbour.is_some_and(|g| ground.holds(g));
+        let anchored = on_plate || rim.is_held || rim.neighbour.is_some_and(|g| ground.holds(g));
         let plan = |p: Vec3| [p[0], p[1]];
         if anchored {
             anchors.push([rim.from, rim.to]);
@@ -392,7 +379,8 @@ mod tests {
 
     fn found_within(mesh: &TriangleMesh, degrees: f64, [ledge_mm, bridge_mm]: [f64; 2]) -> Vec<Ceiling> {
         let hanging = downward_facets(mesh, 0.0, Angle::degrees(degrees), 1e-9);
-        let how = Measuring { plate_z: 1e-4, ledge_mm, bridge_mm, step_mm: 1e-9, search: Search::Measure };
+        let (layer_mm, search) = (0.2, Search::Measure);
+        let how = Measuring { plate_z: 1e-4, layer_mm, ledge_mm, bridge_mm, step_mm: 1e-9, search };
         ceilings(mesh, &hanging, how, &())
     }
 

@@ -19,7 +19,7 @@ const FACE_WIDTH: f64 = 5.0;
 pub struct DownwardRegion {
     /// Facets in increasing order.
     pub facets: Vec<u32>,
-    /// Exact area, mm².
+    /// Exact area of what counts, mm².
     pub area_mm2: f64,
     /// Least angle from the horizontal: 0 is a flat ceiling.
     pub least_angle: Angle,
@@ -36,8 +36,8 @@ pub struct DownwardRegion {
 ///
 /// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
 /// face at least 5 mm wide is a region of its own. The tie of a facet
-/// is what a coordinate step does to its direction: `step` over its least height. Facets for which `covered` holds (another
-/// body touches them from below) are left out.
+/// is what a coordinate step does to its direction: `step` over its least height. `share` tells which share of a facet counts, from 0,
+/// for one that is left out, to 1.
 ///
 /// # Cost
 /// O(facets).
@@ -46,23 +46,22 @@ pub fn downward_regions(
     plate_z: f64,
     limit: Angle,
     step: f64,
-    covered: impl Fn(u32) -> bool,
+    share: impl Fn(u32) -> f64 + Sync,
 ) -> Vec<DownwardRegion> {
-    let down: Vec<(u32, Vec3)> = downward_facets(mesh, plate_z, limit, step)
-        .into_iter()
-        .filter(|&f| !covered(f))
-        .map(|f| (f, mesh.normal(f as usize)))
-        .collect();
+    let counted = |f: u32| Some((f, share(f))).filter(|(_, share)| *share > 0.0);
+    let shares: Vec<(u32, f64)> =
+        downward_facets(mesh, plate_z, limit, step).into_par_iter().filter_map(counted).collect();
+    let down: Vec<(u32, Vec3)> = shares.iter().map(|&(f, _)| (f, mesh.normal(f as usize))).collect();
     let edges = shared_edges(mesh, &down);
     let mut sets = DisjointSets::new(down.len());
     join(&mut sets, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
     let faces = faces(mesh, &down, &mut sets);
     join(&mut sets, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
-    let mut regions: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for (i, &(f, _)) in down.iter().enumerate() {
-        regions.entry(sets.root(i as u32)).or_default().push(f);
+    let mut regions: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+    for (i, &counted) in shares.iter().enumerate() {
+        regions.entry(sets.root(i as u32)).or_default().push(counted);
     }
-    regions.into_values().filter_map(|facets| describe(mesh, facets)).collect()
+    regions.into_values().filter_map(|facets| describe(mesh, &facets)).collect()
 }
 
 /// The facets whose outward normal points down and whose angle from the horizontal is below `limit`, in increasing order.
@@ -136,12 +135,12 @@ fn tie([a, b, c]: [Vec3; 3], step: f64) -> f64 {
     if height > 0.0 { 2.0 * step / height } else { f64::INFINITY }
 }
 
-fn describe(mesh: &TriangleMesh, facets: Vec<u32>) -> Option<DownwardRegion> {
+fn describe(mesh: &TriangleMesh, counted: &[(u32, f64)]) -> Option<DownwardRegion> {
     let mut area = 0.0;
     let mut moment = [0.0; 3];
     let (mut least, mut greatest) = ((f64::INFINITY, 0u32), 0.0f64);
-    for &f in &facets {
-        let a = mesh.facet_area(f as usize);
+    for &(f, share) in counted {
+        let a = share * mesh.facet_area(f as usize);
         area += a;
         moment = along(moment, mesh.centroid(f as usize), a);
         let s = slope(mesh.normal(f as usize)).as_radians();
@@ -150,6 +149,7 @@ fn describe(mesh: &TriangleMesh, facets: Vec<u32>) -> Option<DownwardRegion> {
             least = (s, f);
         }
     }
+    let facets: Vec<u32> = counted.iter().map(|c| c.0).collect();
     let extent = bounds(facets.iter().flat_map(|&f| mesh.corners(f as usize)))?;
     (area > 0.0).then(|| DownwardRegion {
         area_mm2: area,
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn equal_to_the_limit_passes() {
         let step = 1e-6;
-        let found = |degrees: f64| downward_regions(&leaning(degrees), 0.0, Angle::degrees(45.0), step, |_| false);
+        let found = |degrees: f64| downward_regions(&leaning(degrees), 0.0, Angle::degrees(45.0), step, |_| 1.0);
         assert!(found(45.0).is_empty());
         assert!(found(46.0).is_empty());
         let regions = found(44.0);
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn the_underside_on_the_plate_is_no_overhang() {
         let flat = leaning(0.0);
-        assert!(downward_regions(&flat, 5.0, Angle::degrees(45.0), 1e-6, |_| false).is_empty());
-        assert_eq!(downward_regions(&flat, 4.0, Angle::degrees(45.0), 1e-6, |_| false).len(), 1);
+        assert!(downward_regions(&flat, 5.0, Angle::degrees(45.0), 1e-6, |_| 1.0).is_empty());
+        assert_eq!(downward_regions(&flat, 4.0, Angle::degrees(45.0), 1e-6, |_| 1.0).len(), 1);
     }
 }

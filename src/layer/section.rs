@@ -51,7 +51,7 @@ pub fn section_area(mesh: &TriangleMesh, bounding: impl Fn(usize) -> bool + Sync
 }
 
 /// The part of a triangle below a height.
-pub(super) fn clip_below(t: [Vec3; 3], top: f64) -> Vec<Vec3> {
+pub fn clip_below(t: [Vec3; 3], top: f64) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(4);
     for i in 0..3 {
         let (p, q) = (t[i], t[(i + 1) % 3]);

@@ -1,0 +1,236 @@
+//! Steps lower than a layer beside a ceiling, which hold nothing up.
+
+use super::beneath::Ground;
+use super::bridge::{FLAT, Measuring};
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::{Vec3, along, sub};
+use std::sync::OnceLock;
+
+/// What the surface does below an edge where it folds towards the void.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Descent {
+    /// It goes down by a layer, or to what holds it: material of the layer below lies beside the edge.
+    Holds,
+    /// It ends before that; the facets of the step, if ceilings alone adjoin it.
+    Ends(Vec<u32>),
+}
+
+/// The ways down a surface from the edges of its ceilings.
+pub(super) struct Descents<'a, G> {
+    mesh: &'a TriangleMesh,
+    hangs: Vec<bool>,
+    how: Measuring,
+    ground: &'a G,
+    around: OnceLock<Around>,
+}
+
+impl<'a, G: Ground> Descents<'a, G> {
+    /// Those of a mesh of which the facets `hanging` hang over.
+    pub fn new(mesh: &'a TriangleMesh, hanging: &[u32], how: Measuring, ground: &'a G) -> Self {
+        let mut hangs = vec![false; mesh.triangles.len()];
+        hanging.iter().for_each(|&f| hangs[f as usize] = true);
+        Descents { mesh, hangs, how, ground, around: OnceLock::new() }
+    }
+
+    /// How the surface goes on below the middle m of an edge, over the facet beyond it.
+    ///
+    /// { p : p on facets that do not look up, joined to that facet over edges no higher than m within R of it along x and y }, R the length of a
+    /// ledge and at least three layers: a layer is laid on the one below where a place of this set is a layer lower than m.
+    ///
+    /// # Cost
+    /// O(facets within R), and O(facets of the mesh) for the first edge that the facet beyond it does not settle.
+    pub fn from(&self, [from, to]: [Vec3; 2], beyond: u32) -> Descent {
+        if (to[0] - from[0]).hypot(to[1] - from[1]) <= self.how.step_mm {
+            return Descent::Ends(Vec::new());
+        }
+        let middle = along(from, sub(to, from), 0.5);
+        if self.looks_up(beyond) {
+            return Descent::Holds;
+        }
+        // A facet of the step lies between the layer and the ceiling, and no ceiling between it and the edge.
+        let band = [middle[2] - self.how.layer_mm, middle[2] + self.tie()];
+        let is_step = |f: u32| {
+            let heights = self.mesh.corners(f as usize).map(|p| p[2]);
+            !self.hangs[f as usize] && heights.iter().all(|z| band[0] < *z && *z <= band[1])
+        };
+        let mut met: Vec<(u32, bool)> = vec![(beyond, is_step(beyond))];
+        let mut at = 0;
+        while let Some(&(facet, steps)) = met.get(at) {
+            at += 1;
+            let Some(lowest) = self.lowest(facet, middle) else { continue };
+            if lowest <= band[0] + self.tie() || lowest <= self.how.plate_z || self.ground.holds(facet) {
+                return Descent::Holds;
+            }
+            for next in self.beside(facet).into_iter().filter(|&f| !self.looks_up(f)) {
+                let leads_on = steps && is_step(next);
+                match met.iter_mut().find(|(f, _)| *f == next) {
+                    Some(known) => known.1 |= leads_on,
+                    None => met.push((next, leads_on)),
+                }
+            }
+        }
+        let step: Vec<u32> = met.into_iter().filter(|(_, steps)| *steps).map(|(f, _)| f).collect();
+        // Slopes meet levels at places: what they lead to is no part of one layer.
+        let mut beside = step.iter().flat_map(|&f| self.beside(f)).filter(|&f| self.hangs[f as usize]);
+        match beside.all(|f| self.is_flat(f)) {
+            true => Descent::Ends(step),
+            false => Descent::Ends(Vec::new()),
+        }
+    }
+
+    /// Heights that differ by less are equal, millimetres.
+    fn tie(&self) -> f64 {
+        4.0 * self.how.step_mm
+    }
+
+    /// What looks up has its own material right below it.
+    fn looks_up(&self, facet: u32) -> bool {
+        self.mesh.normal(facet as usize)[2] > 1e-6
+    }
+
+    fn is_flat(&self, facet: u32) -> bool {
+        self.mesh.normal(facet as usize)[2] <= -FLAT.cos()
+    }
+
+    /// The least height of what of a facet is no higher than a place, and within R of it; `None` if nothing is.
+    fn lowest(&self, facet: u32, near: Vec3) -> Option<f64> {
+        let reach = self.how.ledge_mm.max(3.0 * self.how.layer_mm) + self.tie();
+        let mut left: Vec<Vec3> = self.mesh.corners(facet as usize).to_vec();
+        for (axis, sign, most) in
+            [(2, 1.0, self.tie()), (0, 1.0, reach), (0, -1.0, reach), (1, 1.0, reach), (1, -1.0, reach)]
+        {
+            left = cut(&left, |p| most - sign * (p[axis] - near[axis]));
+        }
+        left.iter().map(|p| p[2]).min_by(f64::total_cmp)
+    }
+
+    /// The facets over the edges of a facet that it shares with one other.
+    fn beside(&self, facet: u32) -> Vec<u32> {
+        let t = self.mesh.triangles[facet as usize];
+        [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].into_iter().filter_map(|edge| self.over(facet, edge)).collect()
+    }
+
+    /// The only other facet at an edge.
+    fn over(&self, facet: u32, [a, b]: [u32; 2]) -> Option<u32> {
+        let around = self.around.get_or_init(|| Around::new(self.mesh));
+        let has = |f: &u32| *f != facet && self.mesh.triangles.get(*f as usize).is_some_and(|t| t.contains(&b));
+        let mut others = around.of(a).iter().copied().filter(has);
+        others.next().filter(|_| others.next().is_none())
+    }
+}
+
+/// The part of a convex polygon where a linear function is not negative.
+fn cut(polygon: &[Vec3], within: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
+    let mut left = Vec::with_capacity(polygon.len() + 1);
+    for (n, &p) in polygon.iter().enumerate() {
+        let q = polygon[(n + 1) % polygon.len()];
+        let (a, b) = (within(p), within(q));
+        if a >= 0.0 {
+            left.push(p);
+        }
+        if (a < 0.0) != (b < 0.0) {
+            left.push(along(p, sub(q, p), a / (a - b)));
+        }
+    }
+    left
+}
+
+/// The facets around each vertex.
+struct Around {
+    from: Vec<u32>,
+    facets: Vec<u32>,
+}
+
+impl Around {
+    fn new(mesh: &TriangleMesh) -> Self {
+        let mut from = vec![0u32; mesh.vertices.len() + 1];
+        mesh.triangles.iter().flatten().for_each(|&v| from[v as usize + 1] += 1);
+        (1..from.len()).for_each(|v| from[v] += from[v - 1]);
+        let (mut next, mut facets) = (from.clone(), vec![0u32; 3 * mesh.triangles.len()]);
+        for (f, t) in mesh.triangles.iter().enumerate() {
+            for &v in t {
+                facets[next[v as usize] as usize] = f as u32;
+                next[v as usize] += 1;
+            }
+        }
+        Around { from, facets }
+    }
+
+    fn of(&self, vertex: u32) -> &[u32] {
+        let end = |v: usize| self.from.get(v).copied().unwrap_or_default() as usize;
+        self.facets.get(end(vertex as usize)..end(vertex as usize + 1)).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::{TriangleMesh, extruded};
+    use crate::layer::{Ceiling, Measuring, Search, ceilings, downward_facets};
+    use crate::units::Angle;
+
+    const LAYER: f64 = 0.2;
+
+    /// A column 2 mm wide from which an arm reaches to the right, 10 mm deep; `under` is its underside from (2, 8).
+    fn arm(under: &[[f64; 2]]) -> TriangleMesh {
+        let end = under.last().map_or(2.0, |p| p[0]);
+        let mut outline = vec![[0.0, 10.0], [0.0, 0.0], [2.0, 0.0], [2.0, 8.0]];
+        outline.extend(under);
+        outline.push([end, 10.0]);
+        let caps: Vec<[usize; 3]> = (1..outline.len() - 1).map(|n| [0, n, n + 1]).collect();
+        extruded(&outline, &caps, 10.0)
+    }
+
+    /// Treads so long from the wall on, each a riser higher than the one before.
+    fn stairs(tread: f64, riser: f64, count: usize) -> TriangleMesh {
+        let corners = |n: usize| {
+            let (x, z) = (2.0 + tread * (n + 1) as f64, 8.0 + riser * n as f64);
+            if n + 1 < count { vec![[x, z], [x, z + riser]] } else { vec![[x, z]] }
+        };
+        arm(&(0..count).flat_map(corners).collect::<Vec<_>>())
+    }
+
+    fn found(mesh: &TriangleMesh) -> Vec<Ceiling> {
+        let (step_mm, search) = (1e-6, Search::Measure);
+        let hanging = downward_facets(mesh, 0.1, Angle::degrees(45.0), step_mm);
+        let how = Measuring { plate_z: 0.1, layer_mm: LAYER, ledge_mm: 0.4, bridge_mm: 10.0, step_mm, search };
+        ceilings(mesh, &hanging, how, &())
+    }
+
+    /// How far all of it reaches out.
+    fn reach(mesh: &TriangleMesh) -> [f64; 2] {
+        let far = found(mesh).iter().filter_map(|c| c.cantilever).map(|r| [r.low_mm, r.high_mm]).collect::<Vec<_>>();
+        assert!(far.len() <= 1, "{far:?}");
+        far.first().copied().unwrap_or_default()
+    }
+
+    #[test]
+    fn steps_lower_than_a_layer_are_no_anchors() {
+        let plain = reach(&arm(&[[10.0, 8.0]]));
+        assert!(plain[0] > 7.5 && plain[1] >= 8.0, "{plain:?}");
+        // Stairs that rise by 0.4 mm in all over 8 mm: the first tread is a ledge, and as long as one.
+        for riser in [1e-3, 0.02] {
+            let [low, high] = reach(&stairs(0.4, riser, 20));
+            assert!(low > 7.2 && high >= 7.6, "{riser}: {low} {high}");
+        }
+        // A lip at the end, pointed or flat, and one in the middle.
+        for under in [
+            vec![[9.9, 8.0], [9.95, 7.9], [10.0, 7.9]],
+            vec![[9.5, 8.0], [9.5, 7.999], [10.0, 7.999]],
+            vec![[5.0, 8.0], [5.05, 7.91], [5.1, 8.0], [10.0, 8.0]],
+            vec![[5.0, 8.0], [5.0, 7.91], [5.5, 7.91], [5.5, 8.0], [10.0, 8.0]],
+        ] {
+            let [low, high] = reach(&arm(&under));
+            assert!(low > 7.3 && high >= 7.9, "{under:?}: {low} {high}");
+        }
+    }
+
+    #[test]
+    fn what_goes_down_by_a_layer_within_a_ledge_holds() {
+        // A lip as deep as a layer, whatever holds that, and stairs as steep as what holds itself.
+        let lip = found(&arm(&[[9.6, 8.0], [9.6, 7.8], [10.0, 7.8]]));
+        assert!(lip.iter().all(|c| c.bridge.is_none_or(|b| b.high_mm <= 7.6 + 1e-6)), "{lip:?}");
+        for (tread, riser) in [(0.058, 0.1), (0.1, 0.1), (0.3, 0.2)] {
+            assert_eq!(reach(&stairs(tread, riser, 12)), [0.0; 2], "{tread} × {riser}");
+        }
+    }
+}
