@@ -9,7 +9,7 @@ use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::Side;
 use crate::part::Part;
-use crate::topology::{Adjacency, Betti, Change, changes, components};
+use crate::topology::{Adjacency, Betti, Change, Comparisons, changes, components};
 
 /// Whether samples are taken away from the design, or added beside it: between bodies, or elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,10 +48,12 @@ impl Altered {
     /// # Errors
     /// None for shapes that exist.
     pub fn on_lattice(part: &Part, laid: &mut Laid, fusing: &Fusing, context: &Context) -> Result<Self> {
-        let mut steps = again(laid, Side::Material, &[])?;
+        // Most of what is printed beside the design is the same each time.
+        let mut besides = Comparisons::default();
+        let mut steps = again(laid, Side::Material, &[], &mut besides)?;
         for side in [Side::Material, Side::Void] {
             if let Some((departed, places)) = laid.departing(side)? {
-                let others = again(&departed, side, &steps)?;
+                let others = again(&departed, side, &steps, &mut besides)?;
                 // Each place changes one thing at most, unless the lattice is too coarse to take it out whole.
                 if total(&others) <= total(&steps) + places {
                     (*laid, steps) = (departed, others);
@@ -64,7 +66,7 @@ impl Altered {
             }
             // What is kept changes less, or the lattice is too coarse for it as well.
             if let Some(kept) = laid.keeping(side)? {
-                let fewer = again(&kept, side, &steps)?;
+                let fewer = again(&kept, side, &steps, &mut besides)?;
                 if total(&fewer) < total(&steps) {
                     (*laid, steps) = (kept, fewer);
                 }
@@ -76,7 +78,7 @@ impl Altered {
             let mut joined = only_lost(&steps);
             let joining = fusing.cells(laid, context)?;
             gaps = components(&joining, Adjacency::Corner).boxes();
-            joined.extend(beside(laid, Some(&joining))?);
+            joined.extend(beside(laid, Some(&joining), &mut besides)?);
             let pieces = |of| joined.iter().filter(|(_, s)| *s == of).map(|(c, _)| c.pieces).sum::<i64>();
             let left = laid.seen.pieces.saturating_add_signed(pieces(Step::Joined));
             // Distances are exact: where the lattice has joined others, it is not asked.
@@ -131,7 +133,7 @@ fn total(steps: &[(Change, Step)]) -> u64 {
 }
 
 /// The changes of all steps, after something has been done to one side of the surface; what is lost is known from before if that was the void.
-fn again(laid: &Laid, side: Side, before: &[(Change, Step)]) -> Result<Vec<(Change, Step)>> {
+fn again(laid: &Laid, side: Side, before: &[(Change, Step)], besides: &mut Comparisons) -> Result<Vec<(Change, Step)>> {
     let mut all = match side {
         Side::Void => only_lost(before),
         Side::Material => {
@@ -139,19 +141,19 @@ fn again(laid: &Laid, side: Side, before: &[(Change, Step)]) -> Result<Vec<(Chan
             named(changes(&left, &laid.designed, Adjacency::Face)?, Step::Lost).collect()
         }
     };
-    all.extend(beside(laid, None)?);
+    all.extend(beside(laid, None, besides)?);
     Ok(all)
 }
 
 /// What is added to the design: first what joins bodies, then all else.
-fn beside(laid: &Laid, joining: Option<&Indicator>) -> Result<Vec<(Change, Step)>> {
+fn beside(laid: &Laid, joining: Option<&Indicator>, besides: &mut Comparisons) -> Result<Vec<(Change, Step)>> {
     let left = laid.designed.intersection(&laid.printed)?;
     let Some(joining) = joining else {
-        return Ok(named(changes(&left, &laid.printed, Adjacency::Face)?, Step::Gained).collect());
+        return Ok(named(besides.changes(&left, &laid.printed, Adjacency::Face)?, Step::Gained).collect());
     };
     let joined = left.union(joining)?;
     let first = named(changes(&left, &joined, Adjacency::Face)?, Step::Joined);
-    let then = changes(&joined, &laid.printed.union(joining)?, Adjacency::Face)?;
+    let then = besides.changes(&joined, &laid.printed.union(joining)?, Adjacency::Face)?;
     Ok(first.chain(named(then, Step::Gained)).collect())
 }
 

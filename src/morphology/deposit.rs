@@ -125,22 +125,28 @@ impl Designed {
     /// As [`Designed::printed`].
     ///
     /// # Cost
-    /// Twice that of [`Designed::printed`].
+    /// Twice that of [`Designed::printed`], and that of a growth by a ball; where faces spread by half the element or more, once.
     ///
     /// # Source
     /// S. Nelaturi, W. Kim, T. Kurtoglu, Manufacturability feedback and model correction for additive manufacturing, 2015: the opening,
     /// and what the medial axis of the rest can hold.
     pub fn compensated(self, lambda: f64, spread: Length) -> Result<AsPrinted> {
         let out = Spread::of(spread, &self.cells);
-        let least = self.element.cells_before(self.cells.wide - out.by_element).max(self.least(lambda));
-        let [lower, centres, upper] = self.laid(least)?;
+        let as_drawn = self.least(lambda);
+        let least = self.element.cells_before(self.cells.wide - out.by_element).max(as_drawn);
+        let mut made = self.printed(lambda)?;
+        // A face that spreads by half the element is where as much of it as of a sheet is laid.
+        let [lower, centres, upper] = if least == as_drawn {
+            [&made.lower, &made.centres, &made.upper].map(Indicator::clone)
+        } else {
+            made.designed.laid(least)?
+        };
         // A point of the grown set lies less than a cell from one of a cell grown by as many.
         let reach = [0, 0, usize::from(out.beyond > 0)];
         let mut grown = Vec::with_capacity(3);
         for (laid, reach) in [lower, centres, upper].into_iter().zip(reach) {
-            grown.push(out.grown(laid, &self.cells, reach)?);
+            grown.push(out.grown(laid, &made.designed.cells, reach)?);
         }
-        let mut made = self.printed(lambda)?;
         let shape = &made.designed.shape;
         let sides = [(&shape.inner, &made.lower), (&shape.centres, &made.centres), (&shape.outer, &made.upper)];
         let mut kept = Vec::with_capacity(3);

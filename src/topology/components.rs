@@ -197,9 +197,17 @@ impl Components {
     /// The samples of the components for which `wanted` holds.
     pub fn select(&self, wanted: impl Fn(u32) -> bool) -> Indicator {
         let mut set = Indicator::empty(self.grid);
+        let (words, ny) = (set.words_per_row(), self.grid.dims()[1]);
+        let bits = set.words_mut();
         self.for_each_run(|j, k, run| {
             if wanted(run.label) {
-                (run.from..run.to).for_each(|i| set.set([i as usize, j, k], true));
+                let row = words * (k * ny + j);
+                let (from, last) = (run.from as usize, run.to as usize - 1);
+                for word in from / 64..=last / 64 {
+                    let first = from.saturating_sub(64 * word);
+                    let end = (last - 64 * word).min(63);
+                    bits[row + word] |= !0 << first & !0 >> (63 - end);
+                }
             }
         });
         set
