@@ -5,7 +5,7 @@ use crate::access::self_holding;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add, along, bounds, sub};
 use crate::layer::{
-    Ceiling, Ground, Measuring, Search, ceilings, clip_below, downward_facets, lies_below, share_below,
+    Ceiling, FLAT, Ground, Measuring, Search, ceilings, clip_below, downward_facets, lies_below, share_below,
 };
 use crate::part::Part;
 use crate::process::Process;
@@ -87,9 +87,11 @@ impl<'a> Below<'a> {
         Below { part, layer_mm: process.layer_height_mm, plate_z: plate_z(process) }
     }
 
-    /// The part of a facet that lies on the plate, as triangles; all of one that does is none that hangs.
-    fn on_plate(&self, corners: [Vec3; 3]) -> impl Iterator<Item = [Vec3; 3]> {
-        let low = clip_below(corners, self.plate_z);
+    /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.
+    fn on_plate(&self, facet: u32) -> impl Iterator<Item = [Vec3; 3]> {
+        let mesh = self.part.mesh();
+        let is_flat = mesh.normal(facet as usize)[2] <= -FLAT.cos();
+        let low = if is_flat { clip_below(mesh.corners(facet as usize), self.plate_z) } else { Vec::new() };
         (1..low.len().saturating_sub(1)).map(move |n| [low[0], low[n], low[n + 1]])
     }
 }
@@ -117,7 +119,7 @@ impl Ground for Below<'_> {
         });
         // In the order of the facets, whatever the tree.
         found.sort_unstable();
-        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(corners)).collect()
+        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
     }
 }
 
