@@ -34,7 +34,7 @@ static META: Meta = Meta {
     why: "A strand drawn from anchor to anchor holds over a short way and sags over a long one; a ledge holds while it is no wider than \
           what the layer below grips; the crown of a small hole closes by itself. What is within these limits is no overhang and needs \
           no support: `overhang` and `support` leave it out.",
-    how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void, \
+    how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void and is a layer lower within the length of a ledge, \
           where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
           ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, and every 15 degrees from the first of them; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: the shortest way inside the ceiling counts, to an anchor or to a place with such a line, \

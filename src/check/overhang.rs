@@ -23,7 +23,7 @@ static META: Meta = Meta {
     why: "Such surface is printed on air: it droops or curls, or it needs supports, which cost material, time and surface.",
     how: "The slope of every facet decides, so angle and area are exact. Facets that hang together over edges bent by less than 20 \
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
-          equal to the limit, and passes. The volume below a region is measured as `support` measures that below all.",
+          equal to the limit, and passes. Of a facet that lies in part no more than a layer above other material, or, flatter than 5 degrees, in part on the plate, the rest counts. The volume below a region is measured as `support` measures that below all.",
     limits: "A bridge between two anchors, a ledge or the crown of a lying hole that is within its own limit holds itself: it is left to \
              `bridge`. For the rest slope alone is judged; \
              what is smaller than a dot of the process warns at most. \
