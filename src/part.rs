@@ -6,7 +6,7 @@ mod printed;
 pub use crate::access::Up;
 pub use printed::{bead_of, spread_of};
 
-use crate::access::{Setup, Turns, axis_directions, lattice_directions};
+use crate::access::{Question as Standing, Setup, Turn, Turns, axis_directions, lattice_directions, least_hanging};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, Role};
 use crate::geometry::vector::{Vec3, add, dot, sub};
@@ -55,6 +55,7 @@ pub struct Part {
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
     ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
+    turn: OnceLock<(Standing, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
 }
 
@@ -120,6 +121,7 @@ impl Part {
             solid: OnceLock::new(),
             printed: OnceLock::new(),
             ceilings: OnceLock::new(),
+            turn: OnceLock::new(),
             setups: OnceLock::new(),
         };
         part.choose_bounding_facets()?;
@@ -348,6 +350,13 @@ impl Part {
     pub fn ceilings(&self, key: [f64; 4], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
         let (of, found) = self.ceilings.get_or_init(|| (key, Arc::new(measure())));
         if *of == key { found.clone() } else { Arc::new(measure()) }
+    }
+
+    /// The turn of the part in which least hangs over, [`least_hanging`]; shared by all who ask the same.
+    pub fn least_hanging(&self, asked: &Standing) -> Option<Turn> {
+        let find = || least_hanging(&self.mesh, |f| self.bounds_solid(f), asked);
+        let (of, found) = self.turn.get_or_init(|| (asked.clone(), find()));
+        if of == asked { *found } else { find() }
     }
 }
 

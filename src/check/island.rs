@@ -5,6 +5,7 @@ use super::finding::{Basis, Bracket, Finding, Witness};
 use super::hanging::is_carried;
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
+use crate::geometry::vector::{along, sub};
 use crate::layer::{Island as Start, islands};
 use crate::part::Part;
 use crate::process::Process;
@@ -12,6 +13,9 @@ use crate::units::{report_digits, short};
 
 /// AM202 `island`.
 pub struct Island;
+
+/// Share of the way from a corner of a facet to its middle at which what lies below the corner is looked for.
+const BESIDE: f64 = 0.01;
 
 static META: Meta = Meta {
     code: "AM202",
@@ -23,7 +27,8 @@ static META: Meta = Meta {
     how: "Material begins at local minima of the height of the surface that have material above them. All minima of a mesh lie at \
           vertices, so a sweep from the lowest vertex up, joining components as they meet, finds every one. One that joins \
           material that began lower within a layer is printed with it. What has other material no more than a layer below any of its \
-          underside is carried by that, and its free rest is judged as a ceiling.",
+          underside is carried by that, and its free rest is judged as a ceiling. The support that is advised \
+          reaches down to what lies below the first layer, the part or the plate.",
     limits: "What starts within half a layer of the plate stands on it. Where bodies cross, an underside is looked at from 15 places of each of its facets. Islands held by a support are still \
              listed: they are where supports must stand.",
     source: "Merge tree of the height function: H. Carr, J. Snoeyink, U. Axen, Computing contour trees in all dimensions, 2003.",
@@ -73,8 +78,7 @@ impl Check for Island {
                 "never joins the rest".into()
             };
             f.message = format!("starts in mid-air at z = {} mm, {rise}", short(i.lowest[2]));
-            f.fix =
-                format!("put a support of {} mm under it, or let it grow out of the part below", short(i.lowest[2]));
+            f.fix = support(part, i, process.layer_height_mm);
             f
         });
         measured.findings = group_equal(findings.collect(), 1e-3);
@@ -82,5 +86,51 @@ impl Check for Island {
             f.message = format!("{} places: {}", f.count, f.message);
         }
         Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// A support down to what lies below an island's first layer, the part or the plate, in words: from the lowest point, as high as it
+/// has to be over the lowest and over the highest of it.
+///
+/// Looked for straight down from beside each corner of the first layer's underside.
+fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
+    let z = island.lowest[2];
+    let heights = island.underside.iter().flat_map(|&f| {
+        let (middle, normal) = (part.mesh().centroid(f as usize), part.mesh().normal(f as usize));
+        let corners = part.mesh().corners(f as usize).into_iter().filter(move |c| c[2] <= z + layer_mm);
+        corners.map(move |c| {
+            let from = along(along(c, sub(middle, c), BESIDE), normal, 2.0 * part.step());
+            let met = part.distance().first_hit(from, [0.0, 0.0, -1.0], 0.0, f64::INFINITY);
+            z - met.map_or(0.0, |(s, _)| (from[2] - s).max(0.0))
+        })
+    });
+    let (least, most) = heights.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
+    let (least, most) = if least > most { (z, z) } else { (least.max(0.0), most) };
+    let high = match most - least <= layer_mm {
+        true => short(report_digits(least)),
+        false => format!("{} to {}", short(report_digits(least)), short(report_digits(most))),
+    };
+    format!("put a support of {high} mm under it, or let it grow out of what is below")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::Up;
+    use crate::geometry::cuboid;
+
+    #[test]
+    fn a_support_reaches_down_to_what_is_below() {
+        let words = |base: [f64; 3], low: f64| {
+            let mesh = cuboid([0.0; 3], base).joined(&cuboid([5.0, 5.0, low], [15.0, 15.0, low + 5.0]));
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
+            support(&part, &found[0], 0.2)
+        };
+        assert!(words([20.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 mm under it"));
+        assert!(words([20.0, 20.0, 2.0], 2.5).starts_with("put a support of 0.5 mm under it"));
+        // Half of it lies above the base, and half above the plate.
+        assert!(words([10.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 to 7 mm under it"));
+        assert!(words([4.0, 20.0, 2.0], 7.0).starts_with("put a support of 7 mm under it"));
     }
 }

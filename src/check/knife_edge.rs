@@ -30,9 +30,10 @@ static META: Meta = Meta {
     title: "Angle of sharp edges",
     what: "Measures the angle of the material at every sharp edge, and how far in from the edge it is thinner than the wall limit.",
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
-    how: "The angle between the two facets of each edge is exact. The depth is where a ball on the bisector, measured on the mesh, first is as \
+    how: "The angle between the two facets of each edge is exact. One that differs from a limit by less than a step of the coordinates can turn its \
+          facets is equal to the limit, and passes. The depth is where a ball on the bisector, measured on the mesh, first is as \
           thick as the wall limit. A face or a rounding \
-          between the sides, up to a twentieth of the wall limit that warns, makes it no less of an edge. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
+          between the sides, up to a twentieth of the wall limit that warns, makes it no less of an edge; facets of one plane are one face. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
           along them: it stays within the material, and a wall as thick as the limit is left at the blunt face and behind it. Walls and wedges share the rule that a ball with contacts \
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
           up to 60 degrees that runs out to an edge of the mesh is measured here.",
@@ -122,13 +123,16 @@ fn sharp(
     (limits, wall): (Limits, f64),
 ) -> Option<(Finding, Cut)> {
     let line: Vec<&Crease> = ridge.creases.iter().map(|&i| &found[i]).collect();
-    let sharpest = line.iter().min_by(|a, b| a.angle.total_cmp(&b.angle))?;
+    // What is certainly the sharpest: its own doubt is what it may be equal to a limit by.
+    let sharpest = line.iter().min_by(|a, b| (a.angle + a.doubt).total_cmp(&(b.angle + b.doubt)))?;
     let long: f64 = line.iter().map(|c| length(part.mesh(), c)).sum();
     let area: f64 = line.iter().map(|c| length(part.mesh(), c) * c.depth).sum();
     let depth = line.iter().map(|c| c.depth).fold(0.0, f64::max);
     let (degrees, doubt) = (sharpest.angle.to_degrees(), sharpest.doubt.to_degrees());
-    let value = Bracket::new(degrees, (degrees - doubt).max(0.0), degrees + doubt);
-    let mut f = Finding::judged(META.code, "edge", value, Basis::Exact, limits, "deg", doubt.max(1e-6));
+    let value = Bracket::new(degrees, (degrees - doubt).max(0.0), degrees + doubt).rounded();
+    let exact = Bracket::exact(degrees);
+    let judged = Finding::judged(META.code, "edge", exact, Basis::Exact, limits, "deg", doubt.max(1e-6));
+    let mut f = Finding { low: value.low, high: value.high, ..judged };
     let corners = line.iter().flat_map(|c| c.ends.map(|v| part.mesh().vertices[v as usize]));
     let extent = bounds(corners)?;
     locate(&mut f, part, context, middle(part, sharpest), extent);

@@ -4,7 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::hanging::{Supports, hanging_share, needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
-use crate::access::{Question, least_hanging, up_option};
+use crate::access::{Question, up_option};
 use crate::error::Result;
 use crate::layer::{DownwardRegion, downward_regions, support_volumes};
 use crate::part::Part;
@@ -23,7 +23,9 @@ static META: Meta = Meta {
     why: "Such surface is printed on air: it droops or curls, or it needs supports, which cost material, time and surface.",
     how: "The slope of every facet decides, so angle and area are exact. Facets that hang together over edges bent by less than 20 \
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
-          equal to the limit, and passes. Of a facet that lies in part no more than a layer above other material, or, flatter than 5 degrees, in part on the plate, the rest counts. The volume below a region is measured as `support` measures that below all.",
+          equal to the limit, be it the one that fails or the one that warns, and passes it. Of a facet that lies in part no more than a layer above \
+          other material, or, flatter than 5 degrees, in part on the plate, the rest counts. The volume below a region is measured as `support` measures \
+          that below all.",
     limits: "A bridge between two anchors, a ledge or the crown of a lying hole that is within its own limit holds itself: it is left to \
              `bridge`. For the rest slope alone is judged; \
              what is smaller than a dot of the process warns at most. \
@@ -117,8 +119,9 @@ fn finding(
     kind: &str,
 ) -> Finding {
     let bracket = Bracket::exact(r.least_angle.as_degrees());
-    // The tie has been applied facet by facet, so what is left is below the limit.
-    let mut f = Finding::judged(META.code, kind, bracket, Basis::Exact, limits, "deg", 0.0);
+    // Facet by facet: what is equal to the stricter limit is no part of a region, but may be all there is to the other.
+    let tie = r.certain_angle.as_degrees() - r.least_angle.as_degrees();
+    let mut f = Finding::judged(META.code, kind, bracket, Basis::Exact, limits, "deg", tie);
     if f.state == State::Pass {
         f.state = State::Warn;
     }
@@ -149,8 +152,7 @@ fn message(f: &Finding) -> String {
 /// A turn that more than halves what hangs over, in words, with what hangs over then.
 fn better_turn(part: &Part, process: &Process, wanted: &[u32]) -> Option<String> {
     let now: f64 = wanted.iter().map(|&f| part.mesh().facet_area(f as usize)).sum();
-    let question = Question::of(process, part.step());
-    let turn = least_hanging(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    let turn = part.least_hanging(&Question::of(process, part.step()))?;
     (turn.hanging_mm2 < 0.5 * now).then(|| {
         let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {

@@ -313,8 +313,15 @@ fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample
     let cell = |p: Vec3| p.map(|x| (x / distance).floor() as i64);
     let mut least: FxHashMap<[i64; 3], f64> = FxHashMap::default();
     for other in others {
-        let known = least.entry(cell(other.centre)).or_insert(f64::INFINITY);
-        *known = known.min(other.diameter);
+        // A long patch is one sample: its ball rolls all along it.
+        let sides = bounds([other.sides.0, other.sides.1, other.centre]).unwrap_or((other.centre, other.centre));
+        let (lo, hi) = (cell(sides.0), cell(sides.1));
+        for x in lo[0]..=hi[0] {
+            for (y, z) in (lo[1]..=hi[1]).flat_map(|y| (lo[2]..=hi[2]).map(move |z| (y, z))) {
+                let known = least.entry([x, y, z]).or_insert(f64::INFINITY);
+                *known = known.min(other.diameter);
+            }
+        }
     }
     let is_thinner = |s: &Sample| {
         let [x, y, z] = cell(s.centre);

@@ -4,7 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst
 use super::finding::{Basis, Bracket, Finding, State};
 use super::hanging::{needing_support, support_angle};
 use super::place::locate;
-use crate::access::up_option;
+use crate::access::{Question, standing, up_option, upright, wanting_support};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{TriangleMesh, contour, occupancy};
@@ -30,7 +30,8 @@ static META: Meta = Meta {
     how: "What hangs over at less than the overhang angle, and is no bridge, ledge or crown that holds itself, is followed straight down. The plane is \
           cut into square columns and every facet is clipped to them exactly. Walking down a column, the area below hanging surface is known \
           between two bounds, which are equal wherever one kind of surface is met; volumes follow from moments. The contact on the \
-          part is the exact area of the facets.",
+          part is the exact area of the facets. The turn that is advised is the one with the least volume of supports, of those by 90 degrees and the one \
+          that `overhang` advises, which is that with the least area hanging over.",
     limits: "Columns are straight, as wide as what they hold up, and solid: slicers thin supports out, widen them or let them branch. The share at which \
              it warns is a convention.",
     source: "Divergence theorem, column by column; the limit is a convention of this program.",
@@ -91,7 +92,7 @@ impl Check for Support {
                     amount(&found),
                     short(contact.round())
                 );
-                f.fix = turned(part, angle, context.spacing_mm, &found);
+                f.fix = turned(part, process, angle, context.spacing_mm, &found);
                 measured.findings.push(f);
             }
         }
@@ -127,8 +128,9 @@ fn shown(part: &Part, wanted: &[u32], found: &SupportVolume) -> Option<ShapeShow
     (!made.is_empty()).then(|| ShapeShown { name: "supports", title: format!("Supports, {}", amount(found)), mesh })
 }
 
-/// The turn by 90° that takes the least support, measured again in that pose.
-fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> String {
+/// The turn that takes the least support, measured again in that pose: of those by 90°, where all that hangs over is held up, and the one in
+/// which the least area hangs over, which is told where no other takes less.
+fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &SupportVolume) -> String {
     let turns: [[Vec3; 3]; 5] = [
         [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],
         [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
@@ -137,25 +139,37 @@ fn turned(part: &Part, angle: f64, column_mm: f64, now: &SupportVolume) -> Strin
         [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
     ];
     let longest = part.extent().into_iter().fold(0.0, f64::max);
-    let best = turns
+    let columns = column_mm.max(longest / SHOWN);
+    let bounding = |f: usize| part.bounds_solid(f);
+    let asked = Question::of(process, part.step());
+    let least_area = part.least_hanging(&asked).map(|turn| {
+        let mesh = standing(part.mesh(), &upright(turn.up));
+        let wanted = wanting_support(&mesh, bounding, &asked);
+        let found = support_volume(&mesh, bounding, &wanted, 0.0, columns);
+        (found.volume_mm3[1], up_option(part.direction_to_file(turn.up)))
+    });
+    let by_quarters = turns
         .into_iter()
         .filter_map(|rotation| {
             let mesh = part.mesh().transformed(rotation, [0.0; 3]);
             let plate = mesh.bounds()?.0[2];
             let facets = downward_facets(&mesh, plate, Angle::degrees(angle), part.step());
-            let bounding = |f: usize| part.bounds_solid(f);
             let wanted: Vec<u32> = facets.into_iter().filter(|&f| bounding(f as usize)).collect();
-            let found = support_volume(&mesh, bounding, &wanted, plate, column_mm.max(longest / SHOWN));
+            let found = support_volume(&mesh, bounding, &wanted, plate, columns);
             Some((found.volume_mm3[1], up_option(part.direction_to_file(rotation[2]))))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
+    // Below a cubic millimetre all are alike.
+    let volume = |t: &(f64, String)| t.0.max(0.5);
+    let best = least_area.into_iter().chain(by_quarters).min_by(|a, b| volume(a).total_cmp(&volume(b)));
     match best {
-        Some((volume, up)) if volume < 0.5 => format!("with --up {up} it takes less than 1 mm³"),
+        Some((volume, up)) if volume <= 0.5 => format!("with --up {up} it takes less than 1 mm³"),
         Some((volume, up)) if volume < 0.8 * now.volume_mm3[0] => {
-            format!("with --up {up} it takes at most {} cm³", short((volume.round()) / 1000.0))
+            let cost = short(volume.round() / 1000.0);
+            format!("with --up {up} it takes at most {cost} cm³, the least of the turns tried")
         }
         _ => format!(
-            "no turn by 90° takes less than {} cm³; `amcheck orient` tries all directions",
+            "neither a turn by 90° nor the one with the least area hanging over takes less than {} cm³; `amcheck orient` tries all directions",
             short((0.8 * now.volume_mm3[0]).round() / 1000.0)
         ),
     }

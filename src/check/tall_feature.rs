@@ -13,7 +13,7 @@ use crate::units::short;
 /// AM205 `tall-feature`.
 pub struct TallFeature;
 
-/// A section longer than this many times its width carries a wall, not a pillar.
+/// A section longer than this many times its width carries a wall, not a pillar, if one of its outlines is as long by itself.
 const WALL: f64 = 4.0;
 
 static META: Meta = Meta {
@@ -29,11 +29,13 @@ static META: Meta = Meta {
           common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights \
           down from a layer below its top: stretches of height are divided until no section in them can be more slender by two thousandths than one \
           that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \
-          `thin-wall` judges. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
+          `thin-wall` judges, if one of their outlines is as long by itself: two legs beside each other, or posts beside an opening, carry none, \
+          however far apart. The length is that of a rectangle with the section's least and greatest width. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
           first layer. Bodies that fuse stand together, every other stands by itself.",
     limits: "Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \
              highest of them. Where bodies could not be united, or the mesh is open, what is connected is not certain and the value \
-             is an estimate.",
+             is an estimate. Where 4,096 stretches of height do not show that one outline of long sections is a wall all through, they count as \
+             walls.",
     source: "The limits' sources stand in the profile. Least width of a hull by its edges: H. Freeman, R. Shapira, Determining the \
              minimum-area encasing rectangle for an arbitrary closed curve, 1975.",
 };

@@ -9,6 +9,7 @@ mod downward;
 mod island;
 mod line;
 mod outermost;
+mod outlines;
 mod passage;
 mod pieces;
 mod plan;

@@ -21,6 +21,8 @@ pub struct Piece {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rising {
     ends: [Vec3; 2],
+    /// Two facets along it.
+    pub facets: [u32; 2],
     /// Heights between which the stretch lies, the lower one first.
     pub heights: [f64; 2],
 }
@@ -293,6 +295,15 @@ impl<'a> Sweep<'a> {
         None
     }
 
+    /// The first two facets along an edge.
+    fn facets_along(&self, a: u32, b: u32) -> [u32; 2] {
+        let (few, other) = if self.facets_at(a).len() <= self.facets_at(b).len() { (a, b) } else { (b, a) };
+        let mut along =
+            self.facets_at(few).iter().copied().filter(|&f| self.mesh.triangles[f as usize].contains(&other));
+        let first = along.next().unwrap_or(NEW);
+        [first, along.next().unwrap_or(first)]
+    }
+
     /// Gives every branch the edges that are its own.
     fn into_pieces(self, edges: &[[u32; 2]]) -> Vec<Piece> {
         let piece = |b: &Branch| {
@@ -302,6 +313,7 @@ impl<'a> Sweep<'a> {
         let mut found: Vec<Piece> = self.branches.iter().map(piece).collect();
         for &[upper, lower] in edges {
             let (p, q) = (self.point(lower), self.point(upper));
+            let facets = self.facets_along(upper, lower);
             let (mut high, mut at) = (q[2], self.began[upper as usize]);
             while high > p[2] {
                 let (Some(branch), Some(piece)) = (self.branches.get(at as usize), found.get_mut(at as usize)) else {
@@ -310,7 +322,7 @@ impl<'a> Sweep<'a> {
                 let end = branch.joined.map_or(f64::NEG_INFINITY, |(z, _)| z);
                 if end < high {
                     let low = p[2].max(end);
-                    piece.edges.push(Rising { ends: [p, q], heights: [low, high] });
+                    piece.edges.push(Rising { ends: [p, q], facets, heights: [low, high] });
                     piece.bottom = piece.bottom.min(low);
                     high = low;
                 }

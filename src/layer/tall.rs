@@ -1,5 +1,6 @@
 //! Features that stand tall on little: height over least width.
 
+use super::outlines::outlines;
 use super::pieces::{Piece, Rising, pieces};
 use super::section::Point;
 use crate::geometry::vector::Vec3;
@@ -33,7 +34,7 @@ impl TallFeature {
 pub struct Counting {
     /// Pieces that are no more slender are not told.
     pub least: f64,
-    /// Sections longer than this many times their least width are walls.
+    /// Sections longer than this many times their least width are walls, if one of their outlines is by itself.
     pub longest_ratio: f64,
     /// Height of a layer: a piece has at least one below its top, and none is looked at below the middle of its lowest.
     pub layer_mm: f64,
@@ -41,10 +42,19 @@ pub struct Counting {
     pub tie_mm: f64,
 }
 
+impl Counting {
+    /// Whether a section is longer than that, by its least width and its greatest, the diagonal: that of a rectangle as long is √(1 + ratio²) widths.
+    fn is_longer(&self, width: f64, diagonal: f64) -> bool {
+        diagonal > 1f64.hypot(self.longest_ratio) * width * (1.0 + ROUNDING)
+    }
+}
+
 /// How far the bound may lie above what was measured, as a share.
 const GAP: f64 = 0.002;
 /// Stretches of height that are looked at for one piece.
 const STRETCHES: usize = 1 << 14;
+/// Stretches with long sections that are divided for one piece until an outline is seen to be a wall all through.
+const WALLS: usize = 1 << 12;
 /// What is lost to rounding where two lengths are compared, as a share.
 const ROUNDING: f64 = 1e-9;
 
@@ -52,7 +62,8 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// A piece is what hangs together above a height about its top, followed down until it joins another with a top as high or higher. Let its
 /// top be at height t, and let w(z) be the least width of the convex hull of its section at z. Its slenderness is the supremum of
-/// (t − z)/w(z) over the heights z from where it joins another piece to one layer below t, at which the section is no wall. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
+/// (t − z)/w(z) over the heights z from where it joins another piece to one layer below t, at which the section is no wall. A wall is longer than so many times
+/// its width: its hull, and that of one of its outlines, since two legs beside each other are none. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
 /// begins at the piece's lowest point: what stands on a point or a round side is not slender for that.
 ///
 /// Both sides are certified. What is measured is a section of the mesh. For the bound, heights are halved at those of vertices until
@@ -60,7 +71,7 @@ const ROUNDING: f64 = 1e-9;
 /// section. The width of a hull changes by no more than its points move apart, so it is bounded from both ends of the stretch. The
 /// same holds in perspective from the height of the top, where points move linearly in 1/(t − z) and the width of the picture is the
 /// inverse of the slenderness; this is exact for cones as the first is for prisms. [`TallFeature::at_most`] is above the value by two thousandths,
-/// or by more where 16,384 of them did not do.
+/// or by more where 16,384 of them did not do. Where 4,096 do not show that one outline is a wall all through, a long section counts as one.
 ///
 /// `bounds` says which facets bound the solid, and `tree` holds these. It holds for a closed surface that does not cross itself.
 ///
@@ -95,16 +106,18 @@ struct Search<'a> {
     /// The greatest bound of a stretch that was not looked at further.
     at_most: f64,
     left: usize,
+    /// Stretches that may still be divided because no outline is seen to be a wall.
+    walls_left: usize,
 }
 
 /// The most slender section of a piece; `None` if none is more slender than what is told.
 fn most_slender(piece: &Piece, counting: &Counting) -> Option<TallFeature> {
     let top = piece.top[2];
     let low = if piece.joins { piece.bottom } else { piece.bottom + 0.5 * counting.layer_mm };
-    let mut search = Search { piece, counting, best: None, at_most: 0.0, left: STRETCHES };
+    let mut search = Search { piece, counting, best: None, at_most: 0.0, left: STRETCHES, walls_left: WALLS };
     if !piece.joins && low < top - counting.layer_mm {
-        let lowest = piece.edges.iter().filter(|e| e.heights[0] <= low && e.heights[1] > low);
-        search.measure(&Hull::of(lowest.map(|e| e.at(low))), piece.bottom);
+        let lowest: Vec<&Rising> = piece.edges.iter().filter(|e| e.heights[0] <= low && e.heights[1] > low).collect();
+        search.measure(&Hull::of(lowest.iter().map(|e| e.at(low))), piece.bottom, (&lowest, low));
     }
     // Lower stretches first: what is told is mostly there.
     let mut open = vec![([low, top - counting.layer_mm], (0..piece.edges.len() as u32).collect::<Vec<u32>>())];
@@ -162,7 +175,7 @@ impl Search<'_> {
         let ends = Ends::of(&through, [low, high], top);
         if is_plain {
             // All edges cross the stretch, so these are its sections.
-            ends.hulls.iter().zip([low, high]).for_each(|(hull, z)| self.measure(hull, z));
+            ends.hulls.iter().zip([low, high]).for_each(|(hull, z)| self.measure(hull, z, (&through, z)));
         }
         let bound = ends.slenderness([low, high], top, self.counting.tie_mm);
         let known = self.best.as_ref().map_or(0.0, |b| b.slenderness).max(self.counting.least);
@@ -170,7 +183,7 @@ impl Search<'_> {
             self.at_most = self.at_most.max(bound);
             return None;
         }
-        let is_longer = |width: f64| ends.longest() > self.counting.longest_ratio * width * (1.0 + ROUNDING);
+        let is_longer = |width: f64| self.counting.is_longer(width, ends.longest());
         // The hull of all that lies in the stretch holds each section, and is no narrower than what crosses it.
         let whole = || {
             Hull::of(all().flat_map(|e| {
@@ -178,8 +191,14 @@ impl Search<'_> {
                 [e.at(low.max(from)), e.at(high.min(to))]
             }))
         };
-        if is_longer(ends.widths[0].0.max(ends.widths[1].0)) && is_longer(whole().widths().0) {
-            return None;
+        if is_longer(ends.widths[0].0.max(ends.widths[1].0)) {
+            let width = whole().widths().0;
+            let is_wall =
+                |outline: &Vec<&Rising>| self.counting.is_longer(width, Ends::of(outline, [low, high], top).longest());
+            if is_longer(width) && (self.walls_left == 0 || outlines(&through).iter().any(is_wall)) {
+                return None;
+            }
+            self.walls_left = self.walls_left.saturating_sub(usize::from(is_longer(width)));
         }
         if self.left == 0 {
             self.at_most = self.at_most.max(bound);
@@ -194,13 +213,18 @@ impl Search<'_> {
         Some(*between.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
-    /// Measures a section that carries the piece above a height.
-    fn measure(&mut self, hull: &Hull, z: f64) {
+    /// Measures a section that carries the piece above a height: the edges that cross it, and where.
+    fn measure(&mut self, hull: &Hull, z: f64, (edges, at): (&[&Rising], f64)) {
         let widths = hull.widths();
-        let is_wall = widths.1 > self.counting.longest_ratio * widths.0 * (1.0 + ROUNDING);
+        let is_longer = |hull: &Hull| {
+            let (width, diagonal) = hull.widths();
+            self.counting.is_longer(width, diagonal)
+        };
+        let is_wall =
+            || is_longer(hull) && outlines(edges).iter().any(|o| is_longer(&Hull::of(o.iter().map(|e| e.at(at)))));
         let slenderness = (self.piece.top[2] - z) / widths.0;
         let known = self.best.as_ref().map_or(0.0, |b| b.slenderness);
-        if !is_wall && widths.0 > self.counting.tie_mm && slenderness > known {
+        if widths.0 > self.counting.tie_mm && slenderness > known && !is_wall() {
             self.best = Some(Measured { slenderness, z, hull: hull.clone() });
         }
     }
@@ -335,7 +359,7 @@ mod tests {
         heights.dedup_by(|a, b| *a - *b < 1e-9);
         let slender = |z: f64| {
             let (least, greatest) = Hull::of(super::super::section_points(part, z)).widths();
-            if least > 1e-6 && greatest <= WALL * least { (hi[2] - z) / least } else { 0.0 }
+            if least > 1e-6 && greatest <= 1f64.hypot(WALL) * least { (hi[2] - z) / least } else { 0.0 }
         };
         let first = slender(low) * (hi[2] - lo[2]) / (hi[2] - low);
         heights.into_par_iter().map(slender).reduce(|| first, f64::max)
@@ -354,7 +378,7 @@ mod tests {
             let z = one.foot[2].max(lies.bounds().unwrap().0[2] + 0.5 * layer);
             let there = [-1e-7, 1e-7].map(|d| Hull::of(super::super::section_points(&lies, z + d)).widths());
             assert!(there.iter().any(|w| (w.0 - one.width_mm.0).abs() < 1e-5), "{there:?} {one:?}");
-            assert!(one.width_mm.1 <= WALL * one.width_mm.0 * (1.0 + 2.0 * ROUNDING), "{one:?}");
+            assert!(one.width_mm.1 <= 1f64.hypot(WALL) * one.width_mm.0 * (1.0 + 2.0 * ROUNDING), "{one:?}");
             let before = *first.get_or_insert(low);
             assert!((low - before).abs() <= GAP * before, "{low} {before}");
         }
@@ -473,6 +497,52 @@ mod tests {
         let [one] = &found(&table(&legs[..1]), 4.0, 0.2)[..] else { panic!() };
         assert!((one.slenderness() - 16.0).abs() < 1e-6, "{one:?}");
         assert!(found(&cuboid([0.0; 3], [30.0, 1.2, 25.0]), 8.0, 0.2).is_empty());
+    }
+
+    #[test]
+    fn legs_beside_each_other_are_no_wall_however_far_apart() {
+        let mut random = Lcg(31);
+        // Two legs under a beam; what is told is both with the beam, on their width.
+        for gap in [3.0, 6.0, 40.0] {
+            let beam = cuboid([0.0, 0.0, 78.0], [gap + 4.0, 2.0, 80.0]);
+            let legs = [0.0, gap + 2.0].map(|x| cuboid([x, 0.0, 0.0], [x + 2.0, 2.0, 78.0]));
+            let part = united(&beam.joined(&legs[0]).joined(&legs[1]), 2e-6).unwrap();
+            let [one] = &found(&moved(&part, &mut random), 8.0, 0.2)[..] else { panic!("{gap}") };
+            assert!((one.slenderness() - 40.0).abs() < 1e-6 && one.at_most < 40.1, "{gap} {one:?}");
+        }
+        // Walls with a window near their foot: beside it stands a wall, or posts.
+        let wall = |x: f64| {
+            let [whole, hole] = [[0.0, 30.0, 0.0, 40.0], [x, 30.0 - x, 10.0, 20.0]];
+            let side = |y: f64| {
+                [[whole[0], y, whole[2]], [whole[1], y, whole[2]], [whole[1], y, whole[3]], [whole[0], y, whole[3]]]
+            };
+            let rim =
+                |y: f64| [[hole[0], y, hole[2]], [hole[1], y, hole[2]], [hole[1], y, hole[3]], [hole[0], y, hole[3]]];
+            let quad = |[a, b, c, d]: [[f64; 3]; 4]| [[a, b, c], [a, c, d]];
+            let (near, far) = ((side(0.0), rim(0.0)), (side(2.0), rim(2.0)));
+            let ring = (0..4).flat_map(|k| {
+                let n = (k + 1) % 4;
+                let front = quad([near.0[k], near.0[n], near.1[n], near.1[k]]);
+                let back = quad([far.0[n], far.0[k], far.1[k], far.1[n]]);
+                let around = quad([near.0[n], near.0[k], far.0[k], far.0[n]]);
+                let within = quad([near.1[k], near.1[n], far.1[n], far.1[k]]);
+                [front, back, around, within].concat()
+            });
+            TriangleMesh::weld(ring)
+        };
+        assert!(found(&wall(9.0), 8.0, 0.2).is_empty());
+        let [one] = &found(&wall(5.0), 8.0, 0.2)[..] else { panic!() };
+        assert!((one.slenderness() - 15.0).abs() < 1e-6 && (one.foot[2] - 10.0).abs() < 1e-6, "{one:?}");
+    }
+
+    #[test]
+    fn a_section_is_as_long_as_it_is_and_not_as_its_diagonal() {
+        // A rectangle 3.95 times as long as wide has a diagonal of 4.07 widths.
+        for (long, count) in [(7.7, 1), (7.9, 1), (8.0, 1), (8.1, 0)] {
+            let all = found(&cuboid([0.0; 3], [long, 2.0, 40.0]), 8.0, 0.2);
+            assert_eq!(all.len(), count, "{long}");
+            assert!(all.iter().all(|f| (f.slenderness() - 20.0).abs() < 1e-6), "{all:?}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::chord::PARALLEL;
 use super::feature::Side;
+use super::flat::{is_flat, is_needle, wide_facet};
 use super::section::Adjacency;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
@@ -21,6 +22,8 @@ const ENDED: f64 = 0.9;
 
 /// Narrow facets of a blunt edge that are crossed at most, from one side of the wedge to the other.
 const CROSSED: usize = 32;
+/// Components of two normals that differ by less say nothing about their order.
+const ALIKE: f64 = 0.1;
 
 /// Which edges are sought, lengths in millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,8 +41,9 @@ pub struct Sharpness {
 /// An edge between two facets that meet at a sharp angle, or would but for a narrow face between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crease {
-    /// The edge, that of the first facet where it is blunt.
+    /// The edge, that of the first side where it is blunt.
     pub ends: [u32; 2],
+    /// A facet of each side; where the edge is blunt one that is wide, which need not reach the edge.
     pub facets: [u32; 2],
     /// How far the second facet is from the middle of the edge; 0 where they meet.
     pub blunt: f64,
@@ -64,8 +68,8 @@ pub struct Ridge {
 ///
 /// At a distance s from an edge of angle φ a wedge is 2 s·sin(φ/2) thick, the diameter of the ball about the point s inwards on the
 /// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends. An edge is blunt where its sides
-/// are no further apart than `blunt` and only facets that stay as near to it lie between them; it is told once, and its depth counts from
-/// the face. Sides within 4° of parallel are a plate's, and no wedge's.
+/// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, and its depth counts from
+/// the face. A face is all that is joined over edges between facets of one plane, so that a sliver of a side is no face of its own. Sides within 4° of parallel are a plate's, and no wedge's.
 ///
 /// # Cost
 /// One walk over the edges; some tens of nearest points for each that is sharp, and up to 32 facets for each beside a narrow one.
@@ -73,12 +77,11 @@ pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, so
     let normal = |f: u32| mesh.normal(f as usize);
     let wedge =
         |facets, ends| wedge_between(mesh, Side::Material, facets, ends).filter(|inner| *inner <= sought.widest);
-    let crease = |facets: [u32; 2], ends: [u32; 2], inner: f64| {
+    let crease = |facets: [u32; 2], ends: [u32; 2], inner: f64, opposite: Option<Vec3>| {
         let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
         let middle = along(a, sub(b, a), 0.5);
         let inward = bisector(mesh, facets, ends, facets.map(normal))?;
-        let shared = facets.iter().all(|&f| ends.iter().all(|v| mesh.triangles[f as usize].contains(v)));
-        let opposite = if shared { middle } else { closest_point(middle, mesh.corners(facets[1] as usize)) };
+        let opposite = opposite.unwrap_or(middle);
         let from = along(middle, sub(opposite, middle), 0.5);
         let (depth, thickness) = thinner_than(surface, from, inward, inner, sought.thick);
         let doubt = facets.iter().map(|&f| sought.step * distance(a, b) / norm(mesh.area_vector(f as usize))).sum();
@@ -90,13 +93,14 @@ pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, so
         let t = mesh.triangles[f as usize];
         let ends = [t[e], t[(e + 1) % 3]];
         if let Some(inner) = wedge([f, g], ends) {
-            return (g > f).then(|| crease([f, g], ends, inner)).flatten();
+            return (g > f).then(|| crease([f, g], ends, inner, None)).flatten();
         }
-        let h = beyond(mesh, next, (f, g), ends, sought)?;
-        let inner = wedge([f, h], ends).filter(|inner| *inner > PI - PARALLEL)?;
+        let (sides, opposite) = beyond(mesh, next, (f, g), ends, sought)?;
+        let inner = wedge(sides, ends).filter(|inner| *inner > PI - PARALLEL)?;
         // From one side only, and from the same one all along.
-        let first = normal(f).iter().zip(normal(h)).map(|(m, n)| m.total_cmp(&n)).find(|o| o.is_ne());
-        first.is_some_and(|o| o.is_lt()).then(|| crease([f, h], ends, inner)).flatten()
+        let [m, n] = sides.map(normal);
+        let first = m.iter().zip(n).map(|(m, n)| m - n).find(|d| d.abs() > ALIKE);
+        first.is_some_and(|d| d < 0.0).then(|| crease(sides, ends, inner, Some(opposite))).flatten()
     };
     (0..mesh.triangles.len() as u32)
         .into_par_iter()
@@ -150,9 +154,15 @@ pub fn sharp_edges(mesh: &TriangleMesh, next: &Adjacency, side: Side, widest: f6
         .collect()
 }
 
-/// The facet on the other side of a blunt edge: the first that makes a wedge with the one before the edge, lies opposite its middle and
-/// is reached over facets that stay near it.
-fn beyond(mesh: &TriangleMesh, next: &Adjacency, (f, g): (u32, u32), ends: [u32; 2], sought: Sharpness) -> Option<u32> {
+/// Both sides of a blunt edge, a wide facet of each, and where the second is nearest to the middle of the edge: the first face that makes a
+/// wedge with the one before the edge, lies opposite its middle and is reached over faces that stay near it, of which the last makes none as sharp.
+fn beyond(
+    mesh: &TriangleMesh,
+    next: &Adjacency,
+    (f, g): (u32, u32),
+    ends: [u32; 2],
+    sought: Sharpness,
+) -> Option<([u32; 2], Vec3)> {
     let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
     let (middle, run) = (along(a, sub(b, a), 0.5), unit(sub(b, a)));
     let off = |p: Vec3| {
@@ -160,24 +170,29 @@ fn beyond(mesh: &TriangleMesh, next: &Adjacency, (f, g): (u32, u32), ends: [u32;
         norm(sub(d, scale(run, dot(d, run))))
     };
     let is_narrow = |h: u32| mesh.corners(h as usize).into_iter().all(|p| off(p) <= sought.blunt);
-    if sought.blunt <= 0.0 || !is_narrow(g) || is_narrow(f) {
+    let wide = |h: u32| wide_facet((mesh, next), h, (middle, sought.blunt, sought.step), off);
+    if sought.blunt <= 0.0 || !is_narrow(g) || is_flat(mesh, [f, g], ends, sought.step) || wide(g).is_some() {
         return None;
     }
+    let own = wide(f)?;
     let (mut known, mut at) = (vec![g], 0);
     while let Some(&narrow) = known.get(at).filter(|_| at < CROSSED) {
         at += 1;
-        for h in (0..3).filter_map(|e| next.across(narrow, e)) {
-            if h == f || known.contains(&h) {
-                continue;
-            }
-            if is_narrow(h) {
+        for e in 0..3 {
+            let Some(h) = next.across(narrow, e).filter(|h| *h != f && !known.contains(h)) else { continue };
+            let Some(other) = wide(h) else {
                 known.push(h);
                 continue;
-            }
+            };
             let opposite = closest_point(middle, mesh.corners(h as usize));
-            let faces = angle(mesh.normal(f as usize), mesh.normal(h as usize)) >= PI - sought.widest;
-            if faces && distance(middle, opposite) <= sought.blunt {
-                return Some(h);
+            let inner = PI - angle(mesh.normal(own as usize), mesh.normal(other as usize));
+            // Where the narrow face makes as sharp an edge with the other side, that is the edge.
+            let t = mesh.triangles[narrow as usize];
+            let last = [t[e], t[(e + 1) % 3]];
+            let direct = wedge_between(mesh, Side::Material, [narrow, h], last);
+            let is_told = !is_needle(mesh, narrow, last, sought.step) && direct.is_some_and(|d| d <= inner);
+            if inner <= sought.widest && !is_told && distance(middle, opposite) <= sought.blunt {
+                return Some(([own, other], opposite));
             }
         }
     }
@@ -310,6 +325,63 @@ mod tests {
             let mesh = extruded(&outline, &[[0, 1, 2], [0, 2, 3]], 8.0);
             let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
             assert!(found.is_empty(), "{found:?}");
+        }
+    }
+
+    /// A cone of 96 sides upside down, its rim of radius 20 at z = 0; what covers it is given as facets between corners of the rim.
+    fn rim(cap: &[[usize; 3]]) -> TriangleMesh {
+        let at = |k: usize| {
+            let (s, c) = (std::f64::consts::TAU * (k % 96) as f64 / 96.0).sin_cos();
+            [20.0 * c, 20.0 * s, 0.0]
+        };
+        let tip = [0.0, 0.0, -20.0 * 25f64.to_radians().tan()];
+        let flank = (0..96).map(|k| [at(k + 1), at(k), tip]);
+        TriangleMesh::weld(flank.chain(cap.iter().map(|t| t.map(at))))
+    }
+
+    #[test]
+    fn how_a_flat_side_is_divided_does_not_make_edges() {
+        let told = |mesh: &TriangleMesh| {
+            let found = creases(mesh, &MeshDistance::new(mesh), &Adjacency::of(mesh, |_| true), SOUGHT);
+            (found.len(), found.iter().map(|c| length(mesh, c)).sum::<f64>())
+        };
+        let round = 96.0 * 40.0 * (PI / 96.0).sin();
+        let fan: Vec<[usize; 3]> = (1..95).map(|k| [0, k, k + 1]).collect();
+        // Every other corner is cut off, by an ear 0.043 mm high, then every other of those left.
+        let ears = (0..96).step_by(2).map(|k| [k, k + 1, (k + 2) % 96]);
+        let ears: Vec<[usize; 3]> = ears.chain((1..47).map(|k| [0, 2 * k, 2 * k + 2])).collect();
+        for cap in [fan, ears] {
+            let (count, long) = told(&rim(&cap));
+            assert!(count == 96 && (long - round).abs() < 1e-9, "{count} {long}");
+        }
+        // A prism along y with its edge at the origin and a narrow strip of one side, with and without a blunt face of 0.02 mm.
+        let half = 12.5f64.to_radians();
+        let at = |s: f64, up: f64| [s * half.cos(), up * s * half.sin()];
+        let strip = [at(0.02, 1.0), at(0.04, 1.0)];
+        let sharp = [at(0.0, 1.0), at(20.0, -1.0), at(20.0, 1.0), strip[1], strip[0]];
+        let start = 0.01 / half.sin();
+        let blunt = [at(start, 1.0), at(start, -1.0), at(20.0, -1.0), at(20.0, 1.0), at(start + 0.02, 1.0)];
+        for (outline, ends) in [(sharp, [[1, 2, 3], [1, 3, 4], [1, 4, 0]]), (blunt, [[2, 3, 4], [2, 4, 0], [2, 0, 1]])]
+        {
+            let mesh = extruded(&outline, &ends, 8.0);
+            let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+            let (count, long) = told(&mesh);
+            assert!(count == 1 && (long - 8.0).abs() < 1e-9, "{count} {long}");
+        }
+    }
+
+    #[test]
+    fn a_narrow_face_that_makes_the_sharper_edge_is_its_side() {
+        for (first, rest, count) in [(25f64, 30f64, 1), (40.0, 20.0, 2)] {
+            let near = first.to_radians().sin_cos();
+            let (s, c) = rest.to_radians().sin_cos();
+            let bend = [0.03 * near.1, 0.03 * near.0];
+            let outline = [[0.0, 0.0], [10.0, 0.0], [bend[0] + 10.0 * c, bend[1] + 10.0 * s], bend];
+            let mesh = extruded(&outline, &[[3, 0, 1], [3, 1, 2]], 8.0);
+            let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+            let sharpest = found.iter().map(|c| c.angle.to_degrees()).fold(90.0, f64::min);
+            assert!(found.len() == count && (sharpest - first.min(rest)).abs() < 1e-6, "{found:?}");
         }
     }
 

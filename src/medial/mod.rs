@@ -12,6 +12,7 @@ pub mod crease;
 mod edge;
 mod facing;
 pub mod feature;
+mod flat;
 mod head;
 pub mod inscribed;
 pub mod map;
