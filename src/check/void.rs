@@ -18,7 +18,7 @@ pub(super) const HALF_DIAGONAL: f64 = 0.866_025_403_784_438_6;
 /// A void that the grid calls closed is looked at only if it holds this many free samples: a ball of two samples' radius.
 const LEAST_SAMPLES: u64 = 27;
 /// A chamber is at least this much wider than its way out; what is less is a passage of uneven width.
-const LEAST_RISE: f64 = 1.25;
+pub(super) const LEAST_RISE: f64 = 1.25;
 
 /// A place from which something cannot get out, or only through a narrow mouth.
 #[derive(Debug, Clone)]
@@ -78,6 +78,14 @@ impl<'a> Voids<'a> {
         let whole = part.is_united() || part.meetings().crossing.count == 0;
         let cavities = if whole { cavities(part.mesh(), part.health(), part.step()) } else { Vec::new() };
         Ok(Voids { part, solid, grid: *solid.inner.grid(), loose, closed, cavities })
+    }
+
+    /// The voids of the same part on the grid of a window of it; the border of the window counts as outside.
+    pub fn in_window<'b>(&'b self, solid: &'b Solid) -> Voids<'b> {
+        let loose = components(&solid.inner.complement(), Adjacency::Corner);
+        let closed = vec![false; loose.count()];
+        let cavities = self.cavities.clone();
+        Voids { part: self.part, solid, grid: *solid.inner.grid(), loose, closed, cavities }
     }
 
     /// How a number that rests on the sets is known.
@@ -265,8 +273,18 @@ impl<'a> Voids<'a> {
     /// Chambers too narrow for a ball of the limit's diameter, down to [`Voids::least_room_mm`], at least a quarter wider than
     /// their way out. `met` is as there.
     pub fn small_rooms(&self, clearance: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
+        self.rooms_below(clearance, (limit_mm, self.least_room_mm(limit_mm)), met)
+    }
+
+    /// As [`Voids::small_rooms`], shut at diameters from the limit's down to `least_mm`.
+    pub fn rooms_below(
+        &self,
+        clearance: &Field<u32>,
+        (limit_mm, least_mm): (f64, f64),
+        met: &mut Indicator,
+    ) -> Result<Vec<Trapped>> {
         let samples = |diameter: f64| 0.5 * diameter / self.grid.h();
-        let least = samples(self.least_room_mm(limit_mm));
+        let least = samples(least_mm);
         // Between the way out of a chamber and its widest place there is always one of these.
         let levels = std::iter::successors(Some(samples(limit_mm) / LEAST_RISE), |r| Some(r / LEAST_RISE));
         self.shut(clearance, &levels.take_while(|&r| r >= least).collect::<Vec<f64>>(), met)
