@@ -3,13 +3,23 @@
 use super::finding::Bracket;
 use super::void::Voids;
 use crate::error::Result;
-use crate::field::Indicator;
+use crate::field::{Field, Indicator};
 use crate::geometry::vector::Vec3;
-use crate::topology::{Adjacency, components};
+use crate::topology::{Adjacency, Falls, components};
 use rayon::prelude::*;
 
 /// Basins of fewer samples are below what the grid tells.
 const LEAST_SAMPLES: u64 = 27;
+
+/// The layer in which a basin runs over.
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    /// Its index in the windows.
+    layer: usize,
+    /// The share of its height up to the rim.
+    filled: f64,
+    falls: Falls,
+}
 
 /// Liquid that stands together.
 pub(super) struct Basin {
@@ -20,8 +30,10 @@ pub(super) struct Basin {
     walled: Indicator,
     /// Samples that keep liquid whatever the doubtful ones are.
     certain: Indicator,
-    /// Void in each sample of `walled`, in its order.
+    /// Void of the basin in each sample of `walled`, in its order, as far as the walls beside it go.
     void: Vec<f64>,
+    /// How much of its last layer, where it runs over, lies within the rim.
+    last: Last,
     /// Its volume from the densities, mm³.
     pub volume: f64,
     /// Least and greatest indices of the set in the grid of the part.
@@ -36,7 +48,7 @@ impl Basin {
     ///
     /// # Cost
     /// O(samples/64 + samples of the windows).
-    pub fn all(voids: &Voids, likely: &Indicator, certain: &Indicator) -> Result<(Vec<Basin>, u64)> {
+    pub fn all(voids: &Voids, likely: &Indicator, certain: &Indicator, falls: Falls) -> Result<(Vec<Basin>, u64)> {
         let parts = components(likely, Adjacency::Corner);
         let (sizes, boxes, firsts) = (parts.sizes(), parts.boxes(), parts.first_samples());
         let mut order: Vec<usize> =
@@ -50,14 +62,15 @@ impl Basin {
             let certain = window(certain)?.intersection(&set)?;
             let ring = super::filling::ringed(&set, &window(&voids.solid.inner)?);
             let walled = set.union(&ring.intersection(&window(&voids.solid.outer)?)?)?;
-            let density = voids.solid.density.field().values();
-            let inside = |at: usize| {
-                let index = set.grid().index(at);
-                1.0 - f64::from(density[likely.grid().offset([0, 1, 2].map(|a| first[a] + index[a]))])
-            };
-            let void: Vec<f64> = walled.iter().map(inside).collect();
-            let volume = void.iter().sum::<f64>() * likely.grid().h().powi(3);
-            Ok(Basin { first, set, walled, certain, void, volume, extent: boxes[l] })
+            let near = Near { set: &set, density: voids.solid.density.field(), first, falls };
+            let [lo, hi] = [0, 1].map(|end| boxes[l][end][2] - first[2]);
+            let layer = if falls == Falls::Down { hi } else { lo };
+            let void: Vec<f64> = walled.iter().map(|at| near.share(set.grid().index(at), layer)).collect();
+            let last = Last { layer, filled: near.filled(&walled, layer), falls };
+            let filled = |at: usize| if set.grid().index(at)[2] == layer { last.filled } else { 1.0 };
+            let sum: f64 = walled.iter().zip(&void).map(|(at, v)| v * filled(at)).sum();
+            let volume = sum * likely.grid().h().powi(3);
+            Ok(Basin { first, set, walled, certain, void, last, volume, extent: boxes[l] })
         });
         let basins: Result<Vec<Basin>> = basins.collect();
         Ok((basins?, small.iter().map(|&l| sizes[l]).sum()))
@@ -97,6 +110,14 @@ impl Basin {
         self.set.grid().position(best.1)
     }
 
+    /// Where its rim is lowest, and it runs over, mm.
+    pub fn rim_mm(&self) -> f64 {
+        let h = self.set.grid().h();
+        let middle = self.set.grid().position([0, 0, self.last.layer])[2];
+        let beyond = h * (self.last.filled - 0.5);
+        if self.last.falls == Falls::Down { middle + beyond } else { middle - beyond }
+    }
+
     /// Puts its samples into a set on the grid of the part.
     pub fn join_into(&self, set: &mut Indicator) {
         for at in self.set.iter() {
@@ -110,9 +131,123 @@ impl Basin {
     }
 }
 
+/// What the densities about a basin tell of the void that is its own.
+struct Near<'a> {
+    set: &'a Indicator,
+    density: &'a Field<f32>,
+    /// Index of the set's first sample on the grid of the densities.
+    first: [usize; 3],
+    falls: Falls,
+}
+
+impl Near<'_> {
+    fn density(&self, index: [usize; 3]) -> f64 {
+        let lifted = [0, 1, 2].map(|a| (self.first[a] + index[a]) as isize);
+        f64::from(self.density.at(lifted))
+    }
+
+    /// The neighbours of a sample in the directions in which liquid falls and rises.
+    fn below_and_above(&self, [i, j, k]: [usize; 3]) -> [Option<[usize; 3]>; 2] {
+        let down = k.checked_sub(1).map(|k| [i, j, k]);
+        let up = (k + 1 < self.set.grid().dims()[2]).then_some([i, j, k + 1]);
+        if self.falls == Falls::Down { [down, up] } else { [up, down] }
+    }
+
+    /// Whether a sample is free and not of the basin.
+    fn is_beyond(&self, index: Option<[usize; 3]>) -> bool {
+        index.is_none_or(|p| !self.set.contains(p) && self.density(p) == 0.0)
+    }
+
+    /// The samples around one in its own layer.
+    fn around([i, j, k]: [usize; 3]) -> impl Iterator<Item = Option<[usize; 3]>> {
+        let beside = (0..9usize).filter(|n| *n != 4);
+        beside.map(move |n| Some([(i + n % 3).checked_sub(1)?, (j + n / 3).checked_sub(1)?, k]))
+    }
+
+    fn is_in_set(&self, index: Option<[usize; 3]>) -> bool {
+        let dims = self.set.grid().dims();
+        index.is_some_and(|p| (0..3).all(|a| p[a] < dims[a]) && self.set.contains(p))
+    }
+
+    /// The share of a sample that is void of the basin, as wide as it is below the rim.
+    ///
+    /// In a wall that ends here the wall below tells how much is beside it; void on both sides of a wall counts half.
+    fn share(&self, index: [usize; 3], last: usize) -> f64 {
+        let void = 1.0 - self.density(index);
+        if self.set.contains(index) {
+            return void;
+        }
+        let beyond = if self.falls == Falls::Down { index[2] > last } else { index[2] < last };
+        let [below, above] = self.below_and_above(index);
+        if beyond {
+            return 0.0;
+        }
+        if self.is_in_set(above) || !Self::around(index).any(|p| self.is_in_set(p)) {
+            return void;
+        }
+        let under = if self.is_beyond(above) { below.map_or(0.0, |p| self.density(p)) } else { 0.0 };
+        let void = void.min(1.0 - under);
+        if Self::around(index).any(|p| p.is_some() && self.is_beyond(p)) { 0.5 * void } else { void }
+    }
+
+    /// The share of its last layer that is below the rim: where walls end in it, by how far they do.
+    fn filled(&self, walled: &Indicator, last: usize) -> f64 {
+        let grid = *walled.grid();
+        let ends = walled.iter().map(|at| grid.index(at)).filter(|&index| {
+            let [_, above] = self.below_and_above(index);
+            index[2] == last && !self.set.contains(index) && self.is_beyond(above)
+        });
+        let (mut told, mut any) = (None, false);
+        for index in ends.filter(|&index| Self::around(index).any(|p| self.is_in_set(p))) {
+            let [below, _] = self.below_and_above(index);
+            let under = below.map_or(0.0, |p| self.density(p));
+            any = true;
+            // A wall that fills little of a cube tells little of where it ends.
+            if under > 0.5 {
+                let share = (self.density(index) / under).clamp(0.0, 1.0);
+                told = Some(told.map_or(share, |least: f64| least.min(share)));
+            }
+        }
+        told.unwrap_or(if any { 0.5 } else { 1.0 })
+    }
+}
+
 /// The greatest sum of a quantity over the samples of one layer; the quantities come in the order of the set's samples.
 pub(super) fn greatest_layer(set: &Indicator, quantities: impl Iterator<Item = f64>) -> f64 {
     let mut sums = vec![0.0; set.grid().dims()[2]];
     set.iter().zip(quantities).for_each(|(at, q)| sums[set.grid().index(at)[2]] += q);
     sums.into_iter().fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::enclosed::tests::pocket;
+    use super::super::void::tests::part;
+    use super::*;
+    use crate::random::Lcg;
+    use crate::topology::{Passage, retained};
+
+    #[test]
+    fn the_value_of_a_pocket_is_its_volume_and_its_film_wherever_the_lattice_stands() {
+        let mut rng = Lcg(61);
+        for case in 0..40 {
+            let (wide, deep, h) = (5.0 + 8.0 * rng.unit(), 3.0 + 10.0 * rng.unit(), 0.2 + 0.4 * rng.unit());
+            let turn = rng.unit() - 0.5;
+            let axes = [[turn.cos(), turn.sin(), 0.0], [-turn.sin(), turn.cos(), 0.0], [0.0, 0.0, 1.0]];
+            let mesh = pocket(wide, deep).transformed(axes, [0.0; 3]);
+            let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
+            let voids = Voids::of(&part).unwrap();
+            let likely = retained(&voids.solid.outer.complement(), Falls::Up, Passage::Faces).unwrap();
+            let certain = retained(&voids.solid.inner.complement(), Falls::Up, Passage::Corners).unwrap();
+            let certain = certain.difference(&voids.solid.outer).unwrap();
+            let (basins, _) = Basin::all(&voids, &likely, &certain, Falls::Up).unwrap();
+            let [basin] = &basins[..] else { panic!("{case}: one basin") };
+            for (found, truth) in [(basin.bracket(), wide * wide * deep), (basin.film(), wide * wide)] {
+                assert!(found.low <= truth && truth <= found.high, "{case}: {found:?} {truth}");
+                // An estimate: cubes that a turned wall crosses are told from those below; half a percent has been seen.
+                assert!((found.value / truth - 1.0).abs() < 2e-2, "{case}: {found:?} {truth}");
+            }
+            assert!(basin.rim_mm().abs() < h, "{case}: {}", basin.rim_mm());
+        }
+    }
 }

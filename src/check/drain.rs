@@ -31,7 +31,9 @@ static META: Meta = Meta {
     how: "A sample keeps liquid if every way to the outside rises above it: layers are added from the lowest up, regions are joined, \
           and what has not met the outside in its own layer keeps what it holds. The same from the other side gives the cups: what is \
           cut off from the outside while the layers above are not there yet. Done once with the samples that are wholly free, once \
-          with all that may be; the volume between is bracketed, and its value comes from the densities.",
+          with all that may be; the volume between is bracketed. Its value comes from the densities: where a wall ends, the wall below \
+          tells how much lies beside it, and how far it fills its last cube where the basin runs over; void on both sides of a wall \
+          thinner than a cube counts half.",
     limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
              cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part.",
@@ -96,7 +98,7 @@ impl Judge<'_> {
         let solid = self.voids.solid;
         let likely = retained(&solid.outer.complement(), falls, Passage::Faces)?;
         let certain = retained(&solid.inner.complement(), falls, Passage::Corners)?.difference(&solid.outer)?;
-        let (basins, small) = Basin::all(self.voids, &likely, &certain)?;
+        let (basins, small) = Basin::all(self.voids, &likely, &certain, falls)?;
         self.small += small;
         Ok(basins)
     }
@@ -163,7 +165,7 @@ impl Judge<'_> {
                 "a cup that closes {} mm² of film between {} and {} mm above the plate",
                 short(bracket.value.round()),
                 short(((at[2] - half).max(0.0) * 10.0).round() / 10.0),
-                short((b.corners().1[2] * 10.0).round() / 10.0)
+                short((b.rim_mm() * 10.0).round() / 10.0)
             );
             f.fix = if found.len() < VENTED { self.vented(at, widest)? } else { no_vent() };
             found.push(f);
@@ -228,7 +230,8 @@ impl Judge<'_> {
         let free = solid.outer.complement();
         let none = Indicator::empty(*free.grid());
         let measured = tilts.into_par_iter().map(|(_, d)| {
-            let (basins, _) = Basin::all(self.voids, &retained_towards(&free, d), &none)?;
+            let falls = if d[2] < 0.0 { Falls::Up } else { Falls::Down };
+            let (basins, _) = Basin::all(self.voids, &retained_towards(&free, d), &none, falls)?;
             Ok((basins.iter().map(|b| b.volume).sum::<f64>(), d))
         });
         let measured: Result<Vec<(f64, Vec3)>> = measured.collect();

@@ -83,7 +83,7 @@ fn near(index: [usize; 3], set: &Indicator, wanted: impl Fn([usize; 3]) -> bool)
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::void::Voids;
     use super::super::void::tests::part;
     use super::*;
@@ -92,7 +92,7 @@ mod tests {
     use crate::units::Length;
 
     /// A block of 20 mm a side with a square pocket from below.
-    fn pocket(wide: f64, deep: f64) -> TriangleMesh {
+    pub(in crate::check) fn pocket(wide: f64, deep: f64) -> TriangleMesh {
         let (a, b) = (10.0, 0.5 * wide);
         let square = |r: f64, z: f64| [[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]];
         let mut facets = Vec::new();

@@ -9,7 +9,6 @@ use super::place::{group_equal, locate, reported};
 use super::vent::{Downward, Vent, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
-use crate::field::Field;
 use crate::geometry::vector::{add, scale};
 use crate::geometry::{Solid, TriangleMesh};
 use crate::grid::Grid;
@@ -37,11 +36,12 @@ static META: Meta = Meta {
           of the limit. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
           Where a limit lies within the bracket of a closed mesh, a way for a ball of the limit is sought over samples up to four times \
-          finer about the throat, with the distance to the surface itself; what stays undecided is looked at again with half the \
+          finer about the throat, with the distance to the surface itself, and so for what the plate closes. \
+          What stays undecided is looked at again with half the \
           spacing; both as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
-             Rooms narrower than the limit, down to a quarter of it or to what the grid tells, only warn, because limits for ways out are \
-             written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
+             Rooms too narrow for a ball of the fail limit, down to a quarter of the warn limit or to what the grid tells, only warn, \
+             because limits for ways out are written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
              bodies cross or touch, or a shell crosses itself, and could not be united (a note says so), only the grid tells. Volumes of chambers with a way out end at the throat and are estimates; \
              what the plate closes is counted down to the plate, by the void in each cube, with a bracket of the cubes that may belong to it.",
     source: "Widest paths: M. Pollack, The maximum capacity through a network, 1960. Escape diameters as in a merge tree: H. Carr, J. \
@@ -111,15 +111,22 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         let clearance = voids.clearance()?;
         let mut met = voids.nothing();
         let mut chambers = voids.narrow(&clearance, widest, &mut met)?;
+        // A hollow that a ball of the tighter limit fits into is judged by both, a smaller one only warns.
+        let room = limits.fail.map_or(widest, |fail| fail.min(widest));
+        let mut small = voids.small_rooms(&clearance, widest, &mut met.clone())?;
+        chambers.extend(small.extract_if(.., |t| voids.has_room(t, room)));
         for chamber in &mut chambers {
-            open_for_certain(&voids, &clearance, chamber, limits, budget)?;
+            voids.open_for_certain(&clearance, chamber, limits, budget)?;
         }
         judge.narrow(&chambers, limits, widest)?;
-        judge.small_rooms(&voids.small_rooms(&clearance, widest, &mut met.clone())?, widest)?;
+        judge.small_rooms(&small, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
         if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
             let standing = voids.above_plate(&clearance)?;
-            judge.on_plate(&voids.on_plate(&standing, widest, &mut met)?, &chambers, (limits, widest));
+            let mut held = voids.on_plate(&standing, widest, &mut met)?;
+            held.retain(|t| !chambers.iter().any(|k| k.overlaps(t)));
+            let held = voids.still_shut(&standing, held, widest, budget)?;
+            judge.on_plate(&held, (limits, widest));
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
@@ -136,28 +143,6 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
     }
     judge.finish(&found.nooks, way_out.map(|_| widest));
     Ok(judge.measured)
-}
-
-/// Raises the low end of a chamber's way out to the limits that a ball is known to pass.
-fn open_for_certain(
-    voids: &Voids,
-    clearance: &Field<u32>,
-    chamber: &mut Trapped,
-    limits: Limits,
-    budget: &mut Budget,
-) -> Result<()> {
-    for limit in limits.fail.into_iter().chain(limits.warn) {
-        let Bracket { value, low, high } = chamber.way_out_mm;
-        if low >= limit || high < limit || !voids.part().health().is_solid() {
-            continue;
-        }
-        // Where one ball is stuck, so is a wider one.
-        if !voids.lets_out(clearance, chamber, limit, budget)? {
-            break;
-        }
-        chamber.way_out_mm = Bracket { value: value.max(limit), low: limit, high };
-    }
-    Ok(())
 }
 
 /// What findings are made with.
@@ -291,8 +276,7 @@ impl Judge<'_> {
     }
 
     /// One finding for all that the plate closes and that is open otherwise; what may be as wide open as wanted may hold nothing.
-    fn on_plate(&mut self, standing: &[Trapped], known: &[Trapped], (limits, widest): (Limits, f64)) {
-        let news: Vec<&Trapped> = standing.iter().filter(|t| !known.iter().any(|k| k.overlaps(t))).collect();
+    fn on_plate(&mut self, news: &[Trapped], (limits, widest): (Limits, f64)) {
         let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
             return;
         };

@@ -80,6 +80,14 @@ impl<'a> Voids<'a> {
         Ok(Voids { part, solid, grid: *solid.inner.grid(), loose, closed, cavities })
     }
 
+    /// The voids of the same part on the grid of a window of it; the border of the window counts as outside.
+    pub fn in_window<'b>(&'b self, solid: &'b Solid) -> Voids<'b> {
+        let loose = components(&solid.inner.complement(), Adjacency::Corner);
+        let closed = vec![false; loose.count()];
+        let cavities = self.cavities.clone();
+        Voids { part: self.part, solid, grid: *solid.inner.grid(), loose, closed, cavities }
+    }
+
     /// How a number that rests on the sets is known.
     pub fn basis(&self) -> Basis {
         if self.part.health().is_solid() { Basis::Certified } else { Basis::Estimated }
@@ -265,8 +273,18 @@ impl<'a> Voids<'a> {
     /// Chambers too narrow for a ball of the limit's diameter, down to [`Voids::least_room_mm`], at least a quarter wider than
     /// their way out. `met` is as there.
     pub fn small_rooms(&self, clearance: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
+        self.rooms_below(clearance, (limit_mm, self.least_room_mm(limit_mm)), met)
+    }
+
+    /// As [`Voids::small_rooms`], shut at diameters from the limit's down to `least_mm`.
+    pub fn rooms_below(
+        &self,
+        clearance: &Field<u32>,
+        (limit_mm, least_mm): (f64, f64),
+        met: &mut Indicator,
+    ) -> Result<Vec<Trapped>> {
         let samples = |diameter: f64| 0.5 * diameter / self.grid.h();
-        let least = samples(self.least_room_mm(limit_mm));
+        let least = samples(least_mm);
         // Between the way out of a chamber and its widest place there is always one of these.
         let levels = std::iter::successors(Some(samples(limit_mm) / LEAST_RISE), |r| Some(r / LEAST_RISE));
         self.shut(clearance, &levels.take_while(|&r| r >= least).collect::<Vec<f64>>(), met)

@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn a_region_is_as_flat_as_its_facets_certainly_are() {
         let at = |degrees: f64| {
-            let [one] = &downward_regions(&leaning(degrees), 0.0, Angle::degrees(45.0), 1e-6, |_| false)[..] else {
+            let [one] = &downward_regions(&leaning(degrees), 0.0, Angle::degrees(45.0), 1e-6, |_| 1.0)[..] else {
                 panic!("{degrees}")
             };
             one.certain_angle.as_degrees() - 30.0
