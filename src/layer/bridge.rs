@@ -51,6 +51,8 @@ pub struct Ceiling {
     pub crown: Option<Crown>,
     /// What measuring it took, in pairs of a line and a side.
     pub pairs: u64,
+    /// A length that exceeds its limit by no more equals it, as far as the coordinates tell.
+    pub tie_mm: f64,
 }
 
 /// A length with bounds, and where.
@@ -99,7 +101,7 @@ pub struct SelfHolding {
 impl SelfHolding {
     /// Whether a ceiling holds itself for certain, as a bridge, the crown of a lying hole, or a ledge.
     pub fn holds(&self, ceiling: &Ceiling) -> bool {
-        let within = |high: f64, limit: Option<f64>| limit.is_some_and(|l| high <= l + 1e-6);
+        let within = |high: f64, limit: Option<f64>| limit.is_some_and(|l| high <= l + ceiling.tie_mm);
         match (ceiling.cantilever, ceiling.bridge, ceiling.crown) {
             (Some(_), _, _) => false,
             (None, None, _) => self.ledge_mm.is_some(),
@@ -294,10 +296,10 @@ fn describe(
     let flat_share = if area_mm2 > 0.0 { flat / area_mm2 } else { 0.0 };
     let flat = flat_share >= 0.5;
     // What equals the limit keeps it.
-    let kept = 4.0 * how.step_mm + 1e-6;
-    let ledge_mm = how.ledge_mm + kept;
+    let tie_mm = 4.0 * how.step_mm + 1e-6;
+    let ledge_mm = how.ledge_mm + tie_mm;
     // An arch is judged by its diameter, not by its strands.
-    let limits = Limits { ledge: ledge_mm, bridge: if flat { how.bridge_mm + kept } else { f64::INFINITY } };
+    let limits = Limits { ledge: ledge_mm, bridge: if flat { how.bridge_mm + tie_mm } else { f64::INFINITY } };
     // What is smaller than a ledge in every direction is one.
     let diagonal = (extent.1[0] - extent.0[0]).hypot(extent.1[1] - extent.0[1]);
     let small = diagonal <= ledge_mm && is_anchored;
@@ -331,6 +333,7 @@ fn describe(
         is_spanned: spans.is_spanned,
         crown,
         pairs,
+        tie_mm,
         facets,
     })
 }
@@ -409,6 +412,22 @@ mod tests {
             &[[0, 1, 2], [0, 2, 9], [9, 2, 3], [9, 3, 6], [3, 4, 5], [3, 5, 6], [6, 7, 8], [6, 8, 9]],
             6.0,
         )
+    }
+
+    #[test]
+    fn a_span_as_long_as_its_limit_holds_however_it_was_turned_before_it_was_written() {
+        let (step_mm, limit) = (3.9e-6, 2.0);
+        let limits = SelfHolding { bridge_mm: Some(limit), ledge_mm: Some(0.5), crown_mm: None };
+        for (span, n) in (0..24).flat_map(|n| [(limit, n), (limit + 1e-4, n)]) {
+            let mut mesh = turned(&bench(span, 0.3), 0.26 * f64::from(n));
+            let written = |x: f64| f64::from((x + 50.0) as f32) - 50.0;
+            mesh.vertices.iter_mut().for_each(|p| *p = p.map(written));
+            let hanging = downward_facets(&mesh, 0.02, Angle::degrees(45.0), step_mm);
+            let (plate_z, layer_mm, search) = (0.02, 0.04, Search::Measure);
+            let how = Measuring { plate_z, layer_mm, ledge_mm: 0.5, bridge_mm: limit, step_mm, search };
+            let all = ceilings(&mesh, &hanging, how, &());
+            assert_eq!(all.iter().all(|c| limits.holds(c)), span == limit, "{span} {n} {all:?}");
+        }
     }
 
     #[test]
