@@ -30,8 +30,8 @@ struct Rib {
 pub enum Ribbing {
     /// With these ribs no span is longer than the limit.
     Holds(Held),
-    /// So many would be needed, or more.
-    TooMany(usize),
+    /// More would be needed than are advised.
+    TooMany,
     /// So long is a span that is left with all ribs in place.
     StillSpans(f64),
 }
@@ -79,7 +79,7 @@ impl Ribbing {
         let limit = short(limit);
         match self {
             Ribbing::Holds(held) => held.words(part),
-            Ribbing::TooMany(_) => {
+            Ribbing::TooMany => {
                 format!("more than {MOST} ribs would be needed under it for spans of no more than {limit} mm")
             }
             Ribbing::StillSpans(span) => {
@@ -139,11 +139,11 @@ impl Trying<'_> {
         let reaches = 1.01 * self.reach(std::slice::from_ref(self.ceiling)).max(ledge) + self.part.tie();
         let Some(mut longest) = self.ceiling.bridge else { return Ribbing::StillSpans(0.0) };
         for _ in 0..ROUNDS {
-            let more = self.across(&longest);
-            if more.is_empty() || ribs.len() + more.len() > MOST {
-                return Ribbing::TooMany(ribs.len() + more.len());
+            match self.across(&longest) {
+                Some(more) if more.is_empty() => return Ribbing::StillSpans(longest.high_mm),
+                Some(more) if ribs.len() + more.len() <= MOST => ribs.extend(more),
+                _ => return Ribbing::TooMany,
             }
-            ribs.extend(more);
             let plan: Vec<[Vec3; 3]> = ribs.iter().flat_map(|r| self.in_plan(r)).collect();
             let left = respanned(self.part, self.process, self.ceiling, &plan);
             let span = left.iter().filter_map(|c| c.bridge).max_by(|a, b| a.high_mm.total_cmp(&b.high_mm));
@@ -164,21 +164,23 @@ impl Trying<'_> {
         ceilings.iter().filter_map(|c| c.cantilever).map(|c| c.high_mm).fold(0.0, f64::max)
     }
 
-    /// Ribs across a span that leave even stretches no longer than the limit, each from border to border of the ceiling.
-    fn across(&self, span: &Reach) -> Vec<Rib> {
+    /// Ribs across a span that leave even stretches no longer than the limit, each from border to border of the ceiling; `None` for too
+    /// many. Where a rib would run along a groove it stands beside it.
+    fn across(&self, span: &Reach) -> Option<Vec<Rib>> {
         let [from, to] = span.ends.map(|p| [p[0], p[1], 0.0]);
         let (long, way) = (distance(from, to), unit(sub(to, from)));
         let count = ((long - self.limit) / (self.limit + self.thick) - 1e-9).ceil().max(1.0);
         let free = (long - count * self.thick) / (count + 1.0);
         if count > MOST as f64 || free <= 0.0 {
-            return Vec::new();
+            return None;
         }
         let middle = |n: usize| along(from, way, (n as f64 + 1.0) * (free + self.thick) - 0.5 * self.thick);
-        let rib = |n: usize| {
-            let p = middle(n);
+        let beside = |n: usize, shift: f64| {
+            let p = along(middle(n), way, shift * self.thick);
             stretch(self.part.mesh(), &self.ceiling.facets, [p[0], p[1]], [-way[1], way[0]]).map(|ends| Rib { ends })
         };
-        (0..count as usize).filter_map(rib).collect()
+        let rib = |n: usize| [0.0, 0.3, -0.3, 0.6, -0.6].into_iter().find_map(|shift| beside(n, shift));
+        Some((0..count as usize).filter_map(rib).collect())
     }
 
     /// The outline of a rib from above, as two triangles.
@@ -265,7 +267,19 @@ mod tests {
             assert!((held.span - free).abs() < 1e-6 && (held.tall - 8.0).abs() < 1e-9 && held.thick == 1.2, "{held:?}");
             assert!(found.words(&part, 10.0).contains("on the plate"), "{}", found.words(&part, 10.0));
         }
-        assert!(matches!(tried(bench(120.0)).0, Ribbing::TooMany(_)));
+        assert!(matches!(tried(bench(120.0)).0, Ribbing::TooMany));
+    }
+
+    #[test]
+    fn a_rib_stands_beside_a_score_lower_than_a_layer() {
+        let (a, m, b) = (3.0, 11.0, 19.0);
+        let legs = [[0.0, 0.0], [a, 0.0], [a, 8.0], [m - 0.05, 8.0], [m, 7.91], [m + 0.05, 8.0], [b, 8.0], [b, 0.0]];
+        let outline = [&legs[..], &[[b + 3.0, 0.0], [b + 3.0, 11.0], [0.0, 11.0]]].concat();
+        let under = (2..6).map(|n| [10, n, n + 1]);
+        let caps: Vec<[usize; 3]> = under.chain([[0, 1, 2], [0, 2, 10], [10, 6, 9], [6, 7, 8], [6, 8, 9]]).collect();
+        let (found, _) = tried(extruded(&outline, &caps, 6.0));
+        let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
+        assert!(held.ribs.len() == 1 && held.span < 8.0, "{held:?}");
     }
 
     #[test]
