@@ -4,6 +4,7 @@ use super::beneath::Ground;
 use super::bridge::{FLAT, Measuring};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, sub};
+use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
 /// What the surface does below an edge where it folds towards the void.
@@ -54,6 +55,7 @@ impl<'a, G: Ground> Descents<'a, G> {
             !self.hangs[f as usize] && heights.iter().all(|z| band[0] < *z && *z <= band[1])
         };
         let mut met: Vec<(u32, bool)> = vec![(beyond, is_step(beyond))];
+        let mut place: FxHashMap<u32, usize> = FxHashMap::from_iter([(beyond, 0)]);
         let mut at = 0;
         while let Some(&(facet, steps)) = met.get(at) {
             at += 1;
@@ -63,7 +65,8 @@ impl<'a, G: Ground> Descents<'a, G> {
             }
             for next in self.beside(facet).into_iter().filter(|&f| !self.looks_up(f)) {
                 let leads_on = steps && is_step(next);
-                match met.iter_mut().find(|(f, _)| *f == next) {
+                let n = *place.entry(next).or_insert(met.len());
+                match met.get_mut(n) {
                     Some(known) => known.1 |= leads_on,
                     None => met.push((next, leads_on)),
                 }
