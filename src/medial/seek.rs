@@ -271,15 +271,15 @@ impl<'a> Seeker<'a> {
     /// A ball between the patch's facet and one as good as parallel to it, where the surface bends towards the ball.
     ///
     /// Across a hole with an even number of sides the sides beside a facet stop every ball but the one at its middle, which no
-    /// halving meets. A ball that reaches into such a side by δ clears it if it is moved along the facet by δ / sin ψ, ψ between
-    /// their normals.
+    /// halving meets. Only facets as long as the ball is wide are asked: shorter ones bend both ways, or are soon halved. A ball
+    /// that reaches into such a side by δ clears it if it is moved along the facet by δ / sin ψ, ψ between their normals.
     fn balanced(&mut self, patch: &Patch, ball: &TouchingBall) -> Option<TouchingBall> {
         let q = self.question;
         let mut stop = ball.stop.filter(|_| ball.separation() < WEDGE_SEPARATION).map(|s| (s.facet, s.point))?;
         let (length, opposite) =
             self.mesh.first_hit(patch.centroid(), scale(patch.axis, -1.0), q.tolerance, q.notice)?;
         let inwards = |facet: u32| scale(self.mesh.normal(facet), -self.features.side.sign());
-        let is_news = q.is_thin(length) && length < self.thinnest - q.agree;
+        let is_news = q.is_thin(length) && length < self.thinnest - q.agree && length <= self.extent;
         if !is_news || angle(inwards(opposite), scale(patch.axis, -1.0)) < PARALLEL {
             return None;
         }
