@@ -22,6 +22,8 @@ const SAME: f64 = 0.95;
 const ALIKE: f64 = 1e-3;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
+/// A ball stopped at up to this was stopped by a side beside its own, as in a hole of seven sides or more, and not by the rim of a wall (52°).
+const BENDS: f64 = 52.0 * std::f64::consts::PI / 180.0;
 /// Sides that a ball is moved away from before it is given up.
 const BALANCED: usize = 4;
 /// Squared sine between a facet and one that a ball cannot be moved away from along it (0.06°).
@@ -275,7 +277,7 @@ impl<'a> Seeker<'a> {
     /// that reaches into such a side by δ clears it if it is moved along the facet by δ / sin ψ, ψ between their normals.
     fn balanced(&mut self, patch: &Patch, ball: &TouchingBall) -> Option<TouchingBall> {
         let q = self.question;
-        let mut stop = ball.stop.filter(|_| ball.separation() < WEDGE_SEPARATION).map(|s| (s.facet, s.point))?;
+        let mut stop = ball.stop.filter(|_| ball.separation() <= BENDS).map(|s| (s.facet, s.point))?;
         let (length, opposite) =
             self.mesh.first_hit(patch.centroid(), scale(patch.axis, -1.0), q.tolerance, q.notice)?;
         let inwards = |facet: u32| scale(self.mesh.normal(facet), -self.features.side.sign());
