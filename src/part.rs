@@ -10,11 +10,12 @@ use crate::access::{Question as Standing, Setup, Turn, Turns, axis_directions, l
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, Role};
 use crate::geometry::vector::{Vec3, add, dot, sub};
-use crate::geometry::{BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize};
+use crate::geometry::{
+    Adjacency, BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize,
+};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
 use crate::layer::Ceiling;
 use crate::medial::rod::{Rods, Search, Wanted};
-use crate::medial::section::Adjacency;
 use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
 use crate::units::Length;

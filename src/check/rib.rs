@@ -32,6 +32,8 @@ pub enum Ribbing {
     Holds(Held),
     /// More would be needed than are advised.
     TooMany,
+    /// Nowhere across the span does one reach from border to border.
+    NoPlace,
     /// So long is a span that is left with all ribs in place.
     StillSpans(f64),
 }
@@ -82,6 +84,7 @@ impl Ribbing {
             Ribbing::TooMany => {
                 format!("more than {MOST} ribs would be needed under it for spans of no more than {limit} mm")
             }
+            Ribbing::NoPlace => "no rib has a place across it".into(),
             Ribbing::StillSpans(span) => {
                 format!(
                     "ribs across its longest spans leave one of {} mm, measured again: no rib is advised",
@@ -140,7 +143,7 @@ impl Trying<'_> {
         let Some(mut longest) = self.ceiling.bridge else { return Ribbing::StillSpans(0.0) };
         for _ in 0..ROUNDS {
             match self.across(&longest) {
-                Some(more) if more.is_empty() => return Ribbing::StillSpans(longest.high_mm),
+                Some(more) if more.is_empty() => return Ribbing::NoPlace,
                 Some(more) if ribs.len() + more.len() <= MOST => ribs.extend(more),
                 _ => return Ribbing::TooMany,
             }

@@ -1,5 +1,6 @@
 //! Meshes: their health, their voxels, and exact distances to them.
 
+mod adjacency;
 mod body_pairs;
 mod box_pairs;
 pub mod bvh;
@@ -30,6 +31,7 @@ mod waypoint;
 pub mod wide;
 pub mod winding;
 
+pub use adjacency::Adjacency;
 pub use body_pairs::{BodyPair, body_pairs};
 pub use box_pairs::{LabelledBox, box_pairs};
 pub use cavity::{Cavity, cavities};

@@ -1,5 +1,6 @@
 //! What a ceiling rests on from below, and what of it is left to span.
 
+use super::clip::cut;
 use super::line::Side;
 use super::section::Point;
 use crate::geometry::vector::Vec3;
@@ -46,7 +47,7 @@ pub fn share_below(facet: [Vec3; 3], under: &[[Vec3; 3]]) -> f64 {
 
 /// What of a triangle in plan lies in a counter-clockwise one.
 fn common(triangle: [Vec3; 3], over: [Point; 3]) -> Vec<Point> {
-    let within = |polygon: Vec<Point>, n: usize| kept_left(&polygon, over[n], over[(n + 1) % 3]);
+    let within = |polygon: Vec<Point>, n: usize| cut(&polygon, |x| left_of(over[n], over[(n + 1) % 3], x));
     (0..3).fold(triangle.map(in_plan).to_vec(), within)
 }
 
@@ -200,23 +201,6 @@ fn shifted([a, b]: [Point; 2], by: f64) -> [Point; 2] {
 
 fn middle([a, b]: [Point; 2]) -> Point {
     [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
-}
-
-/// The part of a convex polygon on the left of a line.
-fn kept_left(polygon: &[Point], p: Point, q: Point) -> Vec<Point> {
-    let mut out = Vec::with_capacity(polygon.len() + 1);
-    for (n, &a) in polygon.iter().enumerate() {
-        let b = polygon[(n + 1) % polygon.len()];
-        let (at_a, at_b) = (left_of(p, q, a), left_of(p, q, b));
-        if at_a >= 0.0 {
-            out.push(a);
-        }
-        if (at_a >= 0.0) != (at_b >= 0.0) {
-            let t = at_a / (at_a - at_b);
-            out.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])]);
-        }
-    }
-    out
 }
 
 /// A triangle in plan, turned if it has to be; `None` for one without area.

@@ -1,5 +1,6 @@
 //! Strands beyond which nothing is bridged, and squares of a region all of which sees what holds it.
 
+use super::clip::cut;
 use super::line::{Side, Turned, chords, foot, length};
 use super::plan::{Cell, Plan};
 use super::section::Point;
@@ -72,7 +73,7 @@ impl Plan {
         }
         let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let mut left: Vec<Point> = square.map(|s| [x[0] + s[0] * cell.half, x[1] + s[1] * cell.half]).to_vec();
-        crossing.iter().for_each(|s| left = self.cut(&left, s));
+        crossing.iter().for_each(|s| left = cut(&left, |p| self.ahead(s, p)));
         let feet: Vec<Point> = left.iter().map(|&p| foot(p, hold)).collect();
         let reach = left.iter().chain(&feet).map(|&p| length(x, p)).fold(0.0, f64::max);
         let mut near = self.sides().iter().filter(|s| !s.anchored && distance(s) <= reach);
@@ -85,23 +86,6 @@ impl Plan {
     /// Whether a point lies on the region's side of a side's line, or on the line.
     fn is_before(&self, s: &Side, p: Point) -> bool {
         self.ahead(s, p) >= -1e-9 * self.extent()
-    }
-
-    /// What lies on the region's side of a side's line of a convex polygon.
-    fn cut(&self, polygon: &[Point], s: &Side) -> Vec<Point> {
-        let mut left = Vec::with_capacity(polygon.len() + 1);
-        for (n, &p) in polygon.iter().enumerate() {
-            let q = polygon[(n + 1) % polygon.len()];
-            let [a, b] = [p, q].map(|p| self.ahead(s, p));
-            if a >= 0.0 {
-                left.push(p);
-            }
-            if (a < 0.0) != (b < 0.0) {
-                let t = a / (a - b);
-                left.push([p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])]);
-            }
-        }
-        left
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::beneath::Ground;
 use super::bridge::{FLAT, Measuring};
-use crate::geometry::TriangleMesh;
+use super::clip::cut;
 use crate::geometry::vector::{Vec3, along, sub};
+use crate::geometry::{Adjacency, TriangleMesh};
 use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
 
@@ -22,7 +23,7 @@ pub(super) struct Descents<'a, G> {
     hangs: Vec<bool>,
     how: Measuring,
     ground: &'a G,
-    around: OnceLock<Around>,
+    next: OnceLock<Adjacency>,
 }
 
 impl<'a, G: Ground> Descents<'a, G> {
@@ -30,7 +31,7 @@ impl<'a, G: Ground> Descents<'a, G> {
     pub fn new(mesh: &'a TriangleMesh, hanging: &[u32], how: Measuring, ground: &'a G) -> Self {
         let mut hangs = vec![false; mesh.triangles.len()];
         hanging.iter().for_each(|&f| hangs[f as usize] = true);
-        Descents { mesh, hangs, how, ground, around: OnceLock::new() }
+        Descents { mesh, hangs, how, ground, next: OnceLock::new() }
     }
 
     /// How the surface goes on below the middle m of an edge, over the facet beyond it.
@@ -63,7 +64,7 @@ impl<'a, G: Ground> Descents<'a, G> {
             if lowest <= band[0] + self.tie() || lowest <= self.how.plate_z || self.ground.holds(facet) {
                 return Descent::Holds;
             }
-            for next in self.beside(facet).into_iter().filter(|&f| !self.looks_up(f)) {
+            for next in self.beside(facet).filter(|&f| !self.looks_up(f)) {
                 let leads_on = steps && is_step(next);
                 let n = *place.entry(next).or_insert(met.len());
                 match met.get_mut(n) {
@@ -108,60 +109,8 @@ impl<'a, G: Ground> Descents<'a, G> {
     }
 
     /// The facets over the edges of a facet that it shares with one other.
-    fn beside(&self, facet: u32) -> Vec<u32> {
-        let t = self.mesh.triangles[facet as usize];
-        [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].into_iter().filter_map(|edge| self.over(facet, edge)).collect()
-    }
-
-    /// The only other facet at an edge.
-    fn over(&self, facet: u32, [a, b]: [u32; 2]) -> Option<u32> {
-        let around = self.around.get_or_init(|| Around::new(self.mesh));
-        let has = |f: &u32| *f != facet && self.mesh.triangles.get(*f as usize).is_some_and(|t| t.contains(&b));
-        let mut others = around.of(a).iter().copied().filter(has);
-        others.next().filter(|_| others.next().is_none())
-    }
-}
-
-/// The part of a convex polygon where a linear function is not negative.
-fn cut(polygon: &[Vec3], within: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
-    let mut left = Vec::with_capacity(polygon.len() + 1);
-    for (n, &p) in polygon.iter().enumerate() {
-        let q = polygon[(n + 1) % polygon.len()];
-        let (a, b) = (within(p), within(q));
-        if a >= 0.0 {
-            left.push(p);
-        }
-        if (a < 0.0) != (b < 0.0) {
-            left.push(along(p, sub(q, p), a / (a - b)));
-        }
-    }
-    left
-}
-
-/// The facets around each vertex.
-struct Around {
-    from: Vec<u32>,
-    facets: Vec<u32>,
-}
-
-impl Around {
-    fn new(mesh: &TriangleMesh) -> Self {
-        let mut from = vec![0u32; mesh.vertices.len() + 1];
-        mesh.triangles.iter().flatten().for_each(|&v| from[v as usize + 1] += 1);
-        (1..from.len()).for_each(|v| from[v] += from[v - 1]);
-        let (mut next, mut facets) = (from.clone(), vec![0u32; 3 * mesh.triangles.len()]);
-        for (f, t) in mesh.triangles.iter().enumerate() {
-            for &v in t {
-                facets[next[v as usize] as usize] = f as u32;
-                next[v as usize] += 1;
-            }
-        }
-        Around { from, facets }
-    }
-
-    fn of(&self, vertex: u32) -> &[u32] {
-        let end = |v: usize| self.from.get(v).copied().unwrap_or_default() as usize;
-        self.facets.get(end(vertex as usize)..end(vertex as usize + 1)).unwrap_or_default()
+    fn beside(&self, facet: u32) -> impl Iterator<Item = u32> + '_ {
+        self.next.get_or_init(|| Adjacency::of(self.mesh, |_| true)).beside(facet)
     }
 }
 

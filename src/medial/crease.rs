@@ -3,7 +3,7 @@
 use super::chord::PARALLEL;
 use super::feature::Side;
 use super::flat::{is_flat, is_needle, wide_facet};
-use super::section::Adjacency;
+use crate::geometry::Adjacency;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
@@ -266,8 +266,8 @@ pub fn length(mesh: &TriangleMesh, crease: &Crease) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::section::Adjacency;
     use super::*;
+    use crate::geometry::Adjacency;
     use crate::geometry::{cuboid, extruded};
 
     #[test]

@@ -1,9 +1,8 @@
 //! Flat faces, of however many facets, as far as they lie about a place.
 
-use super::section::Adjacency;
-use crate::geometry::TriangleMesh;
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, distance, dot, norm, sub, unit};
+use crate::geometry::{Adjacency, TriangleMesh};
 
 /// Facets of a face that are looked at; a face of more about one place is wide.
 const LOOKED_AT: usize = 256;

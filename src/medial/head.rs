@@ -182,8 +182,8 @@ fn bridges(links: &[Link], of: &[Beyond]) -> Vec<(usize, [Beyond; 2])> {
 mod tests {
     use super::super::feature::Side;
     use super::super::rod::Wanted;
-    use super::super::section::Adjacency;
     use super::*;
+    use crate::geometry::Adjacency;
     use crate::geometry::vector::Vec3;
     use crate::geometry::{MeshDistance, TriangleMesh, revolved};
     use crate::random::Lcg;

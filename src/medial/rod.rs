@@ -2,10 +2,10 @@
 
 use super::feature::Side;
 use super::head::mark_heads;
-use super::section::{Adjacency, Plane, Section, across, section};
+use super::section::{Plane, Section, across, section};
 use super::waist::narrowest;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
-use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::geometry::{Adjacency, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 

@@ -3,8 +3,7 @@
 use super::axes::least_axis;
 use super::chord::WALL_SEPARATION;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
-use crate::geometry::{Hull, TriangleMesh};
-use rayon::prelude::*;
+use crate::geometry::{Adjacency, Hull, TriangleMesh};
 
 /// Facets that a curve may cross before it is given up.
 const LONGEST_CURVE: usize = 20_000;
@@ -17,48 +16,6 @@ const ROUND: f64 = 1.09;
 const NEARLY_ROUND: f64 = 1.4;
 /// A curve that fills less of its convex hull is a star, or bent: its widths say nothing of what is in it.
 const FULL: f64 = 0.92;
-
-/// The facet across each edge of each facet.
-pub struct Adjacency {
-    across: Vec<[u32; 3]>,
-}
-
-/// No facet across an edge.
-const NONE: u32 = u32::MAX;
-
-impl Adjacency {
-    /// The neighbours among the facets for which `counts` holds; an edge without exactly two of them leads nowhere.
-    ///
-    /// # Cost
-    /// One sort of the edges.
-    pub fn of(mesh: &TriangleMesh, counts: impl Fn(usize) -> bool + Sync) -> Self {
-        let mut edges: Vec<(u64, u32)> = (0..mesh.triangles.len())
-            .into_par_iter()
-            .filter(|&f| counts(f))
-            .flat_map_iter(|f| {
-                let t = mesh.triangles[f];
-                (0..3).map(move |e| {
-                    let (a, b) = (t[e], t[(e + 1) % 3]);
-                    (u64::from(a.min(b)) << 32 | u64::from(a.max(b)), 4 * f as u32 + e as u32)
-                })
-            })
-            .collect();
-        edges.par_sort_unstable();
-        let mut across = vec![[NONE; 3]; mesh.triangles.len()];
-        for pair in edges.chunk_by(|a, b| a.0 == b.0) {
-            if let [(_, a), (_, b)] = *pair {
-                across[(a / 4) as usize][(a % 4) as usize] = b / 4;
-                across[(b / 4) as usize][(b % 4) as usize] = a / 4;
-            }
-        }
-        Adjacency { across }
-    }
-
-    /// The facet across edge `e` (from corner e to the next) of a facet.
-    pub fn across(&self, facet: u32, e: usize) -> Option<u32> {
-        self.across.get(facet as usize).map(|f| f[e]).filter(|&f| f != NONE)
-    }
-}
 
 /// A closed curve in which a plane cuts the surface, summed up.
 #[derive(Debug, Clone, PartialEq)]

@@ -270,6 +270,7 @@ fn is_one_by_faces(bits: u32) -> bool {
 mod tests {
     use super::*;
     use crate::grid::Grid;
+    use crate::random::Lcg;
     use crate::units::Length;
 
     /// The same, sample by sample.
@@ -299,11 +300,8 @@ mod tests {
 
     #[test]
     fn the_same_stays_as_sample_by_sample() {
-        let mut state = 7u64;
-        let mut below = |n: u64| {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 33) % n
-        };
+        let mut random = Lcg(7);
+        let mut below = |n: u64| random.below(n);
         for dims in [[3, 3, 3], [64, 5, 4], [67, 4, 4], [130, 3, 5], [12, 11, 10]] {
             let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).unwrap();
             for round in 0..30 {
@@ -324,11 +322,8 @@ mod tests {
 
     #[test]
     fn what_is_known_of_another_pair_changes_nothing() {
-        let mut state = 11u64;
-        let mut below = |n: u64| {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 33) % n
-        };
+        let mut random = Lcg(11);
+        let mut below = |n: u64| random.below(n);
         for dims in [[67, 5, 4], [130, 3, 5], [12, 11, 10]] {
             let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).unwrap();
             for round in 0..20 {

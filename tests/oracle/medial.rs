@@ -1,10 +1,10 @@
 //! Walls, gaps, pins, holes and wedges on the mesh.
 
 use crate::random::Random;
+use amcheck::geometry::Adjacency;
 use amcheck::geometry::{MeshDistance, TriangleMesh, cuboid, extruded, revolved};
 use amcheck::medial::crease::{Sharpness, creases};
 use amcheck::medial::rod::{End, Rod, Search, Wanted};
-use amcheck::medial::section::Adjacency;
 use amcheck::medial::{Cover, Features, Question, Shape, Side};
 use std::f64::consts::PI;
 
