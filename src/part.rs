@@ -81,9 +81,16 @@ impl Part {
         if !(longest > 0.0 && longest.is_finite()) {
             return Err(no_geometry("the surface has no extent"));
         }
-        let translation = lo.map(|x| 0.0 - x);
-        let mut mesh = turned.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation);
-        let as_read = Health::of(&mesh);
+        let (mut mesh, mut translation) = at_origin(turned, lo);
+        let mut as_read = Health::of(&mesh);
+        // What holds no volume is not printed, and does not set the plate.
+        let solid = health::without_ghosts(&mesh, &as_read);
+        if let Some(lo) = solid.as_ref().and_then(|solid| solid.bounds()).map(|(lo, _)| lo).filter(|lo| *lo != [0.0; 3])
+        {
+            let (moved, shift) = at_origin(mesh, lo);
+            (mesh, translation) = (moved, add(translation, shift));
+            as_read = Health::of(&mesh);
+        }
         let mut notices = as_read.notices();
         let mut health = None;
         if as_read.miswound_edges.count > 0 {
@@ -92,6 +99,10 @@ impl Part {
             notices.push(Notice::new("turned-facets", text).counted(turned as u64));
             health = Some(Health::of(&agreed));
             mesh = agreed;
+        }
+        if let Some(solid) = health::without_ghosts(&mesh, health.as_ref().unwrap_or(&as_read)) {
+            health = Some(Health::of(&solid));
+            mesh = solid;
         }
         let health = health.unwrap_or_else(|| as_read.clone());
         health::turn_shells(&mut mesh, &health);
@@ -363,6 +374,12 @@ impl Part {
 
 fn no_geometry(problem: &str) -> Error {
     Error::NoGeometry { problem: problem.into(), remedy: "export the part again; it must be a closed surface".into() }
+}
+
+/// A mesh with the least corner of its box moved to the origin, and by how much it was moved.
+fn at_origin(mesh: TriangleMesh, lo: Vec3) -> (TriangleMesh, Vec3) {
+    let translation = lo.map(|x| 0.0 - x);
+    (mesh.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation), translation)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::distance::{nearest_sample, squared_distance};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::{add, dot, norm, scale, sub};
+use crate::geometry::vector::{add, along, dot, norm, scale, sub};
 use crate::part::Part;
 use crate::topology::{Adjacency, components};
 use crate::units::short;
@@ -13,8 +13,10 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Add;
 
-/// A line that starts on a facet and all but follows it, as the cosine to its normal, sees nothing.
+/// A line that all but follows a facet, as the cosine to its normal, starts a grain before it instead of on it.
 const GRAZING: f64 = 1e-3;
+/// Where such a line starts, in steps of the file's coordinates: before all that they leave open.
+const GRAIN: f64 = 10.0;
 
 /// Whether powder leaves the surface at the middle of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,9 +117,12 @@ fn leaves(part: &Part, setups: &[Setup], patches: &[&Patch], hole: Option<f64>) 
         _ => None,
     };
     let view = part.distance();
-    let leads_out = |p: &Patch, d| view.first_hit(p.at, d, 1e-6 * p.radius, f64::INFINITY).is_none();
+    let leads_out = |p: &Patch, d| {
+        let before = if dot(d, p.normal) > GRAZING { 0.0 } else { GRAIN * part.step() };
+        view.first_hit(along(p.at, p.normal, before), d, 1e-6 * p.radius, f64::INFINITY).is_none()
+    };
     let in_sight = |p: &Patch| {
-        let mut ahead = setups.iter().map(|s| s.direction).filter(|&d| dot(d, p.normal) > GRAZING);
+        let mut ahead = setups.iter().map(|s| s.direction).filter(|&d| dot(d, p.normal) > -GRAZING);
         // Nothing leads out of a void that is closed all round.
         !part.bounds_sealed_void(p.facet as usize) && ahead.any(|d| leads_out(p, d))
     };
@@ -243,6 +248,17 @@ mod tests {
             assert!((most < corners) == runs_out[0] && (least == 0.0) == runs_out[1], "{wide}: {least} to {most}");
             assert!(powder.sentence().unwrap().contains("a straight line of air leads to"));
         }
+    }
+
+    #[test]
+    fn a_line_along_a_wall_leads_out_past_it() {
+        let part = Part::new(flask(2.0), Up::PlusZ, 1e-5, 1.0).unwrap();
+        let surface = patches(part.mesh(), 0.5, |_| true);
+        let in_neck = |p: &&Patch| p.at[2] > 15.1 && p.normal[2] == 0.0 && (8.9..11.1).contains(&p.at[0].max(p.at[1]));
+        let neck: Vec<&Patch> = surface.iter().filter(in_neck).collect();
+        let along_axes = part.setups(Length::mm(0.5), Length::mm(2.0)).unwrap();
+        let leaves = leaves(&part, along_axes, &neck, None).unwrap();
+        assert!(!leaves.is_empty() && leaves.iter().all(|l| l.in_sight), "{leaves:?}");
     }
 
     #[test]

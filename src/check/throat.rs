@@ -1,50 +1,35 @@
-//! Whether a ball fits into a chamber, and gets out of it: told on finer grids about the narrowest place of its way alone.
+//! Whether a ball fits into a chamber, and gets out of it: told by the surface itself about the narrowest place of its way alone.
 
+use super::ball_way::{Beside, Lattice, MOST_ASKED, Place, Search};
 use super::budget::Budget;
 use super::finding::{Bracket, Limits};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
-use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
-use crate::geometry::vector::{Vec3, add, along, sub, unit};
+use crate::geometry::vector::{Vec3, along, distance, unit};
 use crate::grid::Grid;
+use crate::part::Part;
 use crate::topology::{Adjacency, Components, components};
-use crate::units::Length;
 
-/// Windows about a throat, in turn: half the edge in diameters of the ball, beyond both ends of a throat as long as the ball or
-/// three times as long; and the spacing in that of the whole grid, a half at most.
-const WINDOWS: [(f64, f64); 4] = [(0.75, 0.5), (0.75, 0.25), (1.75, 0.5), (1.75, 0.25)];
+/// Steps of the lattices in the spacing of the whole grid, in turn.
+const FINER: [f64; 3] = [0.5, 0.25, 0.125];
+/// A ball that is certainly stuck is narrower than the limit by this share of it.
+const BELOW: f64 = 0.99;
 
-/// The samples that a ball may stand on for certain, and from where to their neighbours along the axes.
+/// The samples of a grid that a ball may stand on for certain, and from where to their neighbours along the axes.
 struct Stands {
     grid: Grid,
     parts: Components,
 }
 
 impl Stands {
-    /// By the squared clearance, and by the surface itself where that leaves it open and `free` tells; none outside the box.
-    ///
-    /// What the part touches lies within half a diagonal of the samples that stand for it, and half a spacing more lets the ball
-    /// go on to the next sample. `free` says whether nothing of the surface is within a distance of a point.
-    fn of(
-        clearance: &Field<u32>,
-        ball_mm: f64,
-        [lo, hi]: [Vec3; 2],
-        free: Option<&(dyn Fn(Vec3, f64) -> bool + Sync)>,
-    ) -> Self {
+    /// By the squared clearance: what the part touches lies within half a diagonal of the samples that stand for it, and half a
+    /// spacing more lets the ball go on to the next sample.
+    fn of(clearance: &Field<u32>, ball_mm: f64) -> Self {
         let grid = *clearance.grid();
-        let needed = 0.5 * ball_mm / grid.h() + 0.5;
-        let squares = |root: f64| (root.max(0.0) * root.max(0.0)).ceil() as u32;
-        let (least, perhaps) = (squares(needed + HALF_DIAGONAL), squares(needed - HALF_DIAGONAL));
-        let own = Indicator::from_predicate(grid, |at| {
-            let c = clearance.values()[at];
-            if c < perhaps || c == 0 {
-                return false;
-            }
-            let p = grid.position(grid.index(at));
-            let within = (0..3).all(|a| lo[a] <= p[a] && p[a] <= hi[a]);
-            within && (c >= least || free.is_some_and(|free| free(p, needed * grid.h())))
-        });
+        let needed = 0.5 * ball_mm / grid.h() + 0.5 + HALF_DIAGONAL;
+        let least = (needed * needed).ceil() as u32;
+        let own = Indicator::from_predicate(grid, |at| clearance.values()[at] >= least);
         Stands { grid, parts: components(&own, Adjacency::Face) }
     }
 
@@ -52,16 +37,11 @@ impl Stands {
         self.grid.sample_at(p).and_then(|index| self.parts.of(index))
     }
 
-    /// Places of the samples in a box, each with its piece.
-    fn each(&self, [lo, hi]: [Vec3; 2]) -> impl Iterator<Item = (Vec3, u32)> + '_ {
-        let dims = self.grid.dims();
-        let [first, last] = [lo, hi].map(|p| {
-            let c = self.grid.continuous_index(p);
-            [0, 1, 2].map(|a| c[a].round().clamp(0.0, dims[a] as f64 - 1.0) as usize)
-        });
-        let rows = (first[2]..=last[2]).flat_map(move |k| (first[1]..=last[1]).map(move |j| (j, k)));
-        let samples = rows.flat_map(move |(j, k)| (first[0]..=last[0]).map(move |i| [i, j, k]));
-        samples.filter_map(|index| Some((self.grid.position(index), self.parts.of(index)?)))
+    /// The piece of the sample nearest to a point, its offset in storage and how far away it is.
+    fn beside(&self, p: Vec3) -> Option<(u32, usize, f64)> {
+        let index = self.grid.sample_at(p)?;
+        let piece = self.parts.of(index)?;
+        Some((piece, self.grid.offset(index), distance(self.grid.position(index), p)))
     }
 }
 
@@ -74,15 +54,98 @@ pub(super) enum Ground {
     Plate,
 }
 
+/// The ways of a ball beside a throat: where the whole grid has room for it, and over finer and finer lattices.
+struct Ways<'a> {
+    part: &'a Part,
+    clearance: &'a Field<u32>,
+    ball_mm: f64,
+    on_plate: bool,
+    whole: Stands,
+    /// Which pieces of the whole grid lie outside, and which one in the chamber.
+    out: Vec<bool>,
+    inside: Option<u32>,
+    /// The middle of the chamber.
+    middle: Vec3,
+    /// The searches over coarser lattices, each of half the step of the one before.
+    coarser: Vec<Search>,
+}
+
+impl Ways<'_> {
+    /// Which of chamber (0) and outside (1) are met by a way over a lattice through the throat, and how many points were asked.
+    fn followed(&mut self, throat: Vec3, step: f64) -> (Option<[bool; 2]>, u64) {
+        let h = self.clearance.grid().h();
+        // What lies at both ends of the throat is told in the first step, so that finer ones need not go far.
+        let reach = if self.coarser.is_empty() { (1.75 * self.ball_mm).clamp(h, 10.0 * h) } else { h };
+        let reach = (reach / step).ceil() as i32;
+        let edge = 2 * reach + 1;
+        let starts = (0..edge.pow(3)).map(|n| [n, n / edge, n / edge.pow(2)].map(|n| n % edge - reach));
+        let mut search = Search::over(Lattice { origin: throat, step }, Beside::Face);
+        let mut met = Some([false; 2]);
+        for start in starts {
+            if met.is_some_and(|goals| goals != [true; 2]) {
+                met = search.goals(start, &|p| self.place(p, step));
+            }
+        }
+        let asked = search.asked;
+        self.coarser.push(search);
+        (met, asked)
+    }
+
+    /// Whether the ball has room about a point with half a step to spare.
+    fn stands(&self, p: Vec3, step: f64) -> bool {
+        let needed = 0.5 * (self.ball_mm + step);
+        !(self.on_plate && p[2] < needed) && self.part.distance().nearest(p, needed).is_none()
+    }
+
+    /// What is at a point of a lattice: a goal also where points of coarser lattices lead to one, each with half its step to spare.
+    fn place(&self, p: Vec3, step: f64) -> Place {
+        if !self.stands(p, step) {
+            return Place::Blocked;
+        }
+        let (mut p, mut step) = (p, step);
+        let mut goal = self.goal(p, step);
+        for search in self.coarser.iter().rev() {
+            let Some((q, near)) = search.beside(p, step).filter(|_| goal.is_none()) else { break };
+            if !self.stands(q, search.step()) {
+                break;
+            }
+            (p, step) = (q, search.step());
+            goal = near.or_else(|| self.goal(p, step));
+        }
+        goal.map_or(Place::Free, Place::Goal)
+    }
+
+    /// The goal that a point with half a step to spare has reached, by where it is and by the whole grid.
+    fn goal(&self, p: Vec3, step: f64) -> Option<usize> {
+        let (extent, h) = (self.part.extent(), self.clearance.grid().h());
+        // Beyond the part's box a ball leaves along an axis, on the plate not downward.
+        if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0 && !(self.on_plate && a == 2)) {
+            return Some(1);
+        }
+        // A room that the whole grid has no sample for holds a ball about its middle.
+        if distance(p, self.middle) <= step {
+            return Some(0);
+        }
+        let (piece, at, away) = self.whole.beside(p)?;
+        let spare = h * (f64::from(self.clearance.values()[at]).sqrt() - HALF_DIAGONAL) - 0.5 * self.ball_mm;
+        // Samples of the whole grid have half its spacing to spare, or more.
+        match away <= spare.max(0.5 * h) + 0.5 * step {
+            true if self.out[piece as usize] => Some(1),
+            true if Some(piece) == self.inside => Some(0),
+            _ => None,
+        }
+    }
+}
+
 impl Voids<'_> {
     /// Whether a ball of this diameter gets from a chamber to the outside for certain.
     ///
-    /// Where the whole grid leaves that open at the throat alone, grids up to four times finer about the throat are asked, each
-    /// as far as the budget goes. A way has to lead over samples where the ball fits in any case, so that *yes* is a proof;
-    /// *no* says nothing. On the plate the clearance is the one that it caps.
+    /// Where the whole grid leaves that open, its middle is followed from the throat over finer and finer lattices, as far as the
+    /// budget goes, until it stands where the whole grid has room for it. A way has to lead over points where the ball fits with half a
+    /// step to spare, so that *yes* is a proof; *no* says nothing. On the plate the clearance is the one that it caps.
     ///
     /// # Cost
-    /// O(samples) of the grid and of each window.
+    /// O(samples) of the grid, and a distance for each point beside the way that the grid has no room for.
     pub(super) fn lets_out(
         &self,
         clearance: &Field<u32>,
@@ -90,77 +153,51 @@ impl Voids<'_> {
         (ball_mm, ground): (f64, Ground),
         budget: &mut Budget,
     ) -> Result<bool> {
-        let (part, h) = (self.part(), clearance.grid().h());
-        let all = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
-        let whole = Stands::of(clearance, ball_mm, all, None);
-        let (Some(throat), Some(inside)) = (chamber.throat, whole.at(chamber.at)) else { return Ok(false) };
+        let whole = Stands::of(clearance, ball_mm);
+        let (Some(throat), inside) = (chamber.throat, whole.at(chamber.at)) else { return Ok(false) };
         let out = whole.parts.at_border();
-        if out[inside as usize] {
+        if inside.is_some_and(|l| out[l as usize]) {
             return Ok(true);
         }
         let on_plate = ground == Ground::Plate;
-        let free = |p: Vec3, within: f64| !(on_plate && p[2] < within) && part.distance().nearest(p, within).is_none();
-        for (reach, finer) in WINDOWS.map(|(reach, finer)| ([reach * ball_mm; 3], finer * h)) {
-            let window = [sub(throat, reach), add(throat, reach)];
-            // What is nearer than the ball and the doubt lies within the padding.
-            let pad = [0.5 * ball_mm + 3.0 * finer; 3];
-            let (lo, hi) = (sub(window[0], pad), add(window[1], pad));
-            let samples = (0..3).map(|a| ((hi[a] - lo[a]) / finer).ceil() + 1.0).product::<f64>() as u64;
-            if !budget.allows(samples) {
-                continue;
+        let (part, middle, coarser) = (self.part(), chamber.at, Vec::new());
+        let mut ways = Ways { part, clearance, ball_mm, on_plate, whole, out, inside, middle, coarser };
+        for step in FINER.map(|f| f * clearance.grid().h()) {
+            if !budget.allows(MOST_ASKED) {
+                break;
             }
-            let Ok(solid) = part.window(lo, hi, Length::mm(finer)) else {
-                budget.too_large += 1;
-                continue;
-            };
-            budget.note(1, samples);
-            let clear = squared_distance(&solid.outer)?;
-            let clear = if on_plate { self.in_window(&solid).above_plate(&clear)? } else { clear };
-            let near = Stands::of(&clear, ball_mm, window, Some(&free));
-            // A sample of the window lies within half a diagonal of one of the whole grid; both leave room for that.
-            let mut joined: Vec<[bool; 2]> = vec![[false; 2]; near.parts.count()];
-            for (p, piece) in whole.each(window) {
-                if let Some(by) = near.at(p).and_then(|l| joined.get_mut(l as usize)) {
-                    *by = [by[0] || piece == inside, by[1] || out[piece as usize]];
-                }
-            }
-            // Beyond the part's box a ball leaves along an axis; what gets there stands on the first samples beyond it.
-            let faces = (0..6).map(|n| (n / 2, if n % 2 == 0 { 0.0 } else { part.extent()[n / 2] }));
-            for (axis, at) in faces.filter(|face| !(on_plate && *face == (2, 0.0))) {
-                let beyond = |p: Vec3| if at > 0.0 { p[axis] >= at } else { p[axis] <= at };
-                let mut layer = window;
-                layer[0][axis] = layer[0][axis].max(at - 2.0 * finer);
-                layer[1][axis] = layer[1][axis].min(at + 2.0 * finer);
-                if layer[0][axis] <= layer[1][axis] {
-                    near.each(layer)
-                        .filter(|(p, _)| beyond(*p))
-                        .for_each(|(_, piece)| joined[piece as usize][1] = true);
-                }
-            }
-            if joined.contains(&[true; 2]) {
+            let (met, asked) = ways.followed(throat, step);
+            budget.note(1, asked);
+            if met == Some([true; 2]) {
                 return Ok(true);
             }
         }
         Ok(false)
     }
 
-    /// Whether a ball of this diameter fits into the widest place of a room: its middle is moved to where the surface is
-    /// furthest.
+    /// Whether a ball of this diameter fits into the widest place of a room.
     pub(super) fn has_room(&self, room: &Trapped, ball_mm: f64) -> bool {
+        self.widest_about(room.at, f64::INFINITY, ball_mm).0 >= ball_mm - self.part().tie()
+    }
+
+    /// Diameter and middle of a ball that touches the surface at most, moved from a point to where it is wider until it is as wide
+    /// as wanted or its middle would leave the reach.
+    pub(super) fn widest_about(&self, from: Vec3, reach_mm: f64, wanted_mm: f64) -> (f64, Vec3) {
         let surface = self.part().distance();
         let clear = |p: Vec3| surface.nearest(p, f64::INFINITY).map_or(f64::INFINITY, |n| n.distance);
-        let wanted = 0.5 * (ball_mm - self.part().tie());
-        let (mut p, mut step) = (room.at, 0.5 * self.solid.inner.grid().h());
-        let (mut most, least_step) = (clear(p), 1e-4 * ball_mm);
+        let wanted = 0.5 * (wanted_mm - self.part().tie());
+        let (mut p, mut step) = (from, (0.5 * self.solid.inner.grid().h()).min(reach_mm));
+        let (mut most, least_step) = (clear(p), 1e-4 * wanted_mm);
         while most < wanted && step > least_step && most > 0.0 {
             let aside = (0..27).filter(|n| *n != 13).map(|n: i32| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1].map(f64::from));
-            let moved = aside.map(|d| along(p, unit(d), step.min(0.5 * most))).map(|q| (clear(q), q));
-            match moved.max_by(|a, b| a.0.total_cmp(&b.0)) {
+            let moved =
+                aside.map(|d| along(p, unit(d), step.min(0.5 * most))).filter(|q| distance(*q, from) <= reach_mm);
+            match moved.map(|q| (clear(q), q)).max_by(|a, b| a.0.total_cmp(&b.0)) {
                 Some((wider, q)) if wider > most => (most, p) = (wider, q),
                 _ => step *= 0.5,
             }
         }
-        most >= wanted
+        (2.0 * most, p)
     }
 
     /// Raises the low end of a chamber's way out to the limits that a ball is known to pass.
@@ -188,6 +225,45 @@ impl Voids<'_> {
         Ok(())
     }
 
+    /// Lowers the high end of a chamber's way out below the limits that no ball gets past for certain: its middle is followed from
+    /// the widest place over a lattice, wherever it may stand by half a diagonal, and gets nowhere.
+    ///
+    /// # Cost
+    /// A distance for each point that a ball may stand on, up to [`MOST_ASKED`] for each lattice.
+    pub(super) fn shut_for_certain(&self, chamber: &mut Trapped, limits: Limits, budget: &mut Budget) {
+        let extent = self.part().extent();
+        for limit in limits.warn.into_iter().chain(limits.fail) {
+            let (Bracket { value, low, high }, ball) = (chamber.way_out_mm, BELOW * limit);
+            if low >= ball || high < limit || !self.part().health().is_solid() {
+                continue;
+            }
+            let (wide, middle) = self.widest_about(chamber.at, f64::INFINITY, limit);
+            for step in FINER.map(|f| f * self.spacing_mm()) {
+                if wide < ball || !budget.allows(MOST_ASKED) {
+                    break;
+                }
+                let needed = (0.5 * ball - HALF_DIAGONAL * step).max(0.0);
+                let place = |p: Vec3| {
+                    if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0) {
+                        Place::Goal(0)
+                    } else if self.part().distance().nearest(p, needed).is_some() {
+                        Place::Blocked
+                    } else {
+                        Place::Free
+                    }
+                };
+                let mut search = Search::over(Lattice { origin: middle, step }, Beside::Corner);
+                let met = search.goals([0; 3], &place);
+                budget.note(1, search.asked);
+                if met == Some([false; 2]) {
+                    let neck = chamber.throat.map(|t| self.widest_about(t, HALF_DIAGONAL * self.spacing_mm(), ball).0);
+                    chamber.way_out_mm = Bracket { value: neck.unwrap_or(value).clamp(low, ball), low, high: ball };
+                    break;
+                }
+            }
+        }
+    }
+
     /// Those of the places that the plate closes from which no ball of the limit is known to get out; the clearance is the one that
     /// the plate caps.
     ///
@@ -213,12 +289,13 @@ impl Voids<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::finding::Sense;
     use super::super::void::tests::{flask, part, turned};
     use super::*;
     use crate::random::Lcg;
 
     #[test]
-    fn no_ball_wider_than_the_neck_gets_out_and_windows_let_out_what_the_whole_grid_leaves_open() {
+    fn no_ball_wider_than_the_neck_gets_out_and_what_the_whole_grid_leaves_open_is_decided() {
         let mut rng = Lcg(41);
         let (mut passed, mut in_doubt) = (0, 0);
         for case in 0..120 {
@@ -234,9 +311,22 @@ mod tests {
             let mut budget = Budget::of(1 << 24);
             let out = voids.lets_out(&clearance, chamber, (ball, Ground::Nothing), &mut budget).unwrap();
             assert!(!out || ball <= neck, "{case}: a ball of {ball} through a neck of {neck}");
-            // With the surface itself only the step is left: half a spacing of the finest window, and as much for samples off the axis.
-            let doubt = 2.0 * (0.5 + 2.0 * HALF_DIAGONAL) * 0.25 * h;
+            // Only the finest step is left: half of it to spare, and half a diagonal for points off the axis.
+            let doubt = 2.0 * (0.5 + HALF_DIAGONAL) * 0.125 * h;
             assert!(out || ball > neck - doubt, "{case}: no ball of {ball} through a neck of {neck}, h {h}");
+            let limits = Limits { fail: Some(ball), warn: None, sense: Sense::Min };
+            let mut shut = chamber.clone();
+            voids.shut_for_certain(&mut shut, limits, &mut budget);
+            assert!(
+                shut.way_out_mm.high >= neck && shut.way_out_mm.low <= neck,
+                "{case}: {:?} of {neck}",
+                shut.way_out_mm
+            );
+            let doubt = 2.0 * HALF_DIAGONAL * 0.125 * h;
+            assert!(
+                shut.way_out_mm.high < ball || BELOW * ball < neck + doubt,
+                "{case}: {ball} is not stuck in {neck}"
+            );
             passed += usize::from(out);
             in_doubt += usize::from(out && ball > chamber.way_out_mm.low);
         }

@@ -115,8 +115,12 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         let room = limits.fail.map_or(widest, |fail| fail.min(widest));
         let mut small = voids.small_rooms(&clearance, widest, &mut met.clone())?;
         chambers.extend(small.extract_if(.., |t| voids.has_room(t, room)));
+        let told: Vec<&Trapped> = chambers.iter().chain(&small).collect();
+        let hidden = voids.hidden_rooms(&clearance, (room, widest), &told, budget)?;
+        chambers.extend(hidden);
         for chamber in &mut chambers {
             voids.open_for_certain(&clearance, chamber, limits, budget)?;
+            voids.shut_for_certain(chamber, limits, budget);
         }
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&small, widest)?;

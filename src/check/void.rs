@@ -18,7 +18,7 @@ pub(super) const HALF_DIAGONAL: f64 = 0.866_025_403_784_438_6;
 /// A void that the grid calls closed is looked at only if it holds this many free samples: a ball of two samples' radius.
 const LEAST_SAMPLES: u64 = 27;
 /// A chamber is at least this much wider than its way out; what is less is a passage of uneven width.
-const LEAST_RISE: f64 = 1.25;
+pub(super) const LEAST_RISE: f64 = 1.25;
 
 /// A place from which something cannot get out, or only through a narrow mouth.
 #[derive(Debug, Clone)]
@@ -80,14 +80,6 @@ impl<'a> Voids<'a> {
         Ok(Voids { part, solid, grid: *solid.inner.grid(), loose, closed, cavities })
     }
 
-    /// The voids of the same part on the grid of a window of it; the border of the window counts as outside.
-    pub fn in_window<'b>(&'b self, solid: &'b Solid) -> Voids<'b> {
-        let loose = components(&solid.inner.complement(), Adjacency::Corner);
-        let closed = vec![false; loose.count()];
-        let cavities = self.cavities.clone();
-        Voids { part: self.part, solid, grid: *solid.inner.grid(), loose, closed, cavities }
-    }
-
     /// How a number that rests on the sets is known.
     pub fn basis(&self) -> Basis {
         if self.part.health().is_solid() { Basis::Certified } else { Basis::Estimated }
@@ -96,6 +88,11 @@ impl<'a> Voids<'a> {
     /// The part whose voids they are.
     pub fn part(&self) -> &Part {
         self.part
+    }
+
+    /// The spacing of the grid that they are looked at on.
+    pub fn spacing_mm(&self) -> f64 {
+        self.grid.h()
     }
 
     fn label(&self, p: Vec3) -> Option<u32> {
@@ -302,6 +299,13 @@ impl<'a> Voids<'a> {
     }
 
     fn shut_chambers(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Chamber>> {
+        let mut found = self.closed_at(clearance, radii, met)?;
+        found.retain(|chamber| self.rises(chamber));
+        Ok(found)
+    }
+
+    /// The chambers that are shut at one of the radii and not sealed.
+    pub fn closed_at(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Chamber>> {
         let exits = border(&self.grid, &Side::ALL);
         let mut found: Vec<Chamber> = Vec::new();
         for radius in radii {
@@ -309,7 +313,7 @@ impl<'a> Voids<'a> {
             let known = |at: usize| met.contains(self.grid.index(at)) || self.is_sealed(at);
             for chamber in chambers(clearance, &exits, level, known)? {
                 chamber.offsets().for_each(|at| met.set(self.grid.index(at), true));
-                if !self.is_sealed(chamber.deepest) && self.rises(&chamber) {
+                if !self.is_sealed(chamber.deepest) {
                     found.push(chamber);
                 }
             }
@@ -352,26 +356,35 @@ impl<'a> Voids<'a> {
     }
 
     /// Whether a chamber is wider than its way out by more than the grid can make up.
-    fn rises(&self, chamber: &Chamber) -> bool {
+    pub fn rises(&self, chamber: &Chamber) -> bool {
         let root = |c: u32| f64::from(c).sqrt();
         root(chamber.widest) > LEAST_RISE * chamber.throat.map_or(0.0, |t| root(t.clearance)) + 2.0 * HALF_DIAGONAL
     }
 
-    fn trapped(&self, chamber: &Chamber, clearance: &Field<u32>) -> Result<Trapped> {
+    /// The box of a chamber's samples.
+    pub fn extent(&self, chamber: &Chamber) -> (Vec3, Vec3) {
+        let ends = chamber.region.iter().flat_map(|&(first, n)| [first as usize, (first + n) as usize - 1]);
+        bounds(ends.map(|at| self.place(at))).unwrap_or((self.place(chamber.deepest), self.place(chamber.deepest)))
+    }
+
+    /// Where a sample is.
+    pub fn place(&self, at: usize) -> Vec3 {
+        self.grid.position(self.grid.index(at))
+    }
+
+    /// A chamber with what it holds and its way out, by the grid.
+    pub fn trapped(&self, chamber: &Chamber, clearance: &Field<u32>) -> Result<Trapped> {
         let h = self.grid.h();
         let filling = Filling::of(chamber, clearance, self.solid)?;
         let way_out = 2.0 * h * chamber.throat.map_or(0.0, |t| f64::from(t.clearance).sqrt());
         let doubt = 4.0 * h * HALF_DIAGONAL;
-        let place = |at: usize| self.grid.position(self.grid.index(at));
-        let ends = chamber.region.iter().flat_map(|&(first, n)| [first as usize, (first + n) as usize - 1]);
-        let extent = bounds(ends.map(place)).unwrap_or((place(chamber.deepest), place(chamber.deepest)));
         Ok(Trapped {
-            at: place(chamber.deepest),
-            extent,
+            at: self.place(chamber.deepest),
+            extent: self.extent(chamber),
             volume_mm3: Bracket::new(filling.volume_mm3(), chamber.samples() as f64 * h.powi(3), f64::INFINITY),
             basis: self.basis(),
             way_out_mm: Bracket::new(way_out, (way_out - doubt).max(0.0), way_out + doubt),
-            throat: chamber.throat.map(|t| place(t.at)),
+            throat: chamber.throat.map(|t| self.place(t.at)),
             shape: filling.surface()?,
         })
     }

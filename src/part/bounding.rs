@@ -2,7 +2,7 @@
 
 use super::Part;
 use crate::error::{Error, Result};
-use crate::geometry::health::{NO_LABEL, Sides, Spoken, meetings};
+use crate::geometry::health::{NO_LABEL, Role, Sides, Spoken, meetings};
 use crate::geometry::union::united;
 use crate::geometry::vector::{Vec3, along};
 use crate::geometry::{Health, MeshDistance, TriangleMesh};
@@ -70,8 +70,9 @@ impl Part {
         };
         let labelled = self.labelled();
         self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
-        let labelled =
-            if self.health.is_solid() && !self.is_plain() && self.unite() { self.labelled() } else { labelled };
+        // A shell within the material of another meets nothing, and bounds nothing either.
+        let meets = !self.is_plain() || self.health.count_of(Role::Swallowed) > 0;
+        let labelled = if self.health.is_solid() && meets && self.unite() { self.labelled() } else { labelled };
         if self.is_plain() {
             for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
                 *bounds = body != NO_LABEL;

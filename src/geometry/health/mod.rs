@@ -6,6 +6,7 @@
 mod bodies;
 mod boxes;
 mod crossing;
+mod ghosts;
 mod measure;
 mod nesting;
 mod notices;
@@ -20,6 +21,7 @@ mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
 pub use crossing::{Meetings, crossing_pairs, meetings, neighbours, triangles_cross};
+pub use ghosts::without_ghosts;
 pub use measure::{Fault, Health, Hole};
 pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired};
 pub use shells::Shell;

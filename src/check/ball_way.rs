@@ -1,0 +1,148 @@
+//! Where a ball gets to: its middle is followed over a lattice that is made as it goes, by distances to the surface itself.
+
+use crate::geometry::vector::{Vec3, distance};
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::VecDeque;
+
+/// Points that are asked at most in one search.
+pub(super) const MOST_ASKED: u64 = 1 << 18;
+
+/// Which points of the lattice lie beside each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Beside {
+    /// Six, along the axes: over points with half a step to spare, what leads from one to the next is a way for certain.
+    Face,
+    /// Twenty-six: over points that lack half a diagonal at most, no way is missed.
+    Corner,
+}
+
+/// What is at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// No room for the ball.
+    Blocked,
+    /// Room, and the search goes on from here.
+    Free,
+    /// Room, where the search started out for; it does not go on from here.
+    Goal(usize),
+}
+
+/// A cubic lattice through a point.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lattice {
+    pub origin: Vec3,
+    pub step: f64,
+}
+
+/// What a search over a lattice has met: the points with room, each with the goals that are met from it.
+#[derive(Debug)]
+pub(super) struct Search {
+    lattice: Lattice,
+    beside: Beside,
+    known: FxHashSet<[i32; 3]>,
+    free: FxHashMap<[i32; 3], [bool; 2]>,
+    pub asked: u64,
+}
+
+impl Search {
+    pub fn over(lattice: Lattice, beside: Beside) -> Self {
+        Search { lattice, beside, known: FxHashSet::default(), free: FxHashMap::default(), asked: 0 }
+    }
+
+    /// Which goals are met from a point on, points that were met before left out; `None` if more would have to be asked than
+    /// [`MOST_ASKED`] in all. A search that meets both ends.
+    ///
+    /// # Cost
+    /// O(points met and their neighbours).
+    pub fn goals(&mut self, start: [i32; 3], place: &impl Fn(Vec3) -> Place) -> Option<[bool; 2]> {
+        let (mut goals, mut free) = ([false; 2], Vec::new());
+        let mut waiting = VecDeque::from_iter(self.known.insert(start).then_some(start));
+        while let Some(index) = waiting.pop_front().filter(|_| self.asked <= MOST_ASKED && goals != [true; 2]) {
+            self.asked += 1;
+            match place(self.lattice.at(index)) {
+                Place::Blocked => {}
+                Place::Goal(goal) => goals[goal.min(1)] = true,
+                Place::Free => {
+                    free.push(index);
+                    let next = self.beside.offsets().map(|offset| [0, 1, 2].map(|a| index[a] + offset[a]));
+                    waiting.extend(next.filter(|&n| self.known.insert(n)));
+                }
+            }
+        }
+        self.free.extend(free.into_iter().map(|index| (index, goals)));
+        (self.asked <= MOST_ASKED).then_some(goals)
+    }
+
+    pub fn step(&self) -> f64 {
+        self.lattice.step
+    }
+
+    /// The nearest point of the lattice, if what leads there is a way for certain where both have half their step to spare, and
+    /// the one goal that is known to be met from it.
+    pub fn beside(&self, p: Vec3, own_step: f64) -> Option<(Vec3, Option<usize>)> {
+        let index = [0, 1, 2].map(|a| ((p[a] - self.lattice.origin[a]) / self.lattice.step).round() as i32);
+        let at = self.lattice.at(index);
+        let goal = match self.free.get(&index) {
+            Some([true, false]) => Some(0),
+            Some([false, true]) => Some(1),
+            _ => None,
+        };
+        (distance(at, p) <= 0.5 * (self.lattice.step + own_step)).then_some((at, goal))
+    }
+}
+
+impl Lattice {
+    fn at(&self, index: [i32; 3]) -> Vec3 {
+        [0, 1, 2].map(|a| self.origin[a] + self.step * f64::from(index[a]))
+    }
+}
+
+impl Beside {
+    fn offsets(self) -> impl Iterator<Item = [i32; 3]> {
+        let all = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
+        all.filter(move |o: &[i32; 3]| {
+            let steps: i32 = o.iter().map(|x| x.abs()).sum();
+            steps == 1 || steps > 1 && self == Beside::Corner
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Lattice = Lattice { origin: [0.0; 3], step: 1.0 };
+
+    /// Two rooms of 5 × 5 × 5 points that meet in one point at a corner.
+    fn rooms(p: Vec3) -> Place {
+        let within = |least: f64| p.iter().all(|&x| x >= least && x <= least + 4.0);
+        match (within(0.0), within(5.0)) {
+            (false, false) => Place::Blocked,
+            _ if p == [0.0; 3] => Place::Goal(0),
+            _ if p == [9.0; 3] => Place::Goal(1),
+            _ => Place::Free,
+        }
+    }
+
+    #[test]
+    fn over_corners_a_way_is_found_that_faces_do_not_have() {
+        let goals = |beside| Search::over(UNIT, beside).goals([2; 3], &rooms);
+        assert_eq!([Beside::Face, Beside::Corner].map(goals), [Some([true, false]), Some([true, true])]);
+    }
+
+    #[test]
+    fn a_search_that_has_no_end_gives_up() {
+        let mut search = Search::over(UNIT, Beside::Face);
+        assert_eq!(search.goals([0; 3], &|_| Place::Free), None);
+        assert_eq!(search.asked, MOST_ASKED + 1);
+    }
+
+    #[test]
+    fn what_was_met_tells_its_goal_to_what_lies_beside() {
+        let mut search = Search::over(UNIT, Beside::Face);
+        search.goals([2; 3], &rooms);
+        assert_eq!(search.beside([2.4, 3.0, 3.0], 0.0), Some(([2.0, 3.0, 3.0], Some(0))));
+        assert_eq!(search.beside([9.0, 8.0, 8.0], 0.0), Some(([9.0, 8.0, 8.0], None)));
+        assert_eq!(search.beside([2.4, 3.4, 3.0], 0.0), None);
+    }
+}

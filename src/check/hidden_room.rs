@@ -1,0 +1,125 @@
+//! Rooms that a whole grid does not tell from passages of uneven width: they are measured on the surface itself.
+
+use super::budget::Budget;
+use super::throat::Ground;
+use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids};
+use crate::error::Result;
+use crate::field::Field;
+use crate::geometry::vector::Vec3;
+use crate::topology::Chamber;
+
+/// A chamber with what is measured of it on the surface.
+struct Room {
+    chamber: Chamber,
+    /// The middle of its widest place, and the diameter there.
+    middle: Vec3,
+    wide_mm: f64,
+}
+
+impl Voids<'_> {
+    /// Rooms that a ball of `room_mm` fits into and whose way out is, or may be, narrower than `limit_mm`, beside those told.
+    ///
+    /// On a grid of spacing h both may be wrong by 2√3·h: a room of 4.6 mm behind a neck of 1.8 mm looks like a passage at 0.7 mm.
+    /// So every chamber of the grid, however little it rises over its throat, is measured on the surface: a ball is moved to its
+    /// widest place, and another to the widest place within half a diagonal of the throat. A room holds the ball of `room_mm` and
+    /// is [`LEAST_RISE`] times as wide as its way out: what lets a ball so much narrower out is a passage. Each is told with the
+    /// bracket of the whole grid.
+    ///
+    /// # Cost
+    /// O(samples) for each of about ten levels, two searches of some hundred distances for each chamber, and [`Voids::lets_out`]
+    /// for each that is left.
+    pub(super) fn hidden_rooms(
+        &self,
+        clearance: &Field<u32>,
+        (room_mm, limit_mm): (f64, f64),
+        told: &[&Trapped],
+        budget: &mut Budget,
+    ) -> Result<Vec<Trapped>> {
+        let mut found = Vec::new();
+        for room in self.rooms_by_surface(clearance, (room_mm, limit_mm))? {
+            let own = self.extent(&room.chamber);
+            if told.iter().any(|t| holds(t.extent, room.middle) && holds(own, t.at)) {
+                continue;
+            }
+            let hidden = Trapped { at: room.middle, ..self.trapped(&room.chamber, clearance)? };
+            let ball = (room.wide_mm / LEAST_RISE).min(limit_mm);
+            if !self.lets_out(clearance, &hidden, (ball, Ground::Nothing), budget)? {
+                found.push(hidden);
+            }
+        }
+        Ok(found)
+    }
+
+    /// The chambers of this grid that hold the ball of `room_mm` and rise over their throat by the surface.
+    fn rooms_by_surface(&self, clearance: &Field<u32>, (room_mm, limit_mm): (f64, f64)) -> Result<Vec<Room>> {
+        let h = clearance.grid().h();
+        let samples = |diameter: f64| 0.5 * diameter / h;
+        // A ball's middle lies within half a diagonal of a sample, and what the part touches within as much of its own.
+        let least = (samples(room_mm) - 2.0 * HALF_DIAGONAL).max(1.0);
+        // In steps of a tenth, or of the squares that there are.
+        let next = |r: &f64| Some((r * r + 1.0).floor().sqrt().max(1.1 * r));
+        let levels = std::iter::successors(Some(least.powi(2).ceil().sqrt()), next);
+        let levels: Vec<f64> = levels.take_while(|&r| r < samples(limit_mm) + 1.0).collect();
+        let chambers = self.closed_at(clearance, &levels, &mut self.nothing())?;
+        let rooms = chambers.into_iter().filter(|c| !self.rises(c)).filter_map(|chamber| {
+            let throat = self.place(chamber.throat?.at);
+            let (neck, _) = self.widest_about(throat, HALF_DIAGONAL * h, limit_mm);
+            if neck >= limit_mm - self.part().tie() {
+                return None;
+            }
+            let most = room_mm.max(LEAST_RISE * limit_mm);
+            // Its widest sample is off by the doubt of two clearances and as much for where samples stand.
+            let reach = 4.0 * HALF_DIAGONAL * h;
+            let (wide_mm, middle) = self.widest_about(self.place(chamber.deepest), reach, most);
+            let is_room = wide_mm >= room_mm.max(LEAST_RISE * neck) - self.part().tie();
+            let within = holds(([0.0; 3], self.part().extent()), middle);
+            (is_room && within).then_some(Room { chamber, middle, wide_mm })
+        });
+        Ok(rooms.collect())
+    }
+}
+
+/// Whether a point lies in a box.
+fn holds((lo, hi): (Vec3, Vec3), p: Vec3) -> bool {
+    (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::void::tests::{flask, part, turned};
+    use super::*;
+    use crate::random::Lcg;
+
+    #[test]
+    fn a_room_is_found_that_the_grid_does_not_tell_from_its_neck_and_a_passage_is_none() {
+        let mut rng = Lcg(92);
+        let (mut hidden, mut missed) = (0, 0);
+        for case in 0..24 {
+            let h = 0.6 + 0.1 * rng.unit();
+            for (room, neck, is_room) in [(4.6, 1.8, true), (4.4, 1.2, true), (3.2, 3.1, false), (2.8, 1.2, false)] {
+                let mesh = turned(&flask(9.0, room, neck), || rng.unit());
+                let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
+                let voids = Voids::of(&part).unwrap();
+                let clearance = voids.clearance().unwrap();
+                let mut met = voids.nothing();
+                let mut told = voids.narrow(&clearance, 3.5, &mut met).unwrap();
+                told.extend(voids.small_rooms(&clearance, 3.5, &mut met).unwrap());
+                let found = voids
+                    .hidden_rooms(&clearance, (3.0, 3.5), &told.iter().collect::<Vec<_>>(), &mut Budget::of(1 << 24))
+                    .unwrap();
+                if is_room {
+                    // What the outer set closes altogether is told as what may be sealed.
+                    let closed = !voids.sealed().unwrap().undecided.is_empty();
+                    missed += usize::from(!closed && told.is_empty() && found.is_empty());
+                    hidden += found.len();
+                } else {
+                    assert!(found.is_empty(), "{case}: {room} behind {neck}, h {h}: {}", found.len());
+                }
+                for t in &found {
+                    assert!(t.way_out_mm.low <= neck && neck <= t.way_out_mm.high, "{case}: {:?}", t.way_out_mm);
+                }
+            }
+        }
+        assert!(hidden > 8 && missed < 3, "{hidden} hidden, {missed} missed");
+    }
+}
