@@ -529,6 +529,23 @@ fn no_report_of_an_earlier_run_lies_beside_a_new_one() {
 }
 
 #[test]
+fn the_unit_is_guessed_only_of_what_was_read_as_millimetres() {
+    let s = Scratch::new();
+    let guessed = |unit: &str| {
+        let ran =
+            s.run(&[&fixture("block"), "--units", unit, "--only", "mesh", "--json", "--format", "json", "--out", "r"]);
+        assert!(ran.out.contains("\"units_from\": \"option\""), "{}", ran.err);
+        ran.out.contains("units-guess")
+    };
+    assert!(!guessed("um") && !guessed("m"));
+    let facet = |p: [[f32; 3]; 3]| p.map(|p| p.map(|x| x * 0.02));
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    s.write("small.stl", stl(&[[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(facet)));
+    let small = s.run(&["small.stl", "--only", "mesh", "--json", "--format", "json", "--out", "r"]);
+    assert!(small.out.contains("units-guess"), "{}{}", small.out, small.err);
+}
+
+#[test]
 fn orientations_of_a_broken_part_say_so() {
     let s = Scratch::new();
     let whole = bytes("block");

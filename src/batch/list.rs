@@ -149,7 +149,7 @@ mod tests {
         // What a batch left there is no part of the next one.
         let left = dir.join("a/out/parts/one.3mf-0123456789abcdef");
         fs::create_dir_all(&left).unwrap();
-        ["repaired.3mf", "row.json"].map(|name| fs::write(left.join(name), b"x").unwrap());
+        ["repaired.3mf", "row.json"].iter().for_each(|name| fs::write(left.join(name), b"x").unwrap());
         assert_eq!(names(&["a"]), ["b/two.STL", "one.3mf"]);
         fs::create_dir(dir.join("bare")).unwrap();
         assert_eq!(entries(&[dir.join("bare")]).unwrap_err().exit_code(), 4);
