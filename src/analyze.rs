@@ -142,16 +142,15 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let mended = repaired.map(|r| r.mesh).filter(|m| *m != mesh);
     let mesh = mended.clone().unwrap_or(mesh);
     let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.iter().chain(&hi).fold(0.0f64, |m, x| m.max(x.abs())));
-    let reach = 1.25 * options.process.widest_gap_mm();
     let step = largest * loaded.relative_step;
     let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
-    let part = Part::new(mesh, up, step, reach)?;
+    let part = Part::new(mesh, up, step, 1.25 * options.process.widest_gap_mm())?;
     let (fitting, demand) = choose_spacing(&part, options)?;
     notices.extend(loaded.notices);
     if units.1 == "assumed" {
-        notices
-            .push(Notice::new("units-assumed", format!("{} carries no unit; millimetres were assumed", loaded.format)));
+        notices.push(Notice::units_assumed(loaded.format));
     }
+    notices.extend(if scale == 1.0 { part.health_as_read().units_guess() } else { None });
     let mut prepared = Prepared {
         part,
         fitting,

@@ -23,6 +23,11 @@ impl Notice {
         Notice { code: code.into(), message: message.into(), count: None, at_mm: None }
     }
 
+    /// That a file of a format carries no unit.
+    pub fn units_assumed(format: &str) -> Self {
+        Notice::new("units-assumed", format!("{format} carries no unit; millimetres were assumed"))
+    }
+
     /// The same notice with a count.
     pub fn counted(mut self, count: u64) -> Self {
         self.count = Some(count);

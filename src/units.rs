@@ -141,6 +141,26 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// Decimals that show a bracket to two digits of its width, 0 to 4.
+pub fn decimals_of(width: f64) -> usize {
+    if width > 1e-9 { (1.0 - width.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 }
+}
+
+/// A value at the digits that its bracket supports, as reports tell it.
+///
+/// ```
+/// assert_eq!(amcheck::units::told(0.4501, 0.446, 0.4501), 0.4501);
+/// assert_eq!(amcheck::units::told(0.4501, 0.41, 0.47), 0.45);
+/// ```
+pub fn told(value: f64, low: f64, high: f64) -> f64 {
+    let width = high - low;
+    if width <= 1e-6 {
+        return value;
+    }
+    let scale = 10f64.powi(decimals_of(width) as i32);
+    (value * scale).round() / scale
+}
+
 /// A number and the two that it lies between, for people: rounded outwards, at as many digits as tell a hundredth of the bracket, and four at least.
 ///
 /// ```

@@ -208,6 +208,46 @@ fn shares_are_joined_into_the_table_of_the_whole() {
 }
 
 #[test]
+fn shares_of_another_number_go_when_a_new_one_comes() {
+    let s = Scratch::with(&["block", "wall_080"]);
+    let asked = ["--out", "out", "--only", "mesh"];
+    for share in ["1/3", "2/3", "3/3", "1/2", "2/2"] {
+        s.batch(&[&["in"], &asked[..], &["--shard", share]].concat());
+    }
+    let tables = || -> Vec<String> { s.names("out").into_iter().filter(|n| n.ends_with(".jsonl")).collect() };
+    assert_eq!(tables(), ["out/table-1-of-2.jsonl", "out/table-2-of-2.jsonl"]);
+    s.batch(&[&["in"], &asked[..]].concat());
+    assert_eq!(tables(), ["out/table.jsonl"]);
+}
+
+#[test]
+fn parts_of_one_name_in_two_batches_both_stand() {
+    let s = Scratch::with(&["block", "wall_111_024"]);
+    for (name, fixture) in [("a", "wall_111_024"), ("b", "block")] {
+        std::fs::create_dir(s.0.join(name)).expect("a folder");
+        std::fs::copy(s.0.join(format!("in/{fixture}.stl")), s.0.join(name).join("bracket.stl")).expect("a part");
+        s.batch(&[name, "--out", &format!("out-{name}"), "--only", "thin-wall"]);
+    }
+    let merged = s.command(&["merge", "out-a", "out-b", "--out", "joined"]).output().expect("runs");
+    assert_eq!(code(&merged), 1, "a part that fails is not covered by one of its name");
+    assert_eq!(
+        seen(&rows(s.text("joined/table.jsonl").as_bytes())),
+        [("out-a/bracket.stl", 1, false), ("out-b/bracket.stl", 0, false)]
+    );
+}
+
+#[test]
+fn what_a_batch_left_is_no_part_of_the_next() {
+    let s = Scratch::with(&["block"]);
+    let judged = || s.batch(&[".", "--out", "checked", "--only", "mesh"]).1.len();
+    judged();
+    let result = s.names("checked/parts").into_iter().find(|n| n.ends_with("row.json")).expect("a result");
+    let folder = s.0.join(result).parent().expect("a folder").to_path_buf();
+    std::fs::copy(s.0.join("in/block.stl"), folder.join("repaired.stl")).expect("a mesh");
+    assert_eq!(judged(), 1);
+}
+
+#[test]
 fn a_run_that_was_killed_goes_on_where_it_stopped() {
     let s = Scratch::with(&["block", "finned_bracket", "slits_015", "wall_080", "wall_111_024"]);
     let arguments = ["batch", "in", "--out", "out", "--json", "--format", "json", "--jobs", "1"];

@@ -491,3 +491,72 @@ fn reports_are_compared() {
         assert!(ran.out.contains(word), "{old} {now}: {}", ran.out);
     }
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_an_error() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    for arguments in [
+        &[&block, "--only", "mesh", "--json"][..],
+        &["--help"],
+        &["processes"],
+        &["batch", &block, "--only", "mesh", "--format", "json", "--out", "out"],
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a full device");
+        let ran = Ran::from(s.command(arguments).stdout(full).output().expect("amcheck starts"), arguments);
+        assert_eq!(ran.exit, 6, "{arguments:?}: {}", ran.err);
+        assert!(ran.err.contains("error[E030]: cannot write standard output"), "{}", ran.err);
+    }
+    assert!(s.names("out").contains(&"table.csv".into()), "the work is done all the same");
+}
+
+#[test]
+fn no_report_of_an_earlier_run_lies_beside_a_new_one() {
+    let s = Scratch::new();
+    let part = fixture("wall_111_024");
+    let run = |format: &str, more: &[&str]| {
+        s.run(&[&[part.as_str(), "--only", "thin-wall", "--out", "r", "--format", format], more].concat());
+    };
+    run("html,png,json,markdown,sarif", &[]);
+    assert!(["report.md", "close-thin-wall.png"].iter().all(|n| s.names("r").contains(&(*n).into())));
+    s.write("r/notes.md", "mine");
+    s.write("r/photo.png", "mine");
+    run("badge", &["--baseline", "r/report.json"]);
+    assert_eq!(s.names("r"), ["badge.svg", "notes.md", "photo.png", "report.json", "timings.json"]);
+    run("html", &[]);
+    assert_eq!(s.names("r"), ["notes.md", "photo.png", "report.html", "timings.json"]);
+}
+
+#[test]
+fn the_unit_is_guessed_only_of_what_was_read_as_millimetres() {
+    let s = Scratch::new();
+    let guessed = |unit: &str| {
+        let ran =
+            s.run(&[&fixture("block"), "--units", unit, "--only", "mesh", "--json", "--format", "json", "--out", "r"]);
+        assert!(ran.out.contains("\"units_from\": \"option\""), "{}", ran.err);
+        ran.out.contains("units-guess")
+    };
+    assert!(!guessed("um") && !guessed("m"));
+    let facet = |p: [[f32; 3]; 3]| p.map(|p| p.map(|x| x * 0.02));
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    s.write("small.stl", stl(&[[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(facet)));
+    let small = s.run(&["small.stl", "--only", "mesh", "--json", "--format", "json", "--out", "r"]);
+    assert!(small.out.contains("units-guess"), "{}{}", small.out, small.err);
+}
+
+#[test]
+fn orientations_of_a_broken_part_say_so() {
+    let s = Scratch::new();
+    let whole = bytes("block");
+    let facets = u32::from_le_bytes(whole[80..84].try_into().expect("four bytes"));
+    s.write("open.stl", [&whole[..80], &(facets - 1).to_le_bytes(), &whole[84..whole.len() - 50]].concat());
+    let ran = s.run(&["orient", "open.stl", "--directions", "4", "--best", "1", "--format", "json,html", "--out", "r"]);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    for said in ["note: STL (binary) carries no unit", "note: 3 open edges"] {
+        assert!(ran.out.contains(said), "{said}: {}", ran.out);
+    }
+    let answer: serde_json::Value = serde_json::from_str(&s.text("r/orientations.json")).expect("JSON");
+    assert_eq!((&answer["watertight"], &answer["warnings"][1]["code"]), (&false.into(), &"open-edges".into()));
+    assert!(s.text("r/orientations.html").contains("3 open edges"));
+}

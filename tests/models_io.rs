@@ -188,7 +188,8 @@ fn oddities_are_said() {
     let Some(carriage) = load("clean/prusa_x_carriage.stl") else { return };
     let codes = |loaded: Loaded| -> Vec<String> {
         let own = loaded.notices.iter().map(|n| n.code.clone());
-        own.chain(Health::of(&loaded.mesh).notices().into_iter().map(|n| n.code)).collect()
+        let health = Health::of(&loaded.mesh);
+        own.chain(health.notices().into_iter().chain(health.units_guess()).map(|n| n.code)).collect()
     };
     assert_eq!(codes(carriage.unwrap()), ["inner-shells", "ghost-shell"]);
     for (name, expected) in [

@@ -1,6 +1,7 @@
 //! A page of all parts, worst first, with a picture of each that leads to its report.
 
 use super::row::Row;
+use crate::error::escaped;
 use crate::report::markup::{Markup, markup};
 
 /// The page; pictures and reports stand beside it and are named by their places below it.
@@ -56,9 +57,9 @@ fn line(row: &Row) -> Markup {
                 *place,
                 *place
             ),
-            markup!("<a href=\"{}/report.html\">{}</a>", *place, row.part),
+            markup!("<a href=\"{}/report.html\">{}</a>", *place, escaped(&row.part)),
         ),
-        None => (Markup::default(), markup!("{}", row.part)),
+        None => (Markup::default(), markup!("{}", escaped(&row.part))),
     };
     let size = row.size_mm.map_or(String::new(), |s| s.map(|x| format!("{x:.1}")).join(" × "));
     markup!(

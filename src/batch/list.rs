@@ -1,10 +1,11 @@
 //! Which parts a batch is about.
 
-use crate::error::{Error, Result, printable};
+use super::store::is_result;
+use crate::error::{Error, Result, escaped, printable};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 /// Suffixes by which a folder's parts are known; what a list names is taken whatever its suffix.
 const SUFFIXES: [&str; 4] = ["stl", "obj", "ply", "3mf"];
@@ -15,7 +16,7 @@ const MOST_LIST_BYTES: u64 = 1 << 30;
 /// A part of a batch.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Entry {
-    /// Its name in the table: the path below the folder it was found in, or as it was listed; printable.
+    /// Its name in the table: the path below the folder it was found in, or as it was listed.
     pub name: String,
     /// Where it is.
     pub path: PathBuf,
@@ -23,7 +24,7 @@ pub struct Entry {
 
 /// The parts that folders, files and lists name, sorted by name, each once.
 ///
-/// A folder stands for every STL, OBJ, PLY and 3MF file below it; links to folders are not followed. A file with such a suffix
+/// A folder stands for every STL, OBJ, PLY and 3MF file below it but what batches left as results; links to folders are not followed. A file with such a suffix
 /// is a part. Any other file, and `-` for standard input, is a list: one path on each line, empty lines and those that start with
 /// `#` left out. What cannot be looked into becomes an entry, so that it ends as a line of the table and not in silence.
 ///
@@ -36,7 +37,7 @@ pub fn entries(operands: &[PathBuf]) -> Result<Vec<Entry>> {
             let prefix = if operands.len() == 1 { None } else { Some(operand.as_path()) };
             below(operand, operand, prefix, &mut found);
         } else if has_suffix(operand) {
-            found.push(Entry { name: shown(operand), path: operand.clone() });
+            found.push(Entry { name: name_of(operand), path: operand.clone() });
         } else {
             listed(operand, &mut found)?;
         }
@@ -57,8 +58,7 @@ pub fn entries(operands: &[PathBuf]) -> Result<Vec<Entry>> {
 fn below(folder: &Path, top: &Path, prefix: Option<&Path>, found: &mut Vec<Entry>) {
     let name = |path: &Path| {
         let inner = path.strip_prefix(top).unwrap_or(path);
-        let full = prefix.map_or(inner.to_path_buf(), |p| p.join(inner));
-        shown(&full).replace('\\', "/")
+        name_of(&prefix.map_or(inner.to_path_buf(), |p| p.join(inner)))
     };
     let Ok(members) = fs::read_dir(folder) else {
         found.push(Entry { name: name(folder), path: folder.into() });
@@ -67,7 +67,9 @@ fn below(folder: &Path, top: &Path, prefix: Option<&Path>, found: &mut Vec<Entry
     for member in members.flatten() {
         let path = member.path();
         if member.file_type().is_ok_and(|t| t.is_dir()) {
-            below(&path, top, prefix, found);
+            if !is_result(&path) {
+                below(&path, top, prefix, found);
+            }
         } else if has_suffix(&path) && !path.is_dir() {
             found.push(Entry { name: name(&path), path });
         }
@@ -91,7 +93,7 @@ fn listed(list: &Path, found: &mut Vec<Entry>) -> Result<()> {
         let line = line.trim_ascii();
         if !line.is_empty() && !line.starts_with(b"#") {
             let path = path_of(line);
-            found.push(Entry { name: shown(&path), path });
+            found.push(Entry { name: name_of(&path), path });
         }
     }
     Ok(())
@@ -114,10 +116,15 @@ fn has_suffix(path: &Path) -> bool {
     path.extension().is_some_and(|s| SUFFIXES.iter().any(|known| s.eq_ignore_ascii_case(known)))
 }
 
+/// The name of a part at a path: with slashes, whatever parts folders on this system.
+fn name_of(path: &Path) -> String {
+    let name = path.to_string_lossy();
+    if MAIN_SEPARATOR == '/' { name.into_owned() } else { name.replace(MAIN_SEPARATOR, "/") }
+}
+
 /// The whole path with its control characters escaped; unlike a message it is not cut.
 fn shown(path: &Path) -> String {
-    let escaped = |c: char| if c.is_control() { c.escape_default().collect() } else { String::from(c) };
-    path.to_string_lossy().chars().map(escaped).collect()
+    escaped(&path.to_string_lossy())
 }
 
 #[cfg(test)]
@@ -139,9 +146,26 @@ mod tests {
         assert_eq!(names(&["a"]), ["b/two.STL", "one.3mf"]);
         assert_eq!(names(&["list.txt"]), ["missing.stl", "one.bin"]);
         assert_eq!(names(&["a", "a/one.3mf"]).len(), 2, "the same part twice is one entry");
+        // What a batch left there is no part of the next one.
+        let left = dir.join("a/out/parts/one.3mf-0123456789abcdef");
+        fs::create_dir_all(&left).unwrap();
+        ["repaired.3mf", "row.json"].iter().for_each(|name| fs::write(left.join(name), b"x").unwrap());
+        assert_eq!(names(&["a"]), ["b/two.STL", "one.3mf"]);
         fs::create_dir(dir.join("bare")).unwrap();
         assert_eq!(entries(&[dir.join("bare")]).unwrap_err().exit_code(), 4);
         assert_eq!(entries(&[dir.join("none.txt")]).unwrap_err().exit_code(), 4);
+        fs::remove_dir_all(&dir).unwrap();
+    }
+    #[cfg(unix)]
+    #[test]
+    fn names_are_kept_as_they_are() {
+        let dir = std::env::temp_dir().join(format!("amcheck-list-odd-{}", std::process::id()));
+        fs::create_dir_all(dir.join("a")).unwrap();
+        for name in ["a\\b.stl", "a/b.stl", "new\nline.stl"] {
+            fs::write(dir.join(name), b"x").unwrap();
+        }
+        let names: Vec<String> = entries(std::slice::from_ref(&dir)).unwrap().into_iter().map(|e| e.name).collect();
+        assert_eq!(names, ["a/b.stl", "a\\b.stl", "new\nline.stl"]);
         fs::remove_dir_all(&dir).unwrap();
     }
 }

@@ -1,6 +1,7 @@
 //! The tables of several runs as one.
 
 use super::row::Row;
+use super::shard::Shard;
 use crate::error::{Error, Place, Result, printable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -13,27 +14,37 @@ pub struct Merged {
     pub rows: Vec<Row>,
     /// Shares of a batch that have no table: index and count.
     pub missing: Vec<(u32, u32)>,
+    /// What is odd about the tables, in words.
+    pub notes: Vec<String>,
 }
 
 /// Joins the tables that batches left in folders, for a table in `out`.
 ///
-/// Where two tables have a line for the same part, that of the folder named last stands.
+/// A line that several tables have stands once. Where they say different things of a name, all of them stand, each with its folder
+/// before its name. Of results below another of the folders, that folder's own table speaks.
 ///
 /// # Errors
-/// [`Error::CannotRead`] for a folder without a table; [`Error::Damaged`] with the line of a table that is none.
+/// [`Error::CannotRead`] for a folder without a table, or with shares of two numbers; [`Error::Damaged`] with the line of a table that
+/// is none.
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<Merged> {
-    let mut rows: BTreeMap<String, Row> = BTreeMap::new();
+    let mut said: BTreeMap<String, Vec<(&Path, Row)>> = BTreeMap::new();
     let mut shares: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    let mut asked: BTreeSet<String> = BTreeSet::new();
     for folder in folders {
-        let tables = tables(folder)?;
-        // A table of shares that were merged before stands back behind the shares themselves.
-        for (table, share) in &tables {
-            if let Some((index, count)) = share {
-                shares.entry(*count).or_default().insert(*index);
-            }
-            for row in lines(table)? {
-                let folder = row.folder.as_ref().map(|f| relative(out, &folder.join(f)));
-                rows.insert(row.part.clone(), Row { folder, ..row });
+        let others: Vec<Vec<String>> = folders.iter().map(|f| absolute(f)).filter(|f| *f != absolute(folder)).collect();
+        for (table, share) in tables(folder)? {
+            shares.entry(share.map_or(0, |s| s.count)).or_default().extend(share.map(|s| s.index));
+            for row in lines(&table)? {
+                let place = row.folder.as_ref().map(|f| folder.join(f));
+                if place.as_ref().is_some_and(|p| others.iter().any(|other| absolute(p).starts_with(other))) {
+                    continue;
+                }
+                asked.extend(row.asked.clone().filter(|_| share.is_some()));
+                let row = Row { folder: place.map(|p| relative(out, &p)), ..row };
+                let known = said.entry(row.part.clone()).or_default();
+                if !known.iter().any(|(_, other)| same(other, &row)) {
+                    known.push((folder, row));
+                }
             }
         }
     }
@@ -41,33 +52,61 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<Merged> {
         .iter()
         .flat_map(|(&count, seen)| (1..=count).filter(|i| !seen.contains(i)).map(move |i| (i, count)))
         .collect();
-    Ok(Merged { rows: rows.into_values().collect(), missing })
+    let notes = (asked.len() > 1).then(|| "the shares were not all judged by the same options and version".into());
+    let mut rows: Vec<Row> = said.into_values().flat_map(told_apart).collect();
+    rows.sort_by(|a, b| a.part.cmp(&b.part));
+    Ok(Merged { rows, missing, notes: notes.into_iter().collect() })
+}
+
+/// Whether two lines say the same of a part; when it was computed, and by what effort, does not matter.
+fn same(a: &Row, b: &Row) -> bool {
+    let timeless = |r: &Row| Row { seconds: 0.0, peak_mib: None, reused: false, ..r.clone() };
+    timeless(a) == timeless(b)
+}
+
+/// The lines of one name; of several each gets its folder before its name.
+fn told_apart(lines: Vec<(&Path, Row)>) -> Vec<Row> {
+    let alone = lines.len() == 1;
+    let named = |(folder, row): (&Path, Row)| match alone {
+        true => row,
+        false => Row { part: format!("{}/{}", folder.to_string_lossy().trim_end_matches('/'), row.part), ..row },
+    };
+    lines.into_iter().map(named).collect()
 }
 
 /// A table and the share that it is of.
-type Table = (PathBuf, Option<(u32, u32)>);
+type Table = (PathBuf, Option<Shard>);
 
-/// The tables of a folder: first the one without a share.
+/// The tables of a folder: those of shares, or the one without. Beside shares that one is what they were joined to before.
 fn tables(folder: &Path) -> Result<Vec<Table>> {
-    let refused = |reason: String| Error::CannotRead {
+    let refused = |reason: String, remedy: &str| Error::CannotRead {
         path: printable(&folder.to_string_lossy()),
         reason,
-        remedy: "name a folder that `amcheck batch` wrote to with --out".into(),
+        remedy: remedy.into(),
     };
-    let members = fs::read_dir(folder).map_err(|e| refused(printable(&e.to_string())))?;
+    let named = "name a folder that `amcheck batch` wrote to with --out";
+    let members = fs::read_dir(folder).map_err(|e| refused(printable(&e.to_string()), named))?;
     let mut found: Vec<Table> = members
         .flatten()
         .filter_map(|m| {
             let name = m.file_name().to_string_lossy().into_owned();
             let tag = name.strip_prefix("table")?.strip_suffix(".jsonl")?.to_string();
-            let share = tag.strip_prefix('-').and_then(|t| t.split_once("-of-"));
-            let share = share.and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+            let share = Shard::tagged(&tag);
             (tag.is_empty() || share.is_some()).then(|| (m.path(), share))
         })
         .collect();
-    found.sort_by_key(|(_, share)| *share);
-    if found.is_empty() {
-        return Err(refused("there is no table.jsonl in it".into()));
+    found.sort_by_key(|(_, share)| share.map(|s| (s.count, s.index)));
+    let counts: BTreeSet<u32> = found.iter().filter_map(|(_, share)| share.map(|s| s.count)).collect();
+    match (counts.first(), counts.last()) {
+        (Some(few), Some(many)) if few != many => {
+            return Err(refused(
+                format!("it holds shares of {few} and of {many}, which are of different runs"),
+                "remove the tables that are out of date",
+            ));
+        }
+        (Some(_), _) => found.retain(|(_, share)| share.is_some()),
+        _ if found.is_empty() => return Err(refused("there is no table.jsonl in it".into(), named)),
+        _ => {}
     }
     Ok(found)
 }
@@ -90,20 +129,22 @@ fn lines(table: &Path) -> Result<Vec<Row>> {
     text.lines().enumerate().filter(|(_, l)| !l.is_empty()).map(row).collect()
 }
 
+/// The parts of a path from the root on.
+fn absolute(path: &Path) -> Vec<String> {
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    let mut parts: Vec<String> = Vec::new();
+    for c in path.components() {
+        match c {
+            Component::ParentDir => drop(parts.pop()),
+            Component::CurDir => {}
+            other => parts.push(other.as_os_str().to_string_lossy().into_owned()),
+        }
+    }
+    parts
+}
+
 /// A path as seen from a folder; with slashes.
 fn relative(from: &Path, to: &Path) -> String {
-    let absolute = |p: &Path| {
-        let p = std::path::absolute(p).unwrap_or_else(|_| p.into());
-        let mut parts: Vec<String> = Vec::new();
-        for c in p.components() {
-            match c {
-                Component::ParentDir => drop(parts.pop()),
-                Component::CurDir => {}
-                other => parts.push(other.as_os_str().to_string_lossy().into_owned()),
-            }
-        }
-        parts
-    };
     let (from, to) = (absolute(from), absolute(to));
     let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
     let up = std::iter::repeat_n("..".to_string(), from.len() - shared);
@@ -113,28 +154,77 @@ fn relative(from: &Path, to: &Path) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::write_tables;
+    use crate::batch::{remove_outdated, write_tables};
+
+    /// A folder for each name, empty.
+    fn scratch(name: &str, folders: &[&str]) -> PathBuf {
+        let dir = std::env::temp_dir().join(format!("amcheck-merge-{name}-{}", std::process::id()));
+        folders.iter().for_each(|folder| fs::create_dir_all(dir.join(folder)).unwrap());
+        dir
+    }
+
+    fn row(part: &str, code: u8) -> Row {
+        Row { code, folder: Some(format!("parts/{part}")), ..Row::refused(part, &Error::Interrupted) }
+    }
+
+    fn share(index: u32, count: u32) -> Option<Shard> {
+        Some(Shard { index, count })
+    }
+
+    fn seen(merged: &Merged) -> Vec<(&str, u8)> {
+        merged.rows.iter().map(|r| (r.part.as_str(), r.code)).collect()
+    }
 
     #[test]
     fn shares_become_one_table_and_a_missing_one_is_named() {
-        let dir = std::env::temp_dir().join(format!("amcheck-merge-{}", std::process::id()));
-        for name in ["a", "b", "all"] {
-            fs::create_dir_all(dir.join(name)).unwrap();
-        }
-        let row = |part: &str, code: u8| {
-            let folder = Some(format!("parts/{part}"));
-            Row { code, folder, ..Row::refused(part, &Error::Interrupted) }
-        };
-        write_tables(&dir.join("a"), "-1-of-3", &[row("x", 0), row("z", 1)]).unwrap();
-        write_tables(&dir.join("b"), "-3-of-3", &[row("y", 0), row("z", 4)]).unwrap();
+        let dir = scratch("shares", &["a", "b", "all"]);
+        write_tables(&dir.join("a"), share(1, 3), &[row("x", 0)]).unwrap();
+        // What was joined before says nothing beside the shares.
+        write_tables(&dir.join("a"), None, &[row("x", 1), row("y", 1)]).unwrap();
+        write_tables(&dir.join("b"), share(3, 3), &[row("y", 0), row("z", 4)]).unwrap();
         let merged = merge(&[dir.join("a"), dir.join("b")], &dir.join("all")).unwrap();
-        let seen: Vec<(&str, u8)> = merged.rows.iter().map(|r| (r.part.as_str(), r.code)).collect();
-        assert_eq!(seen, [("x", 0), ("y", 0), ("z", 4)]);
+        assert_eq!(seen(&merged), [("x", 0), ("y", 0), ("z", 4)]);
         assert_eq!(merged.rows[0].folder.as_deref(), Some("../a/parts/x"));
-        assert_eq!(merged.missing, [(2, 3)]);
+        assert_eq!((merged.missing, merged.notes.len()), (vec![(2, 3)], 0));
+        let other = |part: &str, asked: &str| Row { asked: Some(asked.into()), ..row(part, 0) };
+        write_tables(&dir.join("a"), share(1, 3), &[other("x", "1")]).unwrap();
+        write_tables(&dir.join("a"), share(2, 3), &[other("w", "2")]).unwrap();
+        assert_eq!(merge(&[dir.join("a")], &dir).unwrap().notes.len(), 1);
         fs::write(dir.join("a/table-1-of-3.jsonl"), "{}\n").unwrap();
         assert_eq!(merge(&[dir.join("a")], &dir).unwrap_err().place().as_deref(), Some("line 1"));
         assert_eq!(merge(&[dir.join("all")], &dir).unwrap_err().exit_code(), 4);
+        fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn shares_of_two_runs_are_refused_until_one_is_gone() {
+        let dir = scratch("runs", &["a"]);
+        let a = dir.join("a");
+        write_tables(&a, share(1, 3), &[row("x", 0)]).unwrap();
+        write_tables(&a, share(1, 2), &[row("x", 1)]).unwrap();
+        let refused = merge(std::slice::from_ref(&a), &dir).unwrap_err();
+        assert!(refused.to_string().contains("shares of 2 and of 3"), "{refused}");
+        remove_outdated(&a, share(2, 2)).unwrap();
+        assert_eq!(seen(&merge(std::slice::from_ref(&a), &dir).unwrap()), [("x", 1)]);
+        remove_outdated(&a, None).unwrap();
+        assert_eq!(fs::read_dir(&a).unwrap().count(), 0);
+        fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    fn parts_of_one_name_all_stand() {
+        let dir = scratch("names", &["a", "b"]);
+        let (a, b) = (dir.join("a"), dir.join("b"));
+        write_tables(&a, None, &[row("same", 0), row("x", 1)]).unwrap();
+        write_tables(&b, None, &[row("x", 0)]).unwrap();
+        let both = [a.clone(), b.clone()];
+        let merged = merge(&both, &a).unwrap();
+        let [in_a, in_b] = [&a, &b].map(|f| format!("{}/x", f.display()));
+        assert_eq!(seen(&merged), [(in_a.as_str(), 1), (in_b.as_str(), 0), ("same", 0)]);
+        // Joined again, what came from the other folder is taken from there.
+        write_tables(&a, None, &merged.rows).unwrap();
+        write_tables(&b, None, &[row("x", 3)]).unwrap();
+        assert_eq!(seen(&merge(&both, &a).unwrap()), [(in_a.as_str(), 1), ("same", 0), ("x", 3)]);
         fs::remove_dir_all(&dir).unwrap();
     }
 }

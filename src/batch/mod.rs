@@ -21,4 +21,4 @@ pub use row::{Refusal, Row, worst_code};
 pub use run::{Earlier, Finished, Work, run};
 pub use shard::Shard;
 pub use store::Store;
-pub use table::{csv, json_lines, line, write_tables};
+pub use table::{csv, json_lines, line, remove_outdated, write_tables};

@@ -37,6 +37,9 @@ pub struct Row {
     pub volume_mm3: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sha256: Option<String>,
+    /// What was asked, as the start of a digest of all options and the version.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub asked: Option<String>,
     /// Folder of the results, below the folder of the table.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub folder: Option<String>,
@@ -108,6 +111,7 @@ impl Row {
             size_mm: None,
             volume_mm3: None,
             sha256: None,
+            asked: None,
             folder: None,
             seconds: 0.0,
             peak_mib: None,

@@ -88,10 +88,16 @@ fn one(entry: &Entry, store: &Store, work: &Work) -> Row {
         Ok(bytes) => kept_or_judged(entry, &bytes, store, work, start),
         Err(e) => Row::refused(&entry.name, &e),
     };
+    row.asked = Some(asked(work));
     if !row.reused {
         spent(&mut row, start);
     }
     row
+}
+
+/// The start of the digest of what every part is asked.
+fn asked(work: &Work) -> String {
+    key(&[work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()]).chars().take(16).collect()
 }
 
 /// Puts time and memory into a line.

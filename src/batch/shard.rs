@@ -32,6 +32,17 @@ impl Shard {
         }
     }
 
+    /// What stands in the names of its tables: `-2-of-8`.
+    pub fn tag(self) -> String {
+        format!("-{}-of-{}", self.index, self.count)
+    }
+
+    /// The share whose tables have these words in their names.
+    pub(super) fn tagged(tag: &str) -> Option<Self> {
+        let (index, count) = tag.strip_prefix('-')?.split_once("-of-")?;
+        Some(Shard { index: index.parse().ok()?, count: count.parse().ok()? })
+    }
+
     /// Whether this share takes a part.
     ///
     /// The name alone decides, so that shares that see other parts come or go still take each part exactly once.

@@ -89,6 +89,16 @@ impl Store {
     }
 }
 
+/// Whether a folder is a result of a batch, whole or in the making: as [`Store::folder`] names it.
+pub(super) fn is_result(folder: &Path) -> bool {
+    let name = folder.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let in_parts = folder.parent().and_then(Path::file_name).is_some_and(|n| n == "parts");
+    let in_the_making = name.starts_with('.') && [".partial", ".old"].iter().any(|end| name.ends_with(end));
+    let key = name.rsplit('-').next().unwrap_or_default();
+    let keyed = key.len() == 16 && key.bytes().all(|b| b.is_ascii_hexdigit());
+    in_parts && (in_the_making || keyed && folder.join(ROW).is_file())
+}
+
 /// The hidden neighbour of a folder with an ending.
 fn hidden(place: &Path, ending: &str) -> PathBuf {
     let name = place.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -118,6 +128,7 @@ mod tests {
         let other = Row { seconds: 2.0, ..row };
         store.keep(&folder, &other, &[]).unwrap();
         assert_eq!(store.find(&folder), Some(other));
+        assert!(is_result(&dir.join(&folder)) && !is_result(&dir.join("parts")));
         assert_eq!(fs::read_dir(dir.join("parts")).unwrap().count(), 1, "something was left");
         let failed = store.keep(&folder, &Row::refused("a", &Error::Interrupted), &[("no/such".into(), vec![])]);
         assert_eq!(failed.unwrap_err().exit_code(), 6);

@@ -2,9 +2,13 @@
 
 use super::index;
 use super::row::Row;
-use crate::error::Result;
+use super::shard::Shard;
+use super::store::cannot;
+use crate::error::{Result, escaped};
 use crate::io::write_atomically;
 use std::fmt::Write;
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 const HEAD: &str = "part,code,verdict,line,error,place,fails,undecided,warns,warnings,triangles,bodies,size_x_mm,size_y_mm,\
@@ -12,7 +16,8 @@ const HEAD: &str = "part,code,verdict,line,error,place,fails,undecided,warns,war
 
 /// The lines as comma-separated values (RFC 4180), a head before them.
 ///
-/// A text that a spreadsheet would take for a formula gets an apostrophe before it; JSON lines have it unchanged.
+/// A text that a spreadsheet would take for a formula gets an apostrophe before it, and control characters are escaped; JSON lines have
+/// both unchanged.
 pub fn csv(rows: &[Row]) -> String {
     let mut out = format!("{HEAD}\r\n");
     for r in rows {
@@ -53,8 +58,8 @@ fn number(x: f64) -> String {
 
 fn cell(text: &str) -> String {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
-    let text = if formula { format!("'{text}") } else { text.into() };
-    if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+    let text = if formula { format!("'{}", escaped(text)) } else { escaped(text) };
+    if text.contains(['"', ',']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
 /// The lines as JSON, one object on each line.
@@ -69,7 +74,7 @@ pub fn line(row: &Row, width: usize) -> String {
     let mut out = String::new();
     let memory = row.peak_mib.map_or("-".into(), |m| format!("{m:.0}"));
     let seconds = if row.reused { "kept".into() } else { format!("{:.1}", row.seconds) };
-    let _ = write!(out, "{:>4} {seconds:>7} {memory:>6}  {:<40} ", row.code, row.part);
+    let _ = write!(out, "{:>4} {seconds:>7} {memory:>6}  {:<40} ", row.code, escaped(&row.part));
     let room = width.saturating_sub(out.chars().count()).max(20);
     let text: String = row.line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     if text.chars().count() > room {
@@ -80,19 +85,44 @@ pub fn line(row: &Row, width: usize) -> String {
     out.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-/// Writes `table.csv`, `table.jsonl` and `index.html` into a folder, each whole or not at all; `tag` tells shares apart.
+/// What the names of tables begin and end with; the tag of a share stands between.
+const NAMES: [(&str, &str); 3] = [("table", ".csv"), ("table", ".jsonl"), ("index", ".html")];
+
+/// Writes `table.csv`, `table.jsonl` and `index.html` into a folder, each whole or not at all; those of a share have its tag.
 ///
 /// Returns the three places.
 ///
 /// # Errors
 /// [`crate::Error::CannotWrite`] naming the file.
-pub fn write_tables(out: &Path, tag: &str, rows: &[Row]) -> Result<[PathBuf; 3]> {
-    let places =
-        [format!("table{tag}.csv"), format!("table{tag}.jsonl"), format!("index{tag}.html")].map(|n| out.join(n));
+pub fn write_tables(out: &Path, shard: Option<Shard>, rows: &[Row]) -> Result<[PathBuf; 3]> {
+    let tag = shard.map_or(String::new(), Shard::tag);
+    let places = NAMES.map(|(start, end)| out.join(format!("{start}{tag}{end}")));
     for (place, text) in places.iter().zip([csv(rows), json_lines(rows), index::page(rows)]) {
         write_atomically(place, |w| w.write_all(text.as_bytes()))?;
     }
     Ok(places)
+}
+
+/// Removes the tables that a new one makes untrue: those of shares of another number, and of all shares where it is of the whole.
+///
+/// # Errors
+/// [`crate::Error::CannotWrite`] naming the file.
+pub fn remove_outdated(out: &Path, shard: Option<Shard>) -> Result<()> {
+    let outdated = |name: &str| {
+        let tag = |(start, end): &(&str, &str)| name.strip_prefix(*start)?.strip_suffix(*end);
+        let other = NAMES.iter().filter_map(tag).find_map(Shard::tagged);
+        other.is_some_and(|other| shard.is_none_or(|own| own.count != other.count))
+    };
+    for member in fs::read_dir(out).into_iter().flatten().flatten() {
+        if outdated(&member.file_name().to_string_lossy()) {
+            match fs::remove_file(member.path()) {
+                // Another task of the same array may have been faster.
+                Err(e) if e.kind() != ErrorKind::NotFound => return Err(cannot(&member.path(), &e)),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -117,6 +147,10 @@ mod tests {
         let page = index::page(&rows);
         assert!(!page.contains("<script>|") && page.contains("&lt;script&gt;|"), "{page}");
         assert!(!line(&row("\u{1b}[31m.stl"), 100).contains('\u{1b}'));
+        assert!(
+            line(&row("new\nline.stl"), 100).contains("new\\nline.stl")
+                && csv(&[row("new\nline.stl")]).contains("new\\nline.stl")
+        );
         assert!(line(&Row { line: "x".repeat(500), ..row("a") }, 100).chars().count() <= 100);
     }
 }

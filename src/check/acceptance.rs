@@ -6,6 +6,7 @@ use super::registry;
 use crate::error::Result;
 use crate::notice::Notice;
 use crate::process::{Date, Region, Waiver};
+use crate::units::{short, told};
 
 /// The entries of a process, and what became of each.
 pub struct Acceptance<'a> {
@@ -119,17 +120,30 @@ fn places(f: &Finding) -> Vec<Spot> {
 }
 
 /// Whether an entry covers one place of a finding, at the value there.
+///
+/// Where the finding is one place, an entry anywhere along its box covers it: on an even wall the mesh alone says which point is told.
 fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
-    let bearable = |low: f64, high: f64| {
-        waiver.no_worse_than.is_none_or(|limit| match f.sense {
-            Sense::Min => low >= limit,
-            Sense::Max => high <= limit,
-        })
-    };
     match &waiver.region {
-        Region::Fingerprint(name) => *name == f.fingerprint && bearable(f.low, f.high),
-        region => region.holds(spot.at_mm) && bearable(spot.low, spot.high),
+        Region::Fingerprint(name) => {
+            *name == f.fingerprint
+                && bearable(waiver, f.sense, &Spot { value: f.value, low: f.low, high: f.high, ..*spot })
+        }
+        region => {
+            let met = region.holds(spot.at_mm) || f.count == 1 && region.is_along(f.box_mm);
+            met && bearable(waiver, f.sense, spot)
+        }
     }
+}
+
+/// Whether a value is not worse than an entry allows, or is the one it names, as reports tell it.
+fn bearable(waiver: &Waiver, sense: Sense, spot: &Spot) -> bool {
+    waiver.no_worse_than.is_none_or(|limit| {
+        let kept = match sense {
+            Sense::Min => spot.low >= limit,
+            Sense::Max => spot.high <= limit,
+        };
+        kept || short(told(spot.value, spot.low, spot.high)) == short(limit)
+    })
 }
 
 /// Whether entries cover every place that a finding stands for; what is not listed one by one lies somewhere in its box, which one of
@@ -155,7 +169,7 @@ mod tests {
     fn finding(value: f64, at_mm: [f64; 3]) -> Finding {
         let limits = Limits { fail: Some(0.8), warn: None, sense: Sense::Min };
         let mut f = Finding::judged("AM101", "wall", Bracket::exact(value), Basis::Exact, limits, "mm", 0.0);
-        f.at_mm = at_mm;
+        (f.at_mm, f.box_mm) = (at_mm, [at_mm; 2]);
         f.fingerprint = format!("AM101/wall/{at_mm:?}");
         f
     }
@@ -214,6 +228,27 @@ mod tests {
         assert_eq!(applied("fingerprint = \"AM101/wall/else\"", None, &mut f), ["acceptance-unused"]);
         let name = format!("fingerprint = \"{}\"\nno_worse_than = 0.4", f[0].fingerprint);
         assert!(applied(&name, None, &mut f).is_empty() && f[0].accepted.is_some());
+    }
+
+    #[test]
+    fn one_place_is_accepted_anywhere_along_its_box() {
+        let mut wall = [finding(0.4, [0.0, 0.0, 9.0])];
+        wall[0].box_mm = [[0.0; 3], [60.0, 0.4, 9.0]];
+        assert!(applied("at_mm = [60.5, 0, 5]", None, &mut wall).is_empty() && wall[0].accepted.is_some());
+        wall[0].accepted = None;
+        assert_eq!(applied("at_mm = [61.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
+        wall[0].count = 2;
+        assert_eq!(applied("at_mm = [60.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
+    }
+
+    #[test]
+    fn the_value_that_a_report_tells_is_not_worse_than_itself() {
+        let mut exact = [finding(0.592592, [0.0; 3])];
+        assert!(applied("at_mm = [0, 0, 0]\nno_worse_than = 0.5926", None, &mut exact).is_empty());
+        let mut bracketed = [finding(0.4501, [0.0; 3])];
+        bracketed[0].low = 0.41;
+        assert!(applied("at_mm = [0, 0, 0]\nno_worse_than = 0.45", None, &mut bracketed).is_empty());
+        assert_eq!(applied("at_mm = [0, 0, 0]\nno_worse_than = 0.451", None, &mut bracketed), ["acceptance-unused"]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub how: Judging,
 
-    /// Folder for the results; reports/ and the name of the part if left out
+    /// Folder for the results, in place of those of an earlier run; reports/ and the name of the part if left out
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 

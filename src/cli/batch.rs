@@ -2,10 +2,12 @@
 
 use super::args::Batch;
 use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
+use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
 use crate::batch::{
-    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, worst_code, write_tables,
+    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, remove_outdated, worst_code,
+    write_tables,
 };
 use crate::error::Result;
 use crate::io::{Salvage, read};
@@ -13,7 +15,6 @@ use crate::memory::Allowance;
 use crate::report::Exhibited;
 use crate::report::render::thumbnail;
 use crate::units::short;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -42,16 +43,20 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
         jobs: jobs.max(1),
         earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
     };
+    let mut told = Ok(());
     if !b.json && !b.quiet {
-        say(&format!("{:>4} {:>7} {:>6}  {:<40} result\n", "code", "seconds", "MiB", "part"));
+        told = put(&format!("{:>4} {:>7} {:>6}  {:<40} result\n", "code", "seconds", "MiB", "part"));
     }
+    // What cannot be told does not stop the work: the tables are written all the same.
     let rows = crate::batch::run(&parts, &store, &work, |row| match (b.json, b.quiet) {
-        (true, _) => say(&json_lines(std::slice::from_ref(row))),
-        (_, false) => say(&(line(row, WIDTH) + "\n")),
+        _ if told.is_err() => {}
+        (true, _) => told = put(&json_lines(std::slice::from_ref(row))),
+        (_, false) => told = put(&(line(row, WIDTH) + "\n")),
         _ => {}
     });
-    let tag = shard.map_or(String::new(), |s| format!("-{}-of-{}", s.index, s.count));
-    let places = write_tables(store.out(), &tag, &rows)?;
+    remove_outdated(store.out(), shard)?;
+    let places = write_tables(store.out(), shard, &rows)?;
+    told?;
     let code = worst_code(rows.iter().map(|r| r.code));
     if b.json {
         return Ok((String::new(), code));
@@ -66,10 +71,13 @@ pub fn merge_tables(folders: &[PathBuf], out: Option<&Path>) -> Result<(String, 
     let out = out.or(folders.first().map(PathBuf::as_path)).unwrap_or(Path::new("."));
     let merged = merge(folders, out)?;
     let store = Store::open(out)?;
-    let places = write_tables(store.out(), "", &merged.rows)?;
+    let places = write_tables(store.out(), None, &merged.rows)?;
     let mut text = format!("{} parts: {}\n", merged.rows.len(), counted(&merged.rows));
     for (index, count) in &merged.missing {
         text.push_str(&format!("note: share {index} of {count} has no table; its parts are missing\n"));
+    }
+    for note in &merged.notes {
+        text.push_str(&format!("note: {note}\n"));
     }
     let missing = merged.missing.first().map(|_| 4);
     let code = worst_code(merged.rows.iter().map(|r| r.code).chain(missing));
@@ -156,10 +164,4 @@ fn counted(rows: &[Row]) -> String {
 fn listed(places: &[PathBuf]) -> String {
     let shown = |p: &PathBuf| format!("table   {}\n", crate::error::printable(&p.to_string_lossy()));
     places.iter().map(shown).collect()
-}
-
-/// Writes to stdout; a reader that has gone away does not stop the work.
-fn say(text: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
 }

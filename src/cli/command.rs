@@ -2,7 +2,7 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{batch, judge, lists, operate, orient, plan, tools, watch};
+use super::{batch, judge, lists, operate, orient, plan, stdout, tools, watch};
 use crate::error::Error;
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
@@ -36,13 +36,14 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         None if arguments.watch => watch::watch(&arguments).map_err(|e| Complaint::about(part, e)),
         None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
     };
-    match done {
-        Ok((text, code)) => print(&text).map_or(code, |()| code),
-        Err(complaint) => {
-            complain(&complaint);
-            complaint.error.exit_code()
-        }
-    }
+    let said = done.and_then(|(text, code)| stdout::put(&text).map(|()| code).map_err(Complaint::from));
+    said.unwrap_or_else(|complaint| failed(&complaint))
+}
+
+/// Says what failed; its exit code.
+fn failed(complaint: &Complaint) -> u8 {
+    complain(complaint);
+    complaint.error.exit_code()
 }
 
 /// Runs the command; a broken promise of ours ends in one error and its own exit code, and leaves nothing half-written.
@@ -55,9 +56,7 @@ pub fn guarded(command: impl FnOnce() -> u8 + std::panic::UnwindSafe) -> u8 {
 
 /// Says what broke; the exit code of a broken promise.
 fn broken_down(panic: &(dyn std::any::Any + Send)) -> u8 {
-    let complaint = Complaint::from(Error::broken_down(panic));
-    complain(&complaint);
-    complaint.error.exit_code()
+    failed(&Complaint::from(Error::broken_down(panic)))
 }
 
 /// On Ctrl-C and on being told to end: nothing half-written stays, and the exit code says so.
@@ -75,18 +74,13 @@ fn refuse(e: &clap::Error) -> u8 {
     use clap::error::ErrorKind;
     match e.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            let _ = e.print();
-            0
+            stdout::outcome(e.print()).map_or_else(|e| failed(&Complaint::from(e)), |()| 0)
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = e.print();
             2
         }
-        _ => {
-            let complaint = Complaint::from(usage(e));
-            complain(&complaint);
-            complaint.error.exit_code()
-        }
+        _ => failed(&Complaint::from(usage(e))),
     }
 }
 
@@ -116,11 +110,6 @@ fn asked(e: &clap::Error) -> String {
     let is_name = |word: &&str| word.chars().all(|c| c.is_ascii_lowercase());
     let words: Vec<&str> = usage.split_whitespace().skip_while(|w| *w != "amcheck").take_while(is_name).collect();
     if words.is_empty() { "amcheck".into() } else { words.join(" ") }
-}
-
-/// Writes to stdout; a reader that has gone away (`| head`) is no error.
-fn print(text: &str) -> Option<()> {
-    std::io::stdout().lock().write_all(text.as_bytes()).ok()
 }
 
 fn complain(Complaint { error, file: part }: &Complaint) {

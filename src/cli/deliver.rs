@@ -15,6 +15,11 @@ impl Files {
         self.0.push((what.into(), name.into(), bytes));
     }
 
+    /// Name of each.
+    pub fn names(&self) -> Vec<String> {
+        self.0.iter().map(|(_, name, _)| name.clone()).collect()
+    }
+
     /// Name and content of each.
     pub fn into_contents(self) -> Vec<(String, Vec<u8>)> {
         self.0.into_iter().map(|(_, name, bytes)| (name, bytes)).collect()
@@ -85,6 +90,6 @@ impl Delivery {
     }
 }
 
-fn cannot(place: &Path, e: &std::io::Error) -> Error {
+pub(super) fn cannot(place: &Path, e: &std::io::Error) -> Error {
     Error::CannotWrite { path: place.display().to_string(), reason: e.to_string() }
 }

@@ -2,6 +2,7 @@
 
 use super::args::{Arguments, Judging};
 use super::deliver::{Delivery, Files};
+use super::leftover;
 use super::progress::{Progress, Weights, Wished};
 use super::words::{allowance, count, length, one_of, units, up, usage};
 use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
@@ -64,7 +65,10 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     told("print");
     let comparison = baseline.map(|old| compare(&old, &analysis.report));
     let files = print_all(&mut analysis, &formats, comparison.as_ref());
+    let names = files.names();
     let written = delivery.deliver(files, &[&part])?;
+    let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
+    leftover::remove(&folder, &names, leftover::of_judging, &read)?;
     drop(progress);
     let seconds = Some(start.elapsed().as_secs_f64());
     let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };

@@ -108,7 +108,8 @@ fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Noti
     if !health.is_solid() {
         return Err(why_no_solid(&health));
     }
-    let notices = loaded.notices.into_iter().chain(health.notices()).collect();
+    let guess = if scale == 1.0 { health.units_guess() } else { None };
+    let notices = loaded.notices.into_iter().chain(health.notices()).chain(guess).collect();
     Ok((health.outward(&mesh).into_owned(), notices))
 }
 

@@ -4,11 +4,13 @@ use super::args::Orienting;
 use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
 use super::judge::process;
+use super::leftover;
 use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};
 use crate::error::{Error, Result};
 use crate::io::stl;
 use crate::memory::Demand;
+use crate::notice::Notice;
 use crate::part::{Part, Up};
 use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
 use crate::report::render::Picture;
@@ -45,9 +47,17 @@ fn run(a: &Orienting) -> Result<String> {
     let memory = allowance(&a.memory)?;
     let loaded = memory.mesh(&a.part)?;
     memory.admit_triangles(&Demand::of(&process, &[], &[]), loaded.mesh.triangles.len() as u64)?;
-    let file = loaded.mesh.scaled(scale.or(loaded.unit_mm).unwrap_or(1.0));
+    let mut warnings = loaded.notices;
+    let known = scale.or(loaded.unit_mm);
+    if known.is_none() {
+        warnings.push(Notice::units_assumed(loaded.format));
+    }
+    let scale = known.unwrap_or(1.0);
+    let file = loaded.mesh.scaled(scale);
     let largest = file.vertices.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
     let part = Part::new(file, Up::PlusZ, largest * loaded.relative_step, 0.0)?;
+    warnings.extend(if scale == 1.0 { part.health_as_read().units_guess() } else { None });
+    warnings.extend(part.notices());
     let question = Question { directions: a.directions, best: a.best, ..Question::of(&process, part.step()) };
     let found = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
     let name = a.part.file_name().map_or_else(|| stem.clone(), |n| n.to_string_lossy().into_owned());
@@ -57,6 +67,8 @@ fn run(a: &Orienting) -> Result<String> {
         file: name,
         process: process.name.clone(),
         volume_mm3: crate::units::report_digits(part.mesh().signed_volume()),
+        watertight: part.health_as_read().is_watertight(),
+        warnings,
         orientations: found,
     };
     let mut files = Files::default();
@@ -84,7 +96,9 @@ fn run(a: &Orienting) -> Result<String> {
             files.push("picture", &format!("orientation-{}.png", p.name), p.png);
         }
     }
+    let names = files.names();
     let written = delivery.deliver(files, &[&a.part])?;
+    leftover::remove(&folder, &names, leftover::of_orienting, &[&a.part])?;
     if a.json {
         return Ok(orient::json(&report));
     }

@@ -3,6 +3,7 @@
 use super::args::Arguments;
 use super::command;
 use super::judge::{Judged, judged, said};
+use super::stdout::put;
 use crate::error::Result;
 use crate::report::baseline::{self, Delta, compare};
 use crate::report::terminal;
@@ -15,7 +16,7 @@ use std::time::{Duration, SystemTime};
 const LOOK: Duration = Duration::from_millis(250);
 
 /// Judges a part now and after every change of it, of its process file or of its acceptances; returns only when the first
-/// run fails. Ctrl-C ends it.
+/// run fails, or what is said cannot be written. Ctrl-C ends it.
 ///
 /// # Errors
 /// Those of the first run; later ones are printed, because a file may be looked at while it is being saved.
@@ -23,8 +24,8 @@ pub fn watch(a: &Arguments) -> Result<(String, u8)> {
     let files = files(a);
     let mut seen = Seen::of(&files);
     let mut last = judged(a)?;
-    print(&said(a, &last));
-    print(&format!("watching {}; Ctrl-C ends\n", count(files.len())));
+    put(&said(a, &last))?;
+    put(&format!("watching {}; Ctrl-C ends\n", count(files.len())))?;
     loop {
         std::thread::sleep(LOOK);
         if !seen.has_changed(&files) {
@@ -32,7 +33,7 @@ pub fn watch(a: &Arguments) -> Result<(String, u8)> {
         }
         match judged(a) {
             Ok(now) => {
-                print(&difference(a, &last, &now));
+                put(&difference(a, &last, &now))?;
                 last = now;
             }
             Err(e) => {
@@ -116,10 +117,4 @@ fn digest(files: &[PathBuf]) -> Vec<u8> {
         all.update(Sha256::digest(std::fs::read(file).unwrap_or_default()));
     }
     all.finalize().to_vec()
-}
-
-/// Writes to stdout at once, so that a reader of a pipe sees it.
-fn print(text: &str) {
-    let mut to = std::io::stdout().lock();
-    let _ = to.write_all(text.as_bytes()).and_then(|()| to.flush());
 }

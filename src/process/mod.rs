@@ -6,6 +6,7 @@ mod builtin;
 mod date;
 mod finishing;
 mod limit;
+mod override_limit;
 mod profile;
 mod rule;
 mod tools;

@@ -2,7 +2,7 @@
 
 use super::builtin::builtin;
 use super::limit::{Limit, LimitBasis};
-use super::rule::{RULES, Rule, rule};
+use super::rule::rule;
 use super::tools::{ToolChoice, Tools};
 use super::waiver::{self, Waiver};
 use crate::error::{Error, Place, Result, escaped, nearest, printable};
@@ -127,50 +127,6 @@ impl Process {
             .flat_map(|(l, times)| [l.fail, l.warn].map(|x| x.map(|x| times * x)))
             .flatten()
             .fold(0.0, f64::max)
-    }
-
-    /// Puts a limit from the command line in place: `thin-wall=0.4mm` or `thin-wall=0.4mm,0.6mm` (fail, warn).
-    ///
-    /// A warn limit that is not given stays if it is not weaker than the new fail limit. A key without kind, such as
-    /// `narrow-gap`, sets all its kinds that are limited in the same unit.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] or [`Error::UnknownName`] for what cannot be read or contradicts itself.
-    pub fn override_limit(&mut self, assignment: &str) -> Result<()> {
-        let (key, values) = assignment.split_once('=').ok_or_else(|| Error::Usage {
-            problem: format!("limit `{}` has no value", printable(assignment)),
-            remedy: "write --limit thin-wall=0.4mm or --limit thin-wall=0.4mm,0.6mm".into(),
-        })?;
-        let key = key.trim();
-        let named = rule(key)?;
-        let mut parts = values.splitn(2, ',');
-        let fail = named.dimension.parse(parts.next().unwrap_or(""))?;
-        let warn = parts.next().map(|w| named.dimension.parse(w)).transpose()?;
-        let same = |r: &&Rule| r.key == key || r.dimension == named.dimension;
-        for r in RULES.iter().filter(|r| r.follows(key)).filter(same) {
-            let stricter = |w: f64| if r.bound == super::rule::Bound::Least { w > fail } else { w < fail };
-            if let Some(w) = warn
-                && !stricter(w)
-                && w != fail
-            {
-                return Err(Error::Usage {
-                    problem: format!("limit {key}: warn {w} would never be reached beside fail {fail}"),
-                    remedy: "give the fail limit first; the warn limit is the stricter one".into(),
-                });
-            }
-            let kept = self.limits.get(r.key).and_then(|l| l.warn).filter(|&w| stricter(w));
-            self.limits.insert(
-                r.key.into(),
-                Limit {
-                    fail: Some(fail),
-                    warn: warn.or(kept),
-                    basis: LimitBasis::User,
-                    source: "command line".into(),
-                    overridden: true,
-                },
-            );
-        }
-        Ok(())
     }
 }
 

@@ -11,7 +11,8 @@ const WITHIN_MM: f64 = 1.0;
 /// One `[[accept]]` entry.
 ///
 /// A finding is accepted where its check is the entry's, and every place it stands for lies in the region of such an entry, with a
-/// value there that is not worse than the entry allows. It is shown all the same, and does not count until the entry ends.
+/// value there that is not worse than the entry allows; where it is one place, a point near its box will do. It is shown all the
+/// same, and does not count until the entry ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waiver {
     /// Name or code of a check.
@@ -44,6 +45,12 @@ impl Region {
             Region::Box { box_mm: [lo, hi] } => (0..3).all(|a| lo[a] <= p[a] && p[a] <= hi[a]),
             Region::Fingerprint(_) => false,
         }
+    }
+
+    /// Whether it is a point no further from a box than the entry says.
+    pub fn is_along(&self, [lo, hi]: [[f64; 3]; 2]) -> bool {
+        let nearest = |p: [f64; 3]| [0, 1, 2].map(|a| p[a].max(lo[a]).min(hi[a]));
+        matches!(self, Region::Ball { at_mm, .. } if self.holds(nearest(*at_mm)))
     }
 }
 

@@ -1,7 +1,8 @@
 //! Two reports of one part compared: what is new, fixed, worse, better or the same.
 //!
-//! Findings are matched by check, kind and place within a tolerance, because geometry moves. *Worse* and *better* need
-//! brackets that part, or another number of places: a change inside the uncertainty is no change.
+//! Findings are matched by check, kind and place within a tolerance, because geometry moves; those of a part that was moved as a whole
+//! by their fingerprints, which are of its own frame. *Worse* and *better* need brackets that part by more than files are rounded, or
+//! another number of places: a change inside the uncertainty is no change.
 
 use super::phrase;
 use super::schema::{Axis3, Report};
@@ -104,7 +105,7 @@ impl Comparison {
 /// O(m·n) for m and n findings of one check.
 ///
 /// # Limits
-/// Both reports are taken in the frame of their files: a part that was moved has all findings new.
+/// Both reports are taken in the frame of their files: of a part that was moved, what has another fingerprint as well is new.
 pub fn compare(old: &Report, new: &Report) -> Comparison {
     let tolerance_mm = 2.0 * old.grid.spacing_mm.max(new.grid.spacing_mm);
     let (before, after) = (listed(old), listed(new));
@@ -238,9 +239,23 @@ fn nearness(a: &Finding, b: &Finding, tolerance: f64) -> Option<f64> {
     near.then_some(distance)
 }
 
+/// How far values may part that differ by the rounding of files alone.
+///
+/// Lengths are off by a file's resolution, at most 1e-4 mm. That moves an angle, an area or a volume 0.2 mm across by a thousandth, and
+/// larger ones by less. Counts, and ratios that stand for one, are told apart.
+fn rounding(old: &Finding, new: &Finding) -> f64 {
+    let largest = [old.low, old.high, new.low, new.high].into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    match new.unit.as_str() {
+        "mm" => 1e-4,
+        "1" | "" => (1e-4 * largest).clamp(1e-6, 0.5),
+        _ => (1e-3 * largest).max(1e-6),
+    }
+}
+
 /// What a pair of findings says: the brackets must part for anything but `Same`.
 fn moved(old: &Finding, new: &Finding) -> Delta {
-    let (below, above) = (new.high < old.low - 1e-6, new.low > old.high + 1e-6);
+    let slack = rounding(old, new);
+    let (below, above) = (new.high < old.low - slack, new.low > old.high + slack);
     match (new.sense, below, above) {
         (Sense::Min, true, _) | (Sense::Max, _, true) => Delta::Worse,
         (Sense::Min, _, true) | (Sense::Max, true, _) => Delta::Better,
@@ -279,4 +294,32 @@ fn stands_for(f: &Finding, [lo, hi]: [Axis3; 2], tolerance: f64) -> bool {
 
 fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {
     Change { delta, check: check.into(), old: old.cloned(), new: new.cloned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{Basis, Bracket, Limits};
+
+    fn delta(old: f64, new: f64, unit: &str) -> Delta {
+        let of = |value: f64| {
+            let limits = Limits { fail: Some(value + 1.0), warn: None, sense: Sense::Min };
+            Finding::judged("AM101", "wall", Bracket::exact(value), Basis::Exact, limits, unit, 0.0)
+        };
+        moved(&of(old), &of(new))
+    }
+
+    #[test]
+    fn what_files_round_is_no_change() {
+        for (old, new, unit) in
+            [(0.444445, 0.44439, "mm"), (40.0, 39.97, "deg"), (250.0, 249.9, "mm2"), (15.0, 14.9999, "1")]
+        {
+            assert_eq!(delta(old, new, unit), Delta::Same, "{old} {new} {unit}");
+        }
+        for (old, new, unit) in
+            [(0.4444, 0.4441, "mm"), (40.0, 39.9, "deg"), (250.0, 249.0, "mm2"), (9e9, 9e9 - 1.0, "1")]
+        {
+            assert_eq!(delta(old, new, unit), Delta::Worse, "{old} {new} {unit}");
+        }
+    }
 }

@@ -2,6 +2,8 @@
 
 use super::schema::Tool;
 use crate::access::{Orientation, Orientations, up_option};
+use crate::error::escaped;
+use crate::notice::Notice;
 use crate::units::short;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -22,6 +24,12 @@ pub struct OrientReport {
     pub process: String,
     /// Volume of the part, mm³.
     pub volume_mm3: f64,
+    /// Whether the surface is closed, as it was read.
+    #[serde(default)]
+    pub watertight: bool,
+    /// What was noticed about the file and how it was read.
+    #[serde(default)]
+    pub warnings: Vec<Notice>,
     #[serde(flatten)]
     pub orientations: Orientations,
 }
@@ -92,6 +100,9 @@ pub fn text(report: &OrientReport) -> String {
         out.push('\n');
     }
     out.push_str("\n* no other is at least as good in everything   ! does not fit the machine\n");
+    for notice in &report.warnings {
+        let _ = writeln!(out, "note: {}", escaped(&notice.message));
+    }
     if let Some(best) = list.first() {
         let _ = writeln!(out, "best: --up {}", up_option(best.up));
     }

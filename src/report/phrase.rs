@@ -2,7 +2,7 @@
 
 use super::schema::{CheckReport, RefinedReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
-use crate::units::{coarse, short};
+use crate::units::{coarse, decimals_of, short, told};
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
 pub fn unit_sign(unit: &str) -> &str {
@@ -27,11 +27,6 @@ fn with_unit(digits: &str, unit: &str) -> String {
         "°" => format!("{digits}°"),
         sign => format!("{digits} {sign}"),
     }
-}
-
-/// Decimals that show a bracket to two digits of its width, 0 to 4.
-fn decimals_of(width: f64) -> usize {
-    if width > 1e-9 { (1.0 - width.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 }
 }
 
 /// A number with fixed decimals, rounded down or up as `outward` says, never `-0`.
@@ -67,12 +62,7 @@ pub fn bracket(low: f64, high: f64) -> Option<String> {
 
 /// A value at the digits its bracket supports, with its unit.
 pub fn measured(value: f64, low: f64, high: f64, unit: &str) -> String {
-    let width = high - low;
-    if width <= 1e-6 {
-        return quantity(value, unit);
-    }
-    let scale = 10f64.powi(decimals_of(width) as i32);
-    quantity((value * scale).round() / scale, unit)
+    quantity(told(value, low, high), unit)
 }
 
 /// The worst value of a check that passes, for a list of names; nothing where it has no unit, because a bare number says nothing there.

@@ -102,6 +102,8 @@ fn golden_sample_is_what_the_command_writes() {
             vec![("report.json".to_string(), report.clone().into_bytes()), ("report.html".into(), page.into_bytes())];
         files.extend(pictures.into_iter().map(|p| (format!("{}.png", p.name), p.png)));
         std::fs::create_dir_all(&folder).expect("the folder");
+        let earlier = std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path());
+        earlier.for_each(|p| std::fs::remove_file(p).expect("a file of an earlier run"));
         for (file, bytes) in files {
             std::fs::write(folder.join(file), bytes).expect("the file");
         }

@@ -340,7 +340,7 @@ mod tests {
         mesh.triangles.drain(..2);
         let notices = Health::of(&mesh.scaled(0.01)).notices();
         let codes: Vec<&str> = notices.iter().map(|n| n.code.as_str()).collect();
-        assert_eq!(codes, ["open-edges", "units-guess"]);
+        assert_eq!(codes, ["open-edges"]);
         assert!(notices[0].message.contains("4 open edges around one hole"), "{}", notices[0].message);
         let guess = |factor: f64| Health::of(&cube().scaled(factor)).units_guess().map(|n| n.message);
         assert!(guess(0.047).unwrap().contains("--units m"));

@@ -8,8 +8,7 @@ use crate::units::{Length, report_digits, short};
 
 impl Health {
     /// Everything worth saying, with stable codes, in a fixed order: `open-edges`, `non-manifold`, `miswound`,
-    /// `duplicate-facets`, `zero-area`, `inverted`, `inner-shells`, `swallowed-shells`, `ghost-shell`,
-    /// `units-guess`.
+    /// `duplicate-facets`, `zero-area`, `inverted`, `inner-shells`, `swallowed-shells`, `ghost-shell`.
     pub fn notices(&self) -> Vec<Notice> {
         let mut out = Vec::new();
         let mut say = |code: &str, fault: Fault, message: String| {
@@ -77,11 +76,10 @@ impl Health {
             n,
             number_of(n.count, ["closed shell without volume passed over", "closed shells without volume passed over"]),
         );
-        out.extend(self.units_guess());
         out
     }
 
-    /// A guess at the unit where the longest side is under 2 mm or over 1000 mm, if the file was in millimetres.
+    /// A guess at the unit where the longest side is under 2 mm or over 1000 mm, for a file that was read in millimetres.
     ///
     /// It only warns: nothing is ever rescaled unasked. 98 % of engineered parts are 10 to 201 mm long.
     pub fn units_guess(&self) -> Option<Notice> {

@@ -21,7 +21,7 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>Orientations of {}</title>\n<style>\n{}\n</style>\n</head>\n<body>\n\
          <header class=\"top\"><span class=\"brand\">amcheck</span> <b class=\"name\">{}</b> <span>process: {}</span></header>\n<main>\n\
          <h2>Which way to print</h2>\n<p>{} directions were scored on the mesh, the best {} measured in full. Dark dots: no other \
-         orientation is at least as good in everything. Best by cost: <code>{}</code></p>\n<div class=\"wide card\">{}</div>\n\
+         orientation is at least as good in everything. Best by cost: <code>{}</code></p>\n{}<div class=\"wide card\">{}</div>\n\
          <h2>Table</h2>\n{}\
          <h2>How they stand</h2>\n<p class=\"note\">Seen from the front and below; what needs support is hatched.</p>\n{}\
          </main>\n<footer>amcheck {} · {}</footer>\n</body>\n</html>\n",
@@ -32,6 +32,7 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
         report.orientations.scored.to_string(),
         list.len().to_string(),
         best(list, &report.file),
+        noticed(report),
         chart::orientations(list),
         table(list, up_option),
         figures(list, pictures),
@@ -39,6 +40,12 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
         report.schema
     )
     .into_string()
+}
+
+/// What was noticed about the file, where something was.
+fn noticed(report: &OrientReport) -> Markup {
+    let all = Markup::all(report.warnings.iter().map(|w| markup!("<li><b>{}</b> {}</li>", w.code, w.message)));
+    if report.warnings.is_empty() { all } else { markup!("<ul class=\"notices\">{}</ul>\n", all) }
 }
 
 /// The orientations in the page of a report: this run's pose and the best others; or how to compare them.

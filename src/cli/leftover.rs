@@ -1,0 +1,67 @@
+//! What an earlier run left in a folder that this run does not write again: reports and pictures of another answer.
+
+use super::deliver::cannot;
+use crate::check::registry::CHECKS;
+use crate::error::Result;
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays whatever is asked next.
+const REPORTS: [&str; 7] =
+    ["report.html", "report.json", "report.glb", "report.md", "report.junit.xml", "report.sarif", "badge.svg"];
+
+/// Pictures that judging a part writes, beside those named after checks.
+const PICTURES: [&str; 7] =
+    ["summary", "slice-x", "slice-y", "slice-z", "local-thickness", "ray-thickness", "local-gap"];
+
+/// Whether judging a part names a file like this.
+pub fn of_judging(name: &str) -> bool {
+    let picture = |stem: &str| {
+        let check = stem.strip_prefix("close-").unwrap_or(stem);
+        PICTURES.contains(&stem) || CHECKS.iter().any(|c| c.meta().name == check)
+    };
+    REPORTS.contains(&name) || name.strip_suffix(".png").is_some_and(picture)
+}
+
+/// Whether comparing orientations names a file like this.
+pub fn of_orienting(name: &str) -> bool {
+    let rank = name.strip_prefix("orientation-").and_then(|rest| rest.strip_suffix(".png"));
+    let numbered = rank.is_some_and(|rank| !rank.is_empty() && rank.bytes().all(|b| b.is_ascii_digit()));
+    ["orientations.html", "orientations.json"].contains(&name) || numbered
+}
+
+/// Removes the files of a folder that are `known` and not among those just written; `read` is spared, because it was asked about.
+///
+/// # Errors
+/// [`crate::Error::CannotWrite`] naming the file.
+pub fn remove(folder: &Path, written: &[String], known: fn(&str) -> bool, read: &[&Path]) -> Result<()> {
+    let read: Vec<_> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    for member in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = member.file_name().to_string_lossy().into_owned();
+        let path = member.path();
+        let spared = || path.canonicalize().is_ok_and(|path| read.contains(&path));
+        if known(&name) && !written.contains(&name) && member.file_type().is_ok_and(|t| t.is_file()) && !spared() {
+            match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != ErrorKind::NotFound => return Err(cannot(&path, &e)),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_amcheck_names_goes() {
+        for name in ["report.md", "close-blend.png", "thin-wall.png", "slice-x.png"] {
+            assert!(of_judging(name) && !of_orienting(name), "{name}");
+        }
+        for name in ["repaired.3mf", "timings.json", "photo.png", "thumbnail.png", "my-report.html", "report.pdf"] {
+            assert!(!of_judging(name) && !of_orienting(name), "{name}");
+        }
+        assert!(of_orienting("orientation-12.png") && !of_orienting("orientation-.png") && !of_orienting("best.stl"));
+    }
+}
