@@ -1,7 +1,5 @@
 //! Rooms that a whole grid does not tell from passages of uneven width: they are measured on the surface itself.
 
-use super::budget::Budget;
-use super::throat::Ground;
 use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids};
 use crate::error::Result;
 use crate::field::Field;
@@ -11,9 +9,8 @@ use crate::topology::Chamber;
 /// A chamber with what is measured of it on the surface.
 struct Room {
     chamber: Chamber,
-    /// The middle of its widest place, and the diameter there.
+    /// The middle of its widest place.
     middle: Vec3,
-    wide_mm: f64,
 }
 
 impl Voids<'_> {
@@ -22,18 +19,15 @@ impl Voids<'_> {
     /// On a grid of spacing h both may be wrong by 2√3·h: a room of 4.6 mm behind a neck of 1.8 mm looks like a passage at 0.7 mm.
     /// So every chamber of the grid, however little it rises over its throat, is measured on the surface: a ball is moved to its
     /// widest place, and another to the widest place within half a diagonal of the throat. A room holds the ball of `room_mm` and
-    /// is [`LEAST_RISE`] times as wide as its way out: what lets a ball so much narrower out is a passage. Each is told with the
-    /// bracket of the whole grid.
+    /// is [`LEAST_RISE`] times as wide as its throat. Each is told with the bracket of the whole grid.
     ///
     /// # Cost
-    /// O(samples) for each of about ten levels, two searches of some hundred distances for each chamber, and [`Voids::lets_out`]
-    /// for each that is left.
+    /// O(samples) for each of about ten levels, and two searches of some hundred distances for each chamber.
     pub(super) fn hidden_rooms(
         &self,
         clearance: &Field<u32>,
         (room_mm, limit_mm): (f64, f64),
         told: &[&Trapped],
-        budget: &mut Budget,
     ) -> Result<Vec<Trapped>> {
         let mut found = Vec::new();
         for room in self.rooms_by_surface(clearance, (room_mm, limit_mm))? {
@@ -41,11 +35,7 @@ impl Voids<'_> {
             if told.iter().any(|t| holds(t.extent, room.middle) && holds(own, t.at)) {
                 continue;
             }
-            let hidden = Trapped { at: room.middle, ..self.trapped(&room.chamber, clearance)? };
-            let ball = (room.wide_mm / LEAST_RISE).min(limit_mm);
-            if !self.lets_out(clearance, &hidden, (ball, Ground::Nothing), budget)? {
-                found.push(hidden);
-            }
+            found.push(Trapped { at: room.middle, ..self.trapped(&room.chamber, clearance)? });
         }
         Ok(found)
     }
@@ -67,13 +57,13 @@ impl Voids<'_> {
             if neck >= limit_mm - self.part().tie() {
                 return None;
             }
-            let most = room_mm.max(LEAST_RISE * limit_mm);
+            let wanted = room_mm.max(LEAST_RISE * neck);
             // Its widest sample is off by the doubt of two clearances and as much for where samples stand.
             let reach = 4.0 * HALF_DIAGONAL * h;
-            let (wide_mm, middle) = self.widest_about(self.place(chamber.deepest), reach, most);
-            let is_room = wide_mm >= room_mm.max(LEAST_RISE * neck) - self.part().tie();
+            let (wide_mm, middle) = self.widest_about(self.place(chamber.deepest), reach, wanted);
+            let is_room = wide_mm >= wanted - self.part().tie();
             let within = holds(([0.0; 3], self.part().extent()), middle);
-            (is_room && within).then_some(Room { chamber, middle, wide_mm })
+            (is_room && within).then_some(Room { chamber, middle })
         });
         Ok(rooms.collect())
     }

@@ -10,9 +10,12 @@ use crate::geometry::vector::{Vec3, along, distance, unit};
 use crate::grid::Grid;
 use crate::part::Part;
 use crate::topology::{Adjacency, Components, components};
+use std::ops::ControlFlow;
 
 /// Steps of the lattices in the spacing of the whole grid, in turn.
 const FINER: [f64; 3] = [0.5, 0.25, 0.125];
+/// A way is followed as far from the throat, in diameters of the ball.
+const FAR: f64 = 3.0;
 /// A ball that is certainly stuck is narrower than the limit by this share of it.
 const BELOW: f64 = 0.99;
 
@@ -43,6 +46,16 @@ impl Stands {
         let piece = self.parts.of(index)?;
         Some((piece, self.grid.offset(index), distance(self.grid.position(index), p)))
     }
+}
+
+/// Whether nothing of a part's surface is so near to a point.
+fn is_clear(part: &Part, p: Vec3, within_mm: f64) -> bool {
+    let mut clear = true;
+    part.distance().within(p, within_mm, |_| {
+        clear = false;
+        ControlFlow::Break(())
+    });
+    clear
 }
 
 /// What a part is on while something is let out of it.
@@ -77,13 +90,18 @@ impl Ways<'_> {
         // What lies at both ends of the throat is told in the first step, so that finer ones need not go far.
         let reach = if self.coarser.is_empty() { (1.75 * self.ball_mm).clamp(h, 10.0 * h) } else { h };
         let reach = (reach / step).ceil() as i32;
-        let edge = 2 * reach + 1;
+        let (edge, close) = (2 * reach + 1, (h / step).ceil() as i32);
         let starts = (0..edge.pow(3)).map(|n| [n, n / edge, n / edge.pow(2)].map(|n| n % edge - reach));
+        // Away from the throat what is wide enough to matter is met in strides.
+        let starts = starts.filter(|at| at.iter().all(|x| x.abs() <= close) || at.iter().all(|x| x % 4 == 0));
         let mut search = Search::over(Lattice { origin: throat, step }, Beside::Face);
         let mut met = Some([false; 2]);
         for start in starts {
             if met.is_some_and(|goals| goals != [true; 2]) {
-                met = search.goals(start, &|p| self.place(p, step));
+                met = search.goals(start, &|p| match distance(p, throat) > FAR * self.ball_mm {
+                    true => Place::Blocked,
+                    false => self.place(p, step),
+                });
             }
         }
         let asked = search.asked;
@@ -94,7 +112,7 @@ impl Ways<'_> {
     /// Whether the ball has room about a point with half a step to spare.
     fn stands(&self, p: Vec3, step: f64) -> bool {
         let needed = 0.5 * (self.ball_mm + step);
-        !(self.on_plate && p[2] < needed) && self.part.distance().nearest(p, needed).is_none()
+        !(self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
     }
 
     /// What is at a point of a lattice: a goal also where points of coarser lattices lead to one, each with half its step to spare.
@@ -246,10 +264,10 @@ impl Voids<'_> {
                 let place = |p: Vec3| {
                     if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0) {
                         Place::Goal(0)
-                    } else if self.part().distance().nearest(p, needed).is_some() {
-                        Place::Blocked
-                    } else {
+                    } else if is_clear(self.part(), p, needed) {
                         Place::Free
+                    } else {
+                        Place::Blocked
                     }
                 };
                 let mut search = Search::over(Lattice { origin: middle, step }, Beside::Corner);

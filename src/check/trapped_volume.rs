@@ -116,7 +116,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         let mut small = voids.small_rooms(&clearance, widest, &mut met.clone())?;
         chambers.extend(small.extract_if(.., |t| voids.has_room(t, room)));
         let told: Vec<&Trapped> = chambers.iter().chain(&small).collect();
-        let hidden = voids.hidden_rooms(&clearance, (room, widest), &told, budget)?;
+        let hidden = voids.hidden_rooms(&clearance, (room, widest), &told)?;
         chambers.extend(hidden);
         for chamber in &mut chambers {
             voids.open_for_certain(&clearance, chamber, limits, budget)?;
