@@ -22,6 +22,7 @@ pub mod refine;
 pub mod reflex;
 pub mod rod;
 pub mod section;
+mod seed;
 mod seek;
 pub mod thickness;
 mod unopposed;
