@@ -8,6 +8,7 @@ use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -70,7 +71,7 @@ pub struct Ridge {
 ///
 /// At a distance s from an edge of angle φ a wedge is 2 s·sin(φ/2) thick, the diameter of the ball about the point s inwards on the
 /// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends: where the ball no longer grows. An edge is blunt where its sides
-/// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, and its depth counts from
+/// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, where it is sharpest, and its depth counts from
 /// the face. A face is all that is joined over edges between facets of one plane, so that a sliver of a side is no face of its own. Sides within 4° of parallel are a plate's, and no wedge's.
 ///
 /// # Cost
@@ -95,19 +96,43 @@ pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, so
         let t = mesh.triangles[f as usize];
         let ends = [t[e], t[(e + 1) % 3]];
         if let Some(inner) = wedge([f, g], ends) {
-            return (g > f).then(|| crease([f, g], ends, inner, None)).flatten();
+            return (g > f).then(|| crease([f, g], ends, inner, None)).flatten().map(|c| (c, Vec::new()));
         }
-        let (sides, opposite) = beyond(mesh, next, (f, g), ends, sought)?;
+        let (sides, opposite, crossed) = beyond(mesh, next, (f, g), ends, sought)?;
         let inner = wedge(sides, ends).filter(|inner| *inner > PI - PARALLEL)?;
         // From one side only, and from the same one all along.
         let [m, n] = sides.map(normal);
         let first = m.iter().zip(n).map(|(m, n)| m - n).find(|d| d.abs() > ALIKE);
-        first.is_some_and(|d| d < 0.0).then(|| crease(sides, ends, inner, Some(opposite))).flatten()
+        let crease = first.is_some_and(|d| d < 0.0).then(|| crease(sides, ends, inner, Some(opposite))).flatten();
+        crease.map(|c| (c, crossed))
     };
-    (0..mesh.triangles.len() as u32)
-        .into_par_iter()
-        .flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e)))
-        .collect()
+    let facets = (0..mesh.triangles.len() as u32).into_par_iter();
+    let found = facets.flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e))).collect();
+    told_once(mesh, found, sought.blunt)
+}
+
+/// Creases with the narrow facets that each crosses, without those that are the edge of another: an edge between such facets and the blunt
+/// one across them are one, and the sharper of both is told.
+fn told_once(mesh: &TriangleMesh, found: Vec<(Crease, Vec<u32>)>, reach: f64) -> Vec<Crease> {
+    let mut direct: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    for (n, (c, _)) in found.iter().enumerate().filter(|(_, (_, crossed))| crossed.is_empty()) {
+        c.facets.iter().for_each(|f| direct.entry(*f).or_default().push(n));
+    }
+    let mut left_out = vec![false; found.len()];
+    for (n, (blunt, crossed)) in found.iter().enumerate() {
+        let [a, b] = blunt.ends.map(|v| mesh.vertices[v as usize]);
+        let run = unit(sub(b, a));
+        let off = |v: u32| norm(cross(sub(mesh.vertices[v as usize], a), run));
+        for &at in crossed.iter().filter_map(|f| direct.get(f)).flatten() {
+            let own = &found[at].0;
+            if own.ends.into_iter().all(|v| off(v) <= reach) {
+                // One of a sliver is no sharper for certain, and one that ends at once is a nick.
+                let sharper = own.angle + own.doubt <= blunt.angle && own.thickness >= 0.5 * blunt.thickness;
+                left_out[if sharper { n } else { at }] = true;
+            }
+        }
+    }
+    found.into_iter().zip(left_out).filter(|(_, left_out)| !left_out).map(|((c, _), _)| c).collect()
 }
 
 /// Angle of the wedge of material or void between two facets at an edge of the first; `None` if what is there is wider than a plane, or a facet
@@ -157,14 +182,15 @@ pub fn sharp_edges(mesh: &TriangleMesh, next: &Adjacency, side: Side, widest: f6
 }
 
 /// Both sides of a blunt edge, a wide facet of each, and where the second is nearest to the middle of the edge: the first face that makes a
-/// wedge with the one before the edge, lies opposite its middle and is reached over faces that stay near it, of which the last makes none as sharp.
+/// wedge with the one before the edge, lies opposite its middle and is reached over faces that stay near it, of which the last makes none as sharp;
+/// with those faces.
 fn beyond(
     mesh: &TriangleMesh,
     next: &Adjacency,
     (f, g): (u32, u32),
     ends: [u32; 2],
     sought: Sharpness,
-) -> Option<([u32; 2], Vec3)> {
+) -> Option<([u32; 2], Vec3, Vec<u32>)> {
     let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
     let (middle, run) = (along(a, sub(b, a), 0.5), unit(sub(b, a)));
     let off = |p: Vec3| {
@@ -194,7 +220,7 @@ fn beyond(
             let direct = wedge_between(mesh, Side::Material, [narrow, h], last);
             let is_told = !is_needle(mesh, narrow, last, sought.step) && direct.is_some_and(|d| d <= inner);
             if inner <= sought.widest && !is_told && distance(middle, opposite) <= sought.blunt {
-                return Some(([own, other], opposite));
+                return Some(([own, other], opposite, known));
             }
         }
     }
@@ -396,8 +422,8 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_face_that_makes_the_sharper_edge_is_its_side() {
-        for (first, rest, count) in [(25f64, 30f64, 1), (40.0, 20.0, 2)] {
+    fn of_a_narrow_face_and_what_is_behind_it_the_sharper_edge_is_told() {
+        for (first, rest, count) in [(25f64, 30f64, 1), (40.0, 20.0, 1)] {
             let near = first.to_radians().sin_cos();
             let (s, c) = rest.to_radians().sin_cos();
             let bend = [0.03 * near.1, 0.03 * near.0];
@@ -407,6 +433,16 @@ mod tests {
             let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
             let sharpest = found.iter().map(|c| c.angle.to_degrees()).fold(90.0, f64::min);
             assert!(found.len() == count && (sharpest - first.min(rest)).abs() < 1e-6, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn an_edge_whose_sides_are_bevelled_on_both_sides_is_told_once_where_it_is_sharper() {
+        for (first, rest) in [(26.0, 20.0), (20.0, 26.0), (16.6, 16.5), (40.0, 20.0), (12.0, 40.0)] {
+            let mesh = blade(first, 0.03, rest, 8.0);
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+            assert!(found.len() == 1 && (length(&mesh, &found[0]) - 8.0).abs() < 1e-9, "{found:?}");
+            assert!((found[0].angle.to_degrees() - f64::min(first, rest)).abs() < 1e-6, "{first} {rest}: {found:?}");
         }
     }
 
