@@ -42,7 +42,7 @@ impl Voids<'_> {
 
     /// The chambers of this grid that hold the ball of `room_mm` and rise over their throat by the surface.
     fn rooms_by_surface(&self, clearance: &Field<u32>, (room_mm, limit_mm): (f64, f64)) -> Result<Vec<Room>> {
-        let h = clearance.grid().h();
+        let (h, extent) = (clearance.grid().h(), self.part().extent());
         let samples = |diameter: f64| 0.5 * diameter / h;
         // A ball's middle lies within half a diagonal of a sample, and what the part touches within as much of its own.
         let least = (samples(room_mm) - 2.0 * HALF_DIAGONAL).max(1.0);
@@ -62,7 +62,7 @@ impl Voids<'_> {
             let reach = 4.0 * HALF_DIAGONAL * h;
             let (wide_mm, middle) = self.widest_about(self.place(chamber.deepest), reach, wanted);
             let is_room = wide_mm >= wanted - self.part().tie();
-            let within = holds(([0.0; 3], self.part().extent()), middle);
+            let within = holds(([0.0; 3], extent), middle);
             (is_room && within).then_some(Room { chamber, middle })
         });
         Ok(rooms.collect())

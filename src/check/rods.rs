@@ -53,7 +53,7 @@ pub fn search<'a>(part: &'a Part, process: &Process, side: Side) -> Option<Cow<'
 /// From where rods were looked for, and how many of a kind were found.
 pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
     format!(
-        "Looked across from {} places, none further than {} mm from the middle of a facet that looks the same way: {count} {kind}.",
+        "Looked across from {} places, none of the middles of facets, or of places beside the corners of long ones, further than {} mm from one that looks the same way: {count} {kind}.",
         found.places,
         plain(found.spacing)
     )

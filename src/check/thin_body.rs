@@ -1,11 +1,19 @@
 //! Bodies that are thin as a whole: too small for any pair of opposing sides to be a wall, a pin or a sheet.
 
+use super::vanishing::place;
+use crate::geometry::health::{Role, Shell};
 use crate::geometry::vector::{Vec3, cross, dot, scale, unit};
+use crate::medial::Side;
+use crate::medial::inscribed::{Region, Until, largest_ball};
 use crate::part::Part;
 use rayon::prelude::*;
 
 /// Facets, largest first, whose normals are tried as directions, beside the thirteen of a cube's faces, edges and corners.
 const NORMALS: usize = 64;
+/// The largest ball in a body is known where it differs by less than this share of the body's width from the bound on it.
+const AGREE: f64 = 1e-3;
+/// Points at which a ball is looked for.
+const MOST: usize = 1 << 12;
 
 /// A body that lies between two parallel planes nearer to each other than is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +38,22 @@ impl ThinBody {
     pub fn sides(&self) -> [Vec3; 2] {
         [-0.5, 0.5].map(|t| [0, 1, 2].map(|a| self.middle[a] + t * self.width * self.direction[a]))
     }
+}
+
+/// The diameter of the largest ball found in a thin body, which is no wider than it along any direction; 0 where the surface does not say
+/// what is inside.
+///
+/// # Cost
+/// Up to 4,096 nearest points.
+pub fn room_in(part: &Part, b: &ThinBody) -> f64 {
+    let is_own = |s: &Shell| s.role == Role::Body && s.body == b.body;
+    let Some(shell) = part.health().shells.iter().position(is_own).filter(|_| part.is_plain()) else { return 0.0 };
+    let enough = 0.5 * b.width - part.tie();
+    let until = Until { enough, agree: AGREE * b.width, most: MOST };
+    let found = largest_ball(part.distance(), Region::between(b.extent.0, b.extent.1), until, |p, nearest| {
+        place(part, Side::Material, shell as u32, (p, nearest))
+    });
+    found.map_or(0.0, |ball| (2.0 * ball.radius).min(b.width))
 }
 
 /// The closed bodies that have a direction n, of those tried, along which they are less wide than `asked(n)`.
@@ -104,7 +128,7 @@ fn directions(part: &Part, mut facets: Vec<u32>) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Primitive, TriangleMesh, cuboid};
+    use crate::geometry::{Primitive, TriangleMesh, cuboid, extruded};
     use crate::part::Up;
     use crate::units::Length;
 
@@ -123,6 +147,24 @@ mod tests {
         assert!(found(cuboid([0.0; 3], [0.3, 0.4, 0.5]), 0.8).iter().all(|b| (b.width - 0.3).abs() < 1e-9));
         assert_eq!(found(cuboid([0.0; 3], [0.3, 0.4, 0.5]), 0.8).len(), 1);
         assert!(found(cuboid([0.0; 3], [0.9, 0.9, 0.9]), 0.8).is_empty());
+    }
+
+    #[test]
+    fn the_largest_ball_in_a_body_is_what_its_least_side_or_its_edges_leave_room_for() {
+        let blade = |degrees: f64| {
+            let (s, c) = (0.5 * degrees.to_radians()).sin_cos();
+            // An isosceles triangle of legs 5 mm, its circle of radius area over half its way round.
+            let mesh = extruded(&[[0.0, 0.0], [5.0 * c, -5.0 * s], [5.0 * c, 5.0 * s]], &[[0, 1, 2]], 20.0);
+            (mesh, 2.0 * 25.0 * s * c / (5.0 + 5.0 * s))
+        };
+        let block = |a: f64| (cuboid([0.1; 3], [a + 0.1, 1.3, 1.6]), a);
+        for (mesh, ball) in [blade(20.0), blade(33.0), block(1.0), block(0.4)] {
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+            let all = thin_bodies(&part, |_| 3.0);
+            // Along a prism there are more boxes than are looked at; what is found is a ball all the same.
+            let room = room_in(&part, &all[0]);
+            assert!((room / ball - 0.995).abs() < 0.00501 && room <= all[0].width, "{room} {ball} {all:?}");
+        }
     }
 
     #[test]

@@ -23,14 +23,14 @@ static META: Meta = Meta {
            a pin tapers.",
     why: "A thin pin has a handful of beads or spots in each layer: it is bent by the next pass, burnt for want of cooling time, or snaps off \
           when it is cleaned.",
-    how: "From the middle of each facet a ray goes straight across; where one at right angles to it meets two sides about as near, the surface is \
+    how: "From the middle of each facet, and from beside the corners of long ones, a ray goes straight across; where one at right angles to it meets two sides about as near, the surface is \
           cut by the plane of both and the axis turned until the sides along the cut are parallel to it. The curve is exact on the mesh: the \
           bracket is its inscribed and circumscribed circle about the centroid. The section is followed both ways to where it changes. \
           What is judged here is not judged as a wall.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
-             (1 by 1.5 mm) are walls, and so are struts \
+             (1 by 1.5 mm) are walls, and so are crosses and other sections of which a fifth is the sides of arms, parallel to within 10 degrees, and struts \
              held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
-             A pin none of whose facets has its middle on it is not seen as one; below the wall limit it is then found as a wall.",
+             A pin on which no such place lies is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
 };
 

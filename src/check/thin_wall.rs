@@ -6,12 +6,13 @@ use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
 use super::room::{Beside, Fit, Growth};
 use super::sheet::{Kind, Reading, Sheets};
-use super::thin_body::{ThinBody, thin_bodies};
+use super::thin_body::{ThinBody, room_in, thin_bodies};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{enough, report_digits, short};
+use rayon::prelude::*;
 
 /// AM101 `thin-wall`.
 pub struct ThinWall;
@@ -22,7 +23,7 @@ static META: Meta = Meta {
     title: "Thickness of walls",
     what: "Measures the thickness of material between two opposing surfaces: the diameter of the largest ball inside that touches \
            both, where its contacts are at least 150 degrees apart. A body with no such surfaces is as thick as the distance of the two \
-           parallel planes it lies between.",
+           parallel planes it lies between; the largest ball found in it bounds that from below.",
     why: "A wall thinner than a bead, a spot or a few pixels is dropped, broken or warped; which of these depends on the slicer, \
           but none of them is the designed wall.",
     how: "All pairs of opposing features of the mesh are searched by branch and bound: where no chord between opposing features is \
@@ -88,11 +89,12 @@ fn add_bodies(sheets: &Sheets, limits: Limits, measured: &mut Measured) {
         measured.findings.iter().any(|f| f.state >= State::Warn && f.kind == "wall" && own(f))
     };
     let thin: Vec<ThinBody> = thin_bodies(part, |_| widest).into_iter().filter(|b| !of_rod(b) && !known(b)).collect();
-    let least = thin.iter().min_by(|a, b| a.width.total_cmp(&b.width));
-    if let Some(b) = least.filter(|b| measured.worst.as_ref().is_none_or(|w| b.width < w.bracket.value)) {
-        measured.worst = Some(Worst { bracket: Bracket::new(b.width, 0.0, b.width), unit: "mm", at: Some(b.middle) });
+    let thin: Vec<(ThinBody, Bracket)> = thin.into_par_iter().map(|b| (b.clone(), thickness(part, &b))).collect();
+    let least = thin.iter().min_by(|a, b| a.0.width.total_cmp(&b.0.width));
+    if let Some((b, bracket)) = least.filter(|b| measured.worst.as_ref().is_none_or(|w| b.0.width < w.bracket.value)) {
+        measured.worst = Some(Worst { bracket: *bracket, unit: "mm", at: Some(b.middle) });
     }
-    let mut findings: Vec<Finding> = thin.iter().map(|b| body_finding(sheets, limits, b)).collect();
+    let mut findings: Vec<Finding> = thin.iter().map(|(b, wide)| body_finding(sheets, limits, (b, *wide))).collect();
     findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
     let mut grouped = group_equal(findings, 0.004);
     for f in grouped.iter_mut().filter(|f| f.count > 1) {
@@ -101,17 +103,21 @@ fn add_bodies(sheets: &Sheets, limits: Limits, measured: &mut Measured) {
     measured.findings.extend(grouped);
 }
 
-fn body_finding(sheets: &Sheets, limits: Limits, b: &ThinBody) -> Finding {
+/// The thickness of a body: planes that far apart hold it, and the ball found in it is no wider than any do.
+fn thickness(part: &Part, b: &ThinBody) -> Bracket {
+    Bracket::new(b.width, room_in(part, b), b.width)
+}
+
+fn body_finding(sheets: &Sheets, limits: Limits, (b, bracket): (&ThinBody, Bracket)) -> Finding {
     let part = sheets.part;
-    // No ball in it is wider than the planes are apart; how wide the widest is was not asked.
-    let mut f = Finding::judged(META.code, "body", Bracket::exact(b.width), Basis::Exact, limits, "mm", part.tie());
-    f.low = 0.0;
+    let mut f = Finding::judged(META.code, "body", bracket, Basis::Certified, limits, "mm", part.tie());
     f.volume_mm3 = (b.volume > 0.0).then(|| report_digits(b.volume));
     locate(&mut f, part, sheets.context, b.middle, b.extent);
     f.witness = Some(Witness { kind: "planes".into(), points_mm: b.sides().map(|p| reported(part, p)).to_vec() });
     f.bodies = (part.health().bodies.len() > 1).then(|| vec![u64::from(b.body) + 1]);
     let [x, y, z] = [0, 1, 2].map(|a| plain(b.extent.1[a] - b.extent.0[a]));
-    f.message = format!("body of {x} × {y} × {z} mm, no more than {} mm thick anywhere", plain(b.width));
+    let room = if f.low > 0.0 { format!(", with room for a ball of {} mm", plain(f.low)) } else { String::new() };
+    f.message = format!("body of {x} × {y} × {z} mm, no more than {} mm thick anywhere{room}", plain(b.width));
     let limit = limits.fail.filter(|l| b.width < *l).or(limits.warn).unwrap_or(b.width);
     let growth = Growth::new(part, sheets.process, Side::Material);
     let fits = growth.fits_between(b.sides(), limit - b.width);

@@ -70,6 +70,7 @@ pub(super) enum Ground {
 /// The ways of a ball beside a throat: where the whole grid has room for it, and over finer and finer lattices.
 struct Ways<'a> {
     part: &'a Part,
+    extent: Vec3,
     clearance: &'a Field<u32>,
     ball_mm: f64,
     on_plate: bool,
@@ -135,7 +136,7 @@ impl Ways<'_> {
 
     /// The goal that a point with half a step to spare has reached, by where it is and by the whole grid.
     fn goal(&self, p: Vec3, step: f64) -> Option<usize> {
-        let (extent, h) = (self.part.extent(), self.clearance.grid().h());
+        let (extent, h) = (self.extent, self.clearance.grid().h());
         // Beyond the part's box a ball leaves along an axis, on the plate not downward.
         if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0 && !(self.on_plate && a == 2)) {
             return Some(1);
@@ -178,8 +179,8 @@ impl Voids<'_> {
             return Ok(true);
         }
         let on_plate = ground == Ground::Plate;
-        let (part, middle, coarser) = (self.part(), chamber.at, Vec::new());
-        let mut ways = Ways { part, clearance, ball_mm, on_plate, whole, out, inside, middle, coarser };
+        let (part, extent, middle, coarser) = (self.part(), self.part().extent(), chamber.at, Vec::new());
+        let mut ways = Ways { part, extent, clearance, ball_mm, on_plate, whole, out, inside, middle, coarser };
         for step in FINER.map(|f| f * clearance.grid().h()) {
             if !budget.allows(MOST_ASKED) {
                 break;

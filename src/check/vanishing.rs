@@ -147,7 +147,7 @@ fn takes(part: &Part, side: Side, facets: &mut [u32], radius: f64) -> bool {
 }
 
 /// Where a point lies, seen from the piece that a shell bounds.
-fn place(part: &Part, side: Side, shell: u32, (p, nearest): (Vec3, &Nearest)) -> Place {
+pub(super) fn place(part: &Part, side: Side, shell: u32, (p, nearest): (Vec3, &Nearest)) -> Place {
     let health = part.health();
     let in_material = part.winding().at(p) > 0.5;
     if in_material != (side == Side::Material) {

@@ -8,6 +8,7 @@ use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use crate::geometry::{DisjointSets, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -17,8 +18,10 @@ const STEPS: usize = 400;
 const FIRST_STEP: f64 = 0.05;
 /// Wedges sharper than 0.5 degrees are followed as if they were not.
 const LEAST_SINE: f64 = 0.0044;
-/// A ball this much smaller than the wedge's own was stopped by something else, and the wedge ends there.
+/// A ball this much smaller than the wedge's own was stopped by something else: the wedge ends there, unless it goes on more sharply.
 const ENDED: f64 = 0.9;
+/// What it goes on with has sides further from parallel than 4 degrees: a ball grows by the sine of half of that, for each step inwards.
+const GROWS: f64 = 0.0349;
 
 /// Narrow facets of a blunt edge that are crossed at most, from one side of the wedge to the other.
 const CROSSED: usize = 32;
@@ -67,8 +70,8 @@ pub struct Ridge {
 /// The edges whose material angle is at most [`Sharpness::widest`], with the depth over which they are thinner than asked.
 ///
 /// At a distance s from an edge of angle φ a wedge is 2 s·sin(φ/2) thick, the diameter of the ball about the point s inwards on the
-/// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends. An edge is blunt where its sides
-/// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, and its depth counts from
+/// bisector; the depth is where that ball, measured on the mesh, first reaches `thick`, or where the wedge ends: where the ball no longer grows. An edge is blunt where its sides
+/// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, where it is sharpest, and its depth counts from
 /// the face. A face is all that is joined over edges between facets of one plane, so that a sliver of a side is no face of its own. Sides within 4° of parallel are a plate's, and no wedge's.
 ///
 /// # Cost
@@ -93,19 +96,43 @@ pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, so
         let t = mesh.triangles[f as usize];
         let ends = [t[e], t[(e + 1) % 3]];
         if let Some(inner) = wedge([f, g], ends) {
-            return (g > f).then(|| crease([f, g], ends, inner, None)).flatten();
+            return (g > f).then(|| crease([f, g], ends, inner, None)).flatten().map(|c| (c, Vec::new()));
         }
-        let (sides, opposite) = beyond(mesh, next, (f, g), ends, sought)?;
+        let (sides, opposite, crossed) = beyond(mesh, next, (f, g), ends, sought)?;
         let inner = wedge(sides, ends).filter(|inner| *inner > PI - PARALLEL)?;
         // From one side only, and from the same one all along.
         let [m, n] = sides.map(normal);
         let first = m.iter().zip(n).map(|(m, n)| m - n).find(|d| d.abs() > ALIKE);
-        first.is_some_and(|d| d < 0.0).then(|| crease(sides, ends, inner, Some(opposite))).flatten()
+        let crease = first.is_some_and(|d| d < 0.0).then(|| crease(sides, ends, inner, Some(opposite))).flatten();
+        crease.map(|c| (c, crossed))
     };
-    (0..mesh.triangles.len() as u32)
-        .into_par_iter()
-        .flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e)))
-        .collect()
+    let facets = (0..mesh.triangles.len() as u32).into_par_iter();
+    let found = facets.flat_map_iter(|f| (0..3).filter_map(move |e| of_edge(f, e))).collect();
+    told_once(mesh, found, sought.blunt)
+}
+
+/// Creases with the narrow facets that each crosses, without those that are the edge of another: an edge between such facets and the blunt
+/// one across them are one, and the sharper of both is told.
+fn told_once(mesh: &TriangleMesh, found: Vec<(Crease, Vec<u32>)>, reach: f64) -> Vec<Crease> {
+    let mut direct: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    for (n, (c, _)) in found.iter().enumerate().filter(|(_, (_, crossed))| crossed.is_empty()) {
+        c.facets.iter().for_each(|f| direct.entry(*f).or_default().push(n));
+    }
+    let mut left_out = vec![false; found.len()];
+    for (n, (blunt, crossed)) in found.iter().enumerate() {
+        let [a, b] = blunt.ends.map(|v| mesh.vertices[v as usize]);
+        let run = unit(sub(b, a));
+        let off = |v: u32| norm(cross(sub(mesh.vertices[v as usize], a), run));
+        for &at in crossed.iter().filter_map(|f| direct.get(f)).flatten() {
+            let own = &found[at].0;
+            if own.ends.into_iter().all(|v| off(v) <= reach) {
+                // One of a sliver is no sharper for certain, and one that ends at once is a nick.
+                let sharper = own.angle + own.doubt <= blunt.angle && own.thickness >= 0.5 * blunt.thickness;
+                left_out[if sharper { n } else { at }] = true;
+            }
+        }
+    }
+    found.into_iter().zip(left_out).filter(|(_, left_out)| !left_out).map(|((c, _), _)| c).collect()
 }
 
 /// Angle of the wedge of material or void between two facets at an edge of the first; `None` if what is there is wider than a plane, or a facet
@@ -155,14 +182,15 @@ pub fn sharp_edges(mesh: &TriangleMesh, next: &Adjacency, side: Side, widest: f6
 }
 
 /// Both sides of a blunt edge, a wide facet of each, and where the second is nearest to the middle of the edge: the first face that makes a
-/// wedge with the one before the edge, lies opposite its middle and is reached over faces that stay near it, of which the last makes none as sharp.
+/// wedge with the one before the edge, lies opposite its middle and is reached over faces that stay near it, of which the last makes none as sharp;
+/// with those faces.
 fn beyond(
     mesh: &TriangleMesh,
     next: &Adjacency,
     (f, g): (u32, u32),
     ends: [u32; 2],
     sought: Sharpness,
-) -> Option<([u32; 2], Vec3)> {
+) -> Option<([u32; 2], Vec3, Vec<u32>)> {
     let [a, b] = ends.map(|v| mesh.vertices[v as usize]);
     let (middle, run) = (along(a, sub(b, a), 0.5), unit(sub(b, a)));
     let off = |p: Vec3| {
@@ -192,7 +220,7 @@ fn beyond(
             let direct = wedge_between(mesh, Side::Material, [narrow, h], last);
             let is_told = !is_needle(mesh, narrow, last, sought.step) && direct.is_some_and(|d| d <= inner);
             if inner <= sought.widest && !is_told && distance(middle, opposite) <= sought.blunt {
-                return Some(([own, other], opposite));
+                return Some(([own, other], opposite, known));
             }
         }
     }
@@ -221,24 +249,47 @@ fn bisector(mesh: &TriangleMesh, facets: [u32; 2], ends: [u32; 2], normals: [Vec
 
 /// Depth to where a wedge is as thick as asked or ends, and its thickness there.
 ///
-/// Every step is as long as the ball's radius, so that no surface is crossed unseen.
+/// Every step is as long as the ball's radius, so that no surface is crossed unseen. Sides that turn towards each other make it a sharper
+/// wedge, not its end; the ball is then moved to the middle between them.
 fn thinner_than(surface: &MeshDistance, edge: Vec3, inward: Vec3, inner: f64, thick: f64) -> (f64, f64) {
     let sine = (0.5 * inner).sin().max(LEAST_SINE);
     let (mut depth, mut met) = (0.0, 0.0);
-    let mut s = FIRST_STEP * thick;
+    let mut p = along(edge, inward, FIRST_STEP * thick);
     for _ in 0..STEPS {
-        let p = along(edge, inward, s);
-        let r = surface.nearest(p, thick).map_or(thick, |n| n.distance);
-        if r < ENDED * (s * sine).min(0.5 * thick) {
+        let mut s = distance(edge, p);
+        let mut r = surface.nearest(p, thick).map_or(thick, |n| n.distance);
+        let is_stopped = r < ENDED * s * sine && 2.0 * r < thick;
+        // Before the first ball nothing says that there is a wedge.
+        if is_stopped && met <= 0.0 {
             break;
+        }
+        if is_stopped {
+            (p, r) = between(surface, p, thick);
+            s = distance(edge, p);
+            if 2.0 * r < thick && r < 0.5 * met + GROWS * (s - depth) {
+                break;
+            }
         }
         if 2.0 * r >= thick {
             return (depth + (thick - met) / (2.0 * r - met) * (s - depth), thick);
         }
         (depth, met) = (s, 2.0 * r);
-        s += r;
+        p = along(p, inward, r);
     }
     (depth, met)
+}
+
+/// The point as far from the nearest side as from the plane of the one opposite, where a ball there is larger than about the point itself; with
+/// the radius of that.
+fn between(surface: &MeshDistance, p: Vec3, within: f64) -> (Vec3, f64) {
+    let Some(near) = surface.nearest(p, within) else { return (p, within) };
+    let away = unit(sub(p, near.point));
+    let moved = surface.first_hit(p, away, 0.0, within).and_then(|(far, onto)| {
+        let lean = dot(surface.normal(onto), away);
+        let q = along(p, away, (far * lean - near.distance) / (1.0 + lean.abs()));
+        Some((q, surface.nearest(q, within)?.distance))
+    });
+    moved.filter(|(_, r)| *r > near.distance).unwrap_or((p, near.distance))
 }
 
 /// Creases joined at their ends into lines.
@@ -371,8 +422,8 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_face_that_makes_the_sharper_edge_is_its_side() {
-        for (first, rest, count) in [(25f64, 30f64, 1), (40.0, 20.0, 2)] {
+    fn of_a_narrow_face_and_what_is_behind_it_the_sharper_edge_is_told() {
+        for (first, rest, count) in [(25f64, 30f64, 1), (40.0, 20.0, 1)] {
             let near = first.to_radians().sin_cos();
             let (s, c) = rest.to_radians().sin_cos();
             let bend = [0.03 * near.1, 0.03 * near.0];
@@ -383,6 +434,55 @@ mod tests {
             let sharpest = found.iter().map(|c| c.angle.to_degrees()).fold(90.0, f64::min);
             assert!(found.len() == count && (sharpest - first.min(rest)).abs() < 1e-6, "{found:?}");
         }
+    }
+
+    #[test]
+    fn an_edge_whose_sides_are_bevelled_on_both_sides_is_told_once_where_it_is_sharper() {
+        for (first, rest) in [(26.0, 20.0), (20.0, 26.0), (16.6, 16.5), (40.0, 20.0), (12.0, 40.0)] {
+            let mesh = blade(first, 0.03, rest, 8.0);
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+            assert!(found.len() == 1 && (length(&mesh, &found[0]) - 8.0).abs() < 1e-9, "{found:?}");
+            assert!((found[0].angle.to_degrees() - f64::min(first, rest)).abs() < 1e-6, "{first} {rest}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_wedge_whose_sides_turn_towards_each_other_is_as_deep_as_it_is_thin() {
+        for (first, turn, rest) in [(26.0, 0.1, 20.0), (29.0, 0.5, 20.0), (29.0, 0.6, 15.0), (50.0, 0.2, 10.0)] {
+            let mesh = blade(first, turn, rest, 12.0);
+            let found = creases(&mesh, &MeshDistance::new(&mesh), &Adjacency::of(&mesh, |_| true), SOUGHT);
+            let [near, far] = [first, rest].map(|d: f64| 0.5 * d.to_radians());
+            // The sides behind the turn meet this far before the edge.
+            let before = turn * near.tan() / far.tan() - turn;
+            let depth = 0.4 / far.sin() - before;
+            assert!(found.len() == 1 && found[0].thickness >= 0.8, "{found:?}");
+            assert!((found[0].depth / depth - 1.0).abs() < 0.02, "{first} {turn} {rest}: {found:?} {depth}");
+        }
+        // A plate behind it is no wedge, and one side that turns is enough.
+        let plate = blade(26.0, 1.0, 0.0, 12.0);
+        let found = creases(&plate, &MeshDistance::new(&plate), &Adjacency::of(&plate, |_| true), SOUGHT);
+        let thick = 2.0 * 13f64.to_radians().tan();
+        assert!(
+            found.len() == 1 && found[0].depth < 2.0 && (found[0].thickness / thick - 1.0).abs() < 0.1,
+            "{found:?}"
+        );
+        let (near, far) = (26f64.to_radians().sin_cos(), 18f64.to_radians().sin_cos());
+        let bend = [0.3 * near.1, 0.3 * near.0];
+        let outline = [[0.0, 0.0], [12.0, 0.0], [bend[0] + 11.0 * far.1, bend[1] + 11.0 * far.0], bend];
+        let chisel = extruded(&outline, &[[3, 0, 1], [3, 1, 2]], 8.0);
+        let found = creases(&chisel, &MeshDistance::new(&chisel), &Adjacency::of(&chisel, |_| true), SOUGHT);
+        // The middle of the ball of 0.8 mm is 0.4 mm above the flat side, on the bisector of it and the other one.
+        let meet = bend[0] - bend[1] * far.1 / far.0;
+        let depth = (meet + 0.4 / 9f64.to_radians().tan()).hypot(0.4);
+        assert!(found.len() == 1 && (found[0].depth / depth - 1.0).abs() < 0.05, "{found:?} {depth}");
+    }
+
+    /// A prism along y whose section is a wedge of the first angle up to x = `turn`, and of the second from there on.
+    fn blade(first: f64, turn: f64, rest: f64, long: f64) -> TriangleMesh {
+        let [near, far] = [first, rest].map(|d| (0.5 * d.to_radians()).tan());
+        let (y, z) = (turn * near, turn * near + long * far);
+        let outline = [[0.0, 0.0], [turn, -y], [turn + long, -z], [turn + long, z], [turn, y]];
+        extruded(&outline, &[[0, 1, 4], [1, 2, 3], [1, 3, 4]], 8.0)
     }
 
     /// A prism along y whose section is an isosceles triangle of the given angle at the origin and depth 10.

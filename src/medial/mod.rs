@@ -3,6 +3,7 @@
 //! A wall is a pair of opposing features with an empty ball between them. [`cover`] searches all pairs by branch and
 //! bound, so that *no wall thinner than the limit* is a proof and not a sampling; [`cluster`] turns what it finds into places.
 
+mod arms;
 mod axes;
 pub mod axis;
 pub mod chord;
@@ -21,6 +22,7 @@ pub mod refine;
 pub mod reflex;
 pub mod rod;
 pub mod section;
+mod seed;
 mod seek;
 pub mod thickness;
 mod unopposed;

@@ -3,11 +3,11 @@
 use super::feature::Side;
 use super::head::mark_heads;
 use super::section::{Plane, Section, across, section};
+use super::seed::Seed;
 use super::waist::narrowest;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
 use crate::geometry::{Adjacency, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 /// Steepest taper of a rod, as a sine: its sides draw together by at most 30 degrees.
 const TAPER: f64 = 0.2588;
@@ -126,38 +126,28 @@ pub struct Rods {
     pub rods: Vec<Rod>,
     /// Places of the surface from which was looked across.
     pub places: u64,
-    /// Greatest distance between a facet's middle and a place like it that was looked from instead, millimetres.
+    /// Greatest distance between a facet's middle, or a place beside its corner, and one like it that was looked from instead, millimetres.
     pub spacing: f64,
 }
 
 impl Search<'_> {
-    /// The rods on whose side the middle of a facet lies, in the order of facets.
+    /// The rods on whose side the middle of a facet lies, or a place beside a corner of a long one, in the order of these.
     ///
-    /// From the middle of each facet (one for each cell of an eighth of the width and direction) a ray goes straight across; where a second one, at
+    /// From each such place (one for each cell of an eighth of the width and direction) a ray goes straight across; where a second one, at
     /// right angles, meets two sides about as near, the plane of both cuts the surface in a closed curve, and the axis is turned until
     /// the normals along that curve lie in the plane. The section is then followed both ways.
     ///
     /// # Cost
     /// A few rays for each place, and the curves of what is found.
     pub fn run(&self, counts: impl Fn(usize) -> bool + Sync) -> Rods {
-        let cell = 0.125 * self.wanted.within;
-        let mut seen: FxHashMap<([i64; 3], [i8; 3]), ()> = FxHashMap::default();
-        let key = |f: usize| {
-            let at = self.mesh.centroid(f).map(|x| (x / cell).floor() as i64);
-            let counts = counts(f) && norm2(self.mesh.area_vector(f)) > 0.0;
-            counts.then(|| (at, self.mesh.normal(f).map(|x| (2.0 * x).round() as i8)))
-        };
-        let keys: Vec<_> = (0..self.mesh.triangles.len()).into_par_iter().map(key).collect();
-        let keys = keys.into_iter().enumerate();
-        let first = keys.filter_map(|(f, key)| seen.insert(key?, ()).is_none().then_some(f as u32));
-        let places: Vec<u32> = first.collect();
+        let places = self.seeds(&counts);
         let ranks = self.distance.tree().ranks(self.mesh.triangles.len());
-        let mut in_turn = places.clone();
-        in_turn.par_sort_unstable_by_key(|&f| ranks[f as usize]);
-        let across = |&f: &u32| Some((f, self.across(f)?));
-        let mut found: Vec<(u32, Section)> =
+        let mut in_turn: Vec<(usize, Seed)> = places.iter().copied().enumerate().collect();
+        in_turn.par_sort_unstable_by_key(|&(n, seed)| (ranks[seed.facet as usize], n));
+        let across = |&(n, seed): &(usize, Seed)| Some((n, self.across(seed)?));
+        let mut found: Vec<(usize, Section)> =
             in_turn.par_iter().with_min_len(64).with_max_len(256).filter_map(across).collect();
-        found.sort_unstable_by_key(|(f, _)| *f);
+        found.sort_unstable_by_key(|(n, _)| *n);
         let mut rods: Vec<Rod> = Vec::new();
         for (_, section) in found {
             if !rods.iter().any(|r| r.holds(section.centre)) {
@@ -167,14 +157,13 @@ impl Search<'_> {
         if self.wanted.side == Side::Material {
             mark_heads(self, &mut rods, counts);
         }
-        Rods { rods, places: places.len() as u64, spacing: cell * 3f64.sqrt() }
+        Rods { rods, places: places.len() as u64, spacing: self.spacing() }
     }
 
-    /// The section across the middle of a facet, if it is a rod's.
-    fn across(&self, facet: u32) -> Option<Section> {
+    /// The section across a place of the surface, if it is a rod's.
+    fn across(&self, Seed { facet, at: from }: Seed) -> Option<Section> {
         let sign = self.wanted.side.sign();
         let inward = scale(self.mesh.normal(facet as usize), -sign);
-        let from = self.mesh.centroid(facet as usize);
         let (wide, onto) = self.distance.first_hit(from, inward, 1e-6, self.wanted.elongation * self.wanted.within)?;
         if sign * dot(self.distance.normal(onto), inward) < 0.5 {
             return None;
@@ -497,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shaft_with_a_flat_and_a_hole_with_a_key_are_rods_of_equal_area_and_a_star_and_a_slot_are_none() {
+    fn a_shaft_with_a_flat_and_a_hole_with_a_key_are_rods_of_equal_area_as_stars_are_and_a_cross_and_a_slot_are_none() {
         let arc = |from: f64, to: f64| {
             (0..=48).map(move |k| (from + (to - from) * f64::from(k) / 48.0).sin_cos()).map(|(s, c)| [0.5 * c, 0.5 * s])
         };
@@ -509,7 +498,12 @@ mod tests {
         let star = (0..12).map(|k| (f64::from(k) * 30f64.to_radians(), if k % 2 == 0 { 0.7 } else { 0.3 }));
         let star: Vec<[f64; 2]> = star.map(|(t, r)| [r * t.cos(), r * t.sin()]).collect();
         let slot = vec![[-0.5, -0.25], [0.5, -0.25], [0.5, 0.25], [-0.5, 0.25]];
-        for (outline, is_rod) in [(shaft, true), (keyed, true), (star, false), (slot, false)] {
+        let cross = (0..4).flat_map(|k: i32| {
+            let (s, c) = (f64::from(k) * std::f64::consts::FRAC_PI_2).sin_cos();
+            [[0.2, 0.2], [0.2, 0.7], [-0.2, 0.7]].map(|[x, y]| [c * x - s * y, s * x + c * y])
+        });
+        let cross: Vec<[f64; 2]> = cross.collect();
+        for (outline, is_rod) in [(shaft, true), (keyed, true), (star, true), (cross, false), (slot, false)] {
             let n = outline.len();
             let fan: Vec<[usize; 3]> = (0..n).map(|k| [k, (k + 1) % n, n]).collect();
             let outline: Vec<[f64; 2]> = outline.into_iter().chain([[0.0; 2]]).collect();
