@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::VecDeque;
 
 /// Points that are asked at most in one search.
-pub(super) const MOST_ASKED: u64 = 1 << 17;
+pub(super) const MOST_ASKED: u64 = 1 << 18;
 
 /// Which points of the lattice lie beside each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

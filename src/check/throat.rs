@@ -15,7 +15,7 @@ use std::ops::ControlFlow;
 /// Steps of the lattices in the spacing of the whole grid, in turn.
 const FINER: [f64; 3] = [0.5, 0.25, 0.125];
 /// A way is followed as far from the throat, in diameters of the ball.
-const FAR: f64 = 3.0;
+const FAR: f64 = 6.0;
 /// A ball that is certainly stuck is narrower than the limit by this share of it.
 const BELOW: f64 = 0.99;
 
