@@ -110,10 +110,14 @@ impl Ways<'_> {
         (met, asked)
     }
 
-    /// Whether the ball has room about a point with half a step to spare.
+    /// Whether the ball has room about a point with half a step to spare; what the whole grid tells to lie in the material is left out.
     fn stands(&self, p: Vec3, step: f64) -> bool {
-        let needed = 0.5 * (self.ball_mm + step);
-        !(self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
+        let (needed, grid) = (0.5 * (self.ball_mm + step), self.clearance.grid());
+        let is_void = |at| self.clearance.values()[grid.offset(at)] > 0;
+        // Where nothing of the surface is within a diagonal, the cube of the nearest sample lies on one side of it.
+        let told = needed > 2.0 * HALF_DIAGONAL * grid.h();
+        let buried = told && grid.sample_at(p).is_some_and(|at| !is_void(at));
+        !buried && !(self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
     }
 
     /// What is at a point of a lattice: a goal also where points of coarser lattices lead to one, each with half its step to spare.
