@@ -117,7 +117,7 @@ impl Ways<'_> {
         // Where nothing of the surface is within a diagonal, the cube of the nearest sample lies on one side of it.
         let told = needed > 2.0 * HALF_DIAGONAL * grid.h();
         let buried = told && grid.sample_at(p).is_some_and(|at| !is_void(at));
-        !buried && !(self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
+        !(buried || self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
     }
 
     /// What is at a point of a lattice: a goal also where points of coarser lattices lead to one, each with half its step to spare.
