@@ -35,8 +35,10 @@ static META: Meta = Meta {
           1.73 samples. Mouths are where the void goes on to the outside as wide as a ball \
           of the limit. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
-          Where a limit lies within the bracket of a closed mesh, a way for a ball of the limit is sought over samples up to four times \
-          finer about the throat, with the distance to the surface itself, and so for what the plate closes. \
+          A room that the samples do not tell from a passage is measured on the surface itself. \
+          Where a limit lies within the bracket of a closed mesh, the middle of a ball of the limit is followed from the throat over points up to \
+          eight times finer, with the distance to the surface itself, and so for what the plate closes; and one of 0.99 of the limit that gets \
+          nowhere from the widest place, wherever it may stand between such points, is stuck. \
           What stays undecided is looked at again with half the \
           spacing; both as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
