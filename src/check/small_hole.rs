@@ -18,14 +18,13 @@ static META: Meta = Meta {
     code: "AM104",
     name: "small-hole",
     title: "Diameter of holes",
-    what: "Measures rod-like void: round, square, hexagonal or star-shaped passages, through and blind. The diameter is that of the circle of equal area \
+    what: "Measures rod-like void: round, square or hexagonal passages, through and blind. The diameter is that of the circle of equal area \
            at the narrowest section; the depth is the length over which the section stays alike.",
     why: "A hole below the limit closes: beads and cured resin shrink inwards, powder sinters in it or cannot be blown out.",
     how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
           and circumscribed circle about the centroid. What is judged here is not judged as a slot.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.5 \
-             are slots, which narrow-gap judges, and so are crosses and other sections of which a fifth is the sides of arms, parallel to within 10 \
-             degrees. A blind hole less deep than wide is a dimple and is not judged.",
+             are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged.",
     source: "Limits: see the profile.",
 };
 

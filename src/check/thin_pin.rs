@@ -28,7 +28,7 @@ static META: Meta = Meta {
           bracket is its inscribed and circumscribed circle about the centroid. The section is followed both ways to where it changes. \
           What is judged here is not judged as a wall.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
-             (1 by 1.5 mm) are walls, and so are crosses and other sections of which a fifth is the sides of arms, parallel to within 10 degrees, and struts \
+             (1 by 1.5 mm) are walls, and so are struts \
              held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
              A pin on which no such place lies is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",

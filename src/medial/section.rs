@@ -1,6 +1,5 @@
 //! Plane sections of a surface: the closed curve around a point.
 
-use super::arms::has_arms;
 use super::axes::least_axis;
 use super::chord::WALL_SEPARATION;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
@@ -15,7 +14,7 @@ const ROUND: f64 = 1.09;
 
 /// Curves whose circles differ by no more than this ratio are not looked at further.
 const NEARLY_ROUND: f64 = 1.4;
-/// A curve that fills less of its convex hull is a star, or has arms: the widths of a cross say nothing of what is in it.
+/// A curve that fills less of its convex hull is a star, or bent: its widths say nothing of what is in it.
 const FULL: f64 = 0.92;
 
 /// A closed curve in which a plane cuts the surface, summed up.
@@ -34,9 +33,9 @@ pub struct Section {
     /// Corners of the curve that bend by more than a degree.
     pub corners: usize,
     /// Greatest over least width of the curve's convex hull; the ratio of the circumscribed to the inscribed diameter, which is no less, where
-    /// that is up to 1.4, or where the curve fills less than 0.92 of its hull and has arms with parallel sides.
+    /// that is up to 1.4, or where the curve fills less than 0.92 of its hull.
     pub elongation: f64,
-    /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such, a star not.
+    /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
     pub is_faced: bool,
     /// The direction to which the normals along the curve are most nearly at right angles.
     pub grain: Vec3,
@@ -152,11 +151,10 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
             sides.push(normal);
         }
     }
-    let (elongation, is_star) = form(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12));
     let faces = |a: &Vec3| sides.iter().any(|b| angle(*a, *b) >= WALL_SEPARATION);
     let grain = least_axis(m);
     let grain = if dot(grain, plane.normal) < 0.0 { scale(grain, -1.0) } else { grain };
-    let along_grain = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
+    let form = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
     Some(Section {
         centre: [0, 1, 2].map(|a| plane.point[a] + middle[0] * u[a] + middle[1] * v[a]),
         axis: plane.normal,
@@ -164,24 +162,22 @@ fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32])
         inscribed: 2.0 * inner,
         circumscribed: 2.0 * outer,
         corners,
-        elongation,
-        is_faced: !is_star && (corners >= ROUND_CORNERS || sides.iter().any(faces)),
+        elongation: elongation(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12)),
+        is_faced: corners >= ROUND_CORNERS || sides.iter().any(faces),
         grain,
-        taper: (along_grain / around).max(0.0).sqrt(),
+        taper: (form / around).max(0.0).sqrt(),
         facet: facets[0],
     })
 }
 
-/// How much longer than wide a curve is, from the ratio of its circles; and whether it is a star.
-fn form(curve: &[[f64; 2]], area: f64, ratio: f64) -> (f64, bool) {
+/// How much longer than wide a curve is, from the ratio of its circles.
+fn elongation(curve: &[[f64; 2]], area: f64, ratio: f64) -> f64 {
     if ratio <= NEARLY_ROUND {
-        return (ratio, false);
+        return ratio;
     }
     let hull = Hull::of(curve.iter().copied());
     let (least, greatest) = hull.widths();
-    let is_star = least > 0.0 && area < FULL * hull.area() && !has_arms(curve);
-    let is_full = least > 0.0 && area >= FULL * hull.area();
-    (if is_full || is_star { greatest / least } else { ratio }, is_star)
+    if area >= FULL * hull.area() && least > 0.0 { greatest / least } else { ratio }
 }
 
 /// The point of the segment pq nearest to c.
