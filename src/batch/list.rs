@@ -156,6 +156,7 @@ mod tests {
         assert_eq!(entries(&[dir.join("none.txt")]).unwrap_err().exit_code(), 4);
         fs::remove_dir_all(&dir).unwrap();
     }
+
     #[cfg(unix)]
     #[test]
     fn names_are_kept_as_they_are() {

@@ -23,8 +23,43 @@ pub(super) enum Place {
     Blocked,
     /// Room, and the search goes on from here.
     Free,
-    /// Room, where the search started out for; it does not go on from here.
-    Goal(usize),
+    /// Room, and one of the places that are sought; the search does not go on from here.
+    End(End),
+}
+
+/// What is sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// The chamber that the ball starts from.
+    Chamber,
+    /// Where nothing is in its way any more.
+    Outside,
+}
+
+/// Which ends are met from a point on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Met {
+    pub chamber: bool,
+    pub outside: bool,
+}
+
+impl Met {
+    pub const BOTH: Met = Met { chamber: true, outside: true };
+
+    fn add(&mut self, end: End) {
+        match end {
+            End::Chamber => self.chamber = true,
+            End::Outside => self.outside = true,
+        }
+    }
+
+    fn only(self) -> Option<End> {
+        match (self.chamber, self.outside) {
+            (true, false) => Some(End::Chamber),
+            (false, true) => Some(End::Outside),
+            _ => None,
+        }
+    }
 }
 
 /// A cubic lattice through a point.
@@ -34,13 +69,13 @@ pub(super) struct Lattice {
     pub step: f64,
 }
 
-/// What a search over a lattice has met: the points with room, each with the goals that are met from it.
+/// What a search over a lattice has met: the points with room, each with the ends that are met from it.
 #[derive(Debug)]
 pub(super) struct Search {
     lattice: Lattice,
     beside: Beside,
     known: FxHashSet<[i32; 3]>,
-    free: FxHashMap<[i32; 3], [bool; 2]>,
+    free: FxHashMap<[i32; 3], Met>,
     pub asked: u64,
 }
 
@@ -49,19 +84,19 @@ impl Search {
         Search { lattice, beside, known: FxHashSet::default(), free: FxHashMap::default(), asked: 0 }
     }
 
-    /// Which goals are met from a point on, points that were met before left out; `None` if more would have to be asked than
-    /// [`MOST_ASKED`] in all. A search that meets both ends.
+    /// Which ends are met from a point on, points that were met before left out; `None` if more would have to be asked than
+    /// [`MOST_ASKED`] in all. Where both are met, it goes no further.
     ///
     /// # Cost
     /// O(points met and their neighbours).
-    pub fn goals(&mut self, start: [i32; 3], place: &impl Fn(Vec3) -> Place) -> Option<[bool; 2]> {
-        let (mut goals, mut free) = ([false; 2], Vec::new());
+    pub fn met_from(&mut self, start: [i32; 3], place: &impl Fn(Vec3) -> Place) -> Option<Met> {
+        let (mut met, mut free) = (Met::default(), Vec::new());
         let mut waiting = VecDeque::from_iter(self.known.insert(start).then_some(start));
-        while let Some(index) = waiting.pop_front().filter(|_| self.asked <= MOST_ASKED && goals != [true; 2]) {
+        while let Some(index) = waiting.pop_front().filter(|_| self.asked <= MOST_ASKED && met != Met::BOTH) {
             self.asked += 1;
             match place(self.lattice.at(index)) {
                 Place::Blocked => {}
-                Place::Goal(goal) => goals[goal.min(1)] = true,
+                Place::End(end) => met.add(end),
                 Place::Free => {
                     free.push(index);
                     let next = self.beside.offsets().map(|offset| [0, 1, 2].map(|a| index[a] + offset[a]));
@@ -69,8 +104,8 @@ impl Search {
                 }
             }
         }
-        self.free.extend(free.into_iter().map(|index| (index, goals)));
-        (self.asked <= MOST_ASKED).then_some(goals)
+        self.free.extend(free.into_iter().map(|index| (index, met)));
+        (self.asked <= MOST_ASKED).then_some(met)
     }
 
     pub fn step(&self) -> f64 {
@@ -78,16 +113,12 @@ impl Search {
     }
 
     /// The nearest point of the lattice, if what leads there is a way for certain where both have half their step to spare, and
-    /// the one goal that is known to be met from it.
-    pub fn beside(&self, p: Vec3, own_step: f64) -> Option<(Vec3, Option<usize>)> {
+    /// the one end that is known to be met from it.
+    pub fn beside(&self, p: Vec3, own_step: f64) -> Option<(Vec3, Option<End>)> {
         let index = [0, 1, 2].map(|a| ((p[a] - self.lattice.origin[a]) / self.lattice.step).round() as i32);
         let at = self.lattice.at(index);
-        let goal = match self.free.get(&index) {
-            Some([true, false]) => Some(0),
-            Some([false, true]) => Some(1),
-            _ => None,
-        };
-        (distance(at, p) <= 0.5 * (self.lattice.step + own_step)).then_some((at, goal))
+        let end = self.free.get(&index).and_then(|met| met.only());
+        (distance(at, p) <= 0.5 * (self.lattice.step + own_step)).then_some((at, end))
     }
 }
 
@@ -118,30 +149,30 @@ mod tests {
         let within = |least: f64| p.iter().all(|&x| x >= least && x <= least + 4.0);
         match (within(0.0), within(5.0)) {
             (false, false) => Place::Blocked,
-            _ if p == [0.0; 3] => Place::Goal(0),
-            _ if p == [9.0; 3] => Place::Goal(1),
+            _ if p == [0.0; 3] => Place::End(End::Chamber),
+            _ if p == [9.0; 3] => Place::End(End::Outside),
             _ => Place::Free,
         }
     }
 
     #[test]
     fn over_corners_a_way_is_found_that_faces_do_not_have() {
-        let goals = |beside| Search::over(UNIT, beside).goals([2; 3], &rooms);
-        assert_eq!([Beside::Face, Beside::Corner].map(goals), [Some([true, false]), Some([true, true])]);
+        let met = |beside| Search::over(UNIT, beside).met_from([2; 3], &rooms).unwrap();
+        assert_eq!([Beside::Face, Beside::Corner].map(met), [Met { chamber: true, outside: false }, Met::BOTH]);
     }
 
     #[test]
     fn a_search_that_has_no_end_gives_up() {
         let mut search = Search::over(UNIT, Beside::Face);
-        assert_eq!(search.goals([0; 3], &|_| Place::Free), None);
+        assert_eq!(search.met_from([0; 3], &|_| Place::Free), None);
         assert_eq!(search.asked, MOST_ASKED + 1);
     }
 
     #[test]
-    fn what_was_met_tells_its_goal_to_what_lies_beside() {
+    fn what_was_met_tells_its_end_to_what_lies_beside() {
         let mut search = Search::over(UNIT, Beside::Face);
-        search.goals([2; 3], &rooms);
-        assert_eq!(search.beside([2.4, 3.0, 3.0], 0.0), Some(([2.0, 3.0, 3.0], Some(0))));
+        search.met_from([2; 3], &rooms);
+        assert_eq!(search.beside([2.4, 3.0, 3.0], 0.0), Some(([2.0, 3.0, 3.0], Some(End::Chamber))));
         assert_eq!(search.beside([9.0, 8.0, 8.0], 0.0), Some(([9.0, 8.0, 8.0], None)));
         assert_eq!(search.beside([2.4, 3.4, 3.0], 0.0), None);
     }

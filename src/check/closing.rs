@@ -47,7 +47,7 @@ pub(super) fn rods_within<'a>(part: &'a Part, process: &Process, side: Side, off
 /// ball about a point of that section, nothing passes. Below the least distance of the line's points to the surface it still does.
 ///
 /// # Limits
-/// What leads nowhere at an end, and is not about as wide all along, is left out: it becomes shorter. Rods are looked for from the middles of facets, and are at most 1.5 (material: 1.8) times as long as wide across: what is not found
+/// What leads nowhere at an end, and is not about as wide all along, is left out: it becomes shorter. Rods are looked for from the middles of facets and beside the corners of long ones, and are at most 1.5 (material: 1.8) times as long as wide across: what is not found
 /// is not proved to be absent.
 ///
 /// # Cost

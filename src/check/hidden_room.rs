@@ -1,6 +1,6 @@
 //! Rooms that a whole grid does not tell from passages of uneven width: they are measured on the surface itself.
 
-use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids};
+use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids, holds};
 use crate::error::Result;
 use crate::field::Field;
 use crate::geometry::vector::Vec3;
@@ -16,7 +16,7 @@ struct Room {
 impl Voids<'_> {
     /// Rooms that a ball of `room_mm` fits into and whose way out is, or may be, narrower than `limit_mm`, beside those told.
     ///
-    /// On a grid of spacing h both may be wrong by 2√3·h: a room of 4.6 mm behind a neck of 1.8 mm looks like a passage at 0.7 mm.
+    /// On a grid of spacing h both may be wrong by 2√3·h: a room of 3.6 mm behind a neck of 2.6 mm looks like a passage at 0.4 mm.
     /// So every chamber of the grid, however little it rises over its throat, is measured on the surface: a ball is moved to its
     /// widest place, and another to the widest place within half a diagonal of the throat. A room holds the ball of `room_mm` and
     /// is [`LEAST_RISE`] times as wide as its throat. Each is told with the bracket of the whole grid.
@@ -67,11 +67,6 @@ impl Voids<'_> {
         });
         Ok(rooms.collect())
     }
-}
-
-/// Whether a point lies in a box.
-fn holds((lo, hi): (Vec3, Vec3), p: Vec3) -> bool {
-    (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c])
 }
 
 #[cfg(test)]

@@ -89,12 +89,12 @@ fn add_bodies(sheets: &Sheets, limits: Limits, measured: &mut Measured) {
         measured.findings.iter().any(|f| f.state >= State::Warn && f.kind == "wall" && own(f))
     };
     let thin: Vec<ThinBody> = thin_bodies(part, |_| widest).into_iter().filter(|b| !of_rod(b) && !known(b)).collect();
-    let thin: Vec<(ThinBody, Bracket)> = thin.into_par_iter().map(|b| (b.clone(), thickness(part, &b))).collect();
-    let least = thin.iter().min_by(|a, b| a.0.width.total_cmp(&b.0.width));
-    if let Some((b, bracket)) = least.filter(|b| measured.worst.as_ref().is_none_or(|w| b.0.width < w.bracket.value)) {
-        measured.worst = Some(Worst { bracket: *bracket, unit: "mm", at: Some(b.middle) });
+    let thin: Vec<(Bracket, ThinBody)> = thin.into_par_iter().map(|b| (thickness(part, &b), b)).collect();
+    let least = thin.iter().min_by(|a, b| a.1.width.total_cmp(&b.1.width));
+    if let Some((wide, b)) = least.filter(|b| measured.worst.as_ref().is_none_or(|w| b.1.width < w.bracket.value)) {
+        measured.worst = Some(Worst { bracket: *wide, unit: "mm", at: Some(b.middle) });
     }
-    let mut findings: Vec<Finding> = thin.iter().map(|(b, wide)| body_finding(sheets, limits, (b, *wide))).collect();
+    let mut findings: Vec<Finding> = thin.iter().map(|(wide, b)| body_finding(sheets, limits, (b, *wide))).collect();
     findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
     let mut grouped = group_equal(findings, 0.004);
     for f in grouped.iter_mut().filter(|f| f.count > 1) {

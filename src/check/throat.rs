@@ -1,6 +1,6 @@
 //! Whether a ball fits into a chamber, and gets out of it: told by the surface itself about the narrowest place of its way alone.
 
-use super::ball_way::{Beside, Lattice, MOST_ASKED, Place, Search};
+use super::ball_way::{Beside, End, Lattice, MOST_ASKED, Met, Place, Search};
 use super::budget::Budget;
 use super::finding::{Bracket, Limits};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
@@ -85,8 +85,8 @@ struct Ways<'a> {
 }
 
 impl Ways<'_> {
-    /// Which of chamber (0) and outside (1) are met by a way over a lattice through the throat, and how many points were asked.
-    fn followed(&mut self, throat: Vec3, step: f64) -> (Option<[bool; 2]>, u64) {
+    /// Which ends are met by a way over a lattice through the throat, and how many points were asked.
+    fn followed(&mut self, throat: Vec3, step: f64) -> (Option<Met>, u64) {
         let h = self.clearance.grid().h();
         // What lies at both ends of the throat is told in the first step, so that finer ones need not go far.
         let reach = if self.coarser.is_empty() { (1.75 * self.ball_mm).clamp(h, 10.0 * h) } else { h };
@@ -96,10 +96,10 @@ impl Ways<'_> {
         // Away from the throat what is wide enough to matter is met in strides.
         let starts = starts.filter(|at| at.iter().all(|x| x.abs() <= close) || at.iter().all(|x| x % 4 == 0));
         let mut search = Search::over(Lattice { origin: throat, step }, Beside::Face);
-        let mut met = Some([false; 2]);
+        let mut met = Some(Met::default());
         for start in starts {
-            if met.is_some_and(|goals| goals != [true; 2]) {
-                met = search.goals(start, &|p| match distance(p, throat) > FAR * self.ball_mm {
+            if met.is_some_and(|met| met != Met::BOTH) {
+                met = search.met_from(start, &|p| match distance(p, throat) > FAR * self.ball_mm {
                     true => Place::Blocked,
                     false => self.place(p, step),
                 });
@@ -120,41 +120,41 @@ impl Ways<'_> {
         !(buried || self.on_plate && p[2] < needed) && is_clear(self.part, p, needed)
     }
 
-    /// What is at a point of a lattice: a goal also where points of coarser lattices lead to one, each with half its step to spare.
+    /// What is at a point of a lattice: an end also where points of coarser lattices lead to one, each with half its step to spare.
     fn place(&self, p: Vec3, step: f64) -> Place {
         if !self.stands(p, step) {
             return Place::Blocked;
         }
         let (mut p, mut step) = (p, step);
-        let mut goal = self.goal(p, step);
+        let mut end = self.end(p, step);
         for search in self.coarser.iter().rev() {
-            let Some((q, near)) = search.beside(p, step).filter(|_| goal.is_none()) else { break };
+            let Some((q, near)) = search.beside(p, step).filter(|_| end.is_none()) else { break };
             if !self.stands(q, search.step()) {
                 break;
             }
             (p, step) = (q, search.step());
-            goal = near.or_else(|| self.goal(p, step));
+            end = near.or_else(|| self.end(p, step));
         }
-        goal.map_or(Place::Free, Place::Goal)
+        end.map_or(Place::Free, Place::End)
     }
 
-    /// The goal that a point with half a step to spare has reached, by where it is and by the whole grid.
-    fn goal(&self, p: Vec3, step: f64) -> Option<usize> {
+    /// The end that a point with half a step to spare has reached, by where it is and by the whole grid.
+    fn end(&self, p: Vec3, step: f64) -> Option<End> {
         let (extent, h) = (self.extent, self.clearance.grid().h());
         // Beyond the part's box a ball leaves along an axis, on the plate not downward.
         if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0 && !(self.on_plate && a == 2)) {
-            return Some(1);
+            return Some(End::Outside);
         }
         // A room that the whole grid has no sample for holds a ball about its middle.
         if distance(p, self.middle) <= step {
-            return Some(0);
+            return Some(End::Chamber);
         }
         let (piece, at, away) = self.whole.beside(p)?;
         let spare = h * (f64::from(self.clearance.values()[at]).sqrt() - HALF_DIAGONAL) - 0.5 * self.ball_mm;
         // Samples of the whole grid have half its spacing to spare, or more.
         match away <= spare.max(0.5 * h) + 0.5 * step {
-            true if self.out[piece as usize] => Some(1),
-            true if Some(piece) == self.inside => Some(0),
+            true if self.out[piece as usize] => Some(End::Outside),
+            true if Some(piece) == self.inside => Some(End::Chamber),
             _ => None,
         }
     }
@@ -191,7 +191,7 @@ impl Voids<'_> {
             }
             let (met, asked) = ways.followed(throat, step);
             budget.note(1, asked);
-            if met == Some([true; 2]) {
+            if met == Some(Met::BOTH) {
                 return Ok(true);
             }
         }
@@ -268,7 +268,7 @@ impl Voids<'_> {
                 let needed = (0.5 * ball - HALF_DIAGONAL * step).max(0.0);
                 let place = |p: Vec3| {
                     if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0) {
-                        Place::Goal(0)
+                        Place::End(End::Outside)
                     } else if is_clear(self.part(), p, needed) {
                         Place::Free
                     } else {
@@ -276,9 +276,9 @@ impl Voids<'_> {
                     }
                 };
                 let mut search = Search::over(Lattice { origin: middle, step }, Beside::Corner);
-                let met = search.goals([0; 3], &place);
+                let met = search.met_from([0; 3], &place);
                 budget.note(1, search.asked);
-                if met == Some([false; 2]) {
+                if met == Some(Met::default()) {
                     let neck = chamber.throat.map(|t| self.widest_about(t, HALF_DIAGONAL * self.spacing_mm(), ball).0);
                     chamber.way_out_mm = Bracket { value: neck.unwrap_or(value).clamp(low, ball), low, high: ball };
                     break;

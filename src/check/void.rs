@@ -39,9 +39,13 @@ pub(super) struct Trapped {
 impl Trapped {
     /// Whether the middle of one place lies in the box of the other.
     pub fn overlaps(&self, other: &Trapped) -> bool {
-        let within = |p: Vec3, (lo, hi): (Vec3, Vec3)| (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c]);
-        within(self.at, other.extent) || within(other.at, self.extent)
+        holds(other.extent, self.at) || holds(self.extent, other.at)
     }
+}
+
+/// Whether a point lies in a box.
+pub(super) fn holds((lo, hi): (Vec3, Vec3), p: Vec3) -> bool {
+    (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c])
 }
 
 /// The sealed voids of a part, and those the grid cannot tell from sealed.
