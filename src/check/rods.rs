@@ -17,7 +17,7 @@ use std::borrow::Cow;
 const PIN: f64 = 1.81;
 /// A hole's section: squares and hexagons are holes, slots are not.
 const HOLE: f64 = 1.5;
-/// A passage shorter than this share of its width is an edge of something else.
+/// A passage shorter than this share of its width is an edge of something else, unless it widens beyond either end.
 const SHORTEST: f64 = 0.1;
 
 /// The rule that limits the diameter of rods on a side.
@@ -63,15 +63,13 @@ pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
 ///
 /// A pin has a free end, with a head or without, or is a ring, and is at least as high as wide; a strut held at both ends is a wall, unless no
 /// two of its sides face each other, as in one of three or five sides. A blind hole is at least as deep
-/// as wide; a passage may be short. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
+/// as wide; a passage may be short, and without length where it is an orifice. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
 pub fn is_judged(side: Side, rod: &Rod) -> bool {
     let closed = rod.ends.contains(&End::Closed);
     let least = if side == Side::Void && !closed { SHORTEST } else { 1.0 };
     let held = side == Side::Material && rod.ends == [End::Open; 2] && rod.narrowest.is_faced;
-    !held
-        && !rod.ends.contains(&End::Point)
-        && rod.length >= (least - 1e-3) * rod.diameter()
-        && rod.run >= 0.5 * least * rod.diameter()
+    let is_long = rod.length >= (least - 1e-3) * rod.diameter() && rod.run >= 0.5 * least * rod.diameter();
+    !held && !rod.ends.contains(&End::Point) && (is_long || rod.is_orifice)
 }
 
 /// The rods that the rule for their diameter judges, and no other rule does.

@@ -22,7 +22,8 @@ static META: Meta = Meta {
            at the narrowest section; the depth is the length over which the section stays alike.",
     why: "A hole below the limit closes: beads and cured resin shrink inwards, powder sinters in it or cannot be blown out.",
     how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
-          and circumscribed circle about the centroid. What is judged here is not judged as a slot.",
+          and circumscribed circle about the centroid. Closed loops of edges beyond which the void widens on both sides, such as where two countersinks meet, are \
+          holes too. What is judged here is not judged as a slot.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.5 \
              are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged.",
     source: "Limits: see the profile.",
@@ -75,6 +76,9 @@ impl Check for SmallHole {
 /// Depth, axis and ends in words.
 fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
+    if rod.is_orifice && rod.length == 0.0 {
+        return format!("an orifice between wider passages, along ({x}, {y}, {z})");
+    }
     let kind = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",
         0 => "through",

@@ -16,6 +16,7 @@ mod flat;
 mod head;
 pub mod inscribed;
 pub mod map;
+mod orifice;
 mod reach;
 pub mod refine;
 pub mod reflex;

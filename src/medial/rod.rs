@@ -60,6 +60,8 @@ pub struct Rod {
     /// Length over which sections are alike, caps left out: short for a ball.
     pub run: f64,
     pub ends: [End; 2],
+    /// Whether it is void that widens beyond both ends: however short, nothing wider passes.
+    pub is_orifice: bool,
     /// Box of the line, widened by its largest radius.
     pub extent: (Vec3, Vec3),
 }
@@ -154,6 +156,7 @@ impl Search<'_> {
                 rods.push(self.follow(section));
             }
         }
+        self.add_orifices(&mut rods, &counts);
         if self.wanted.side == Side::Material {
             mark_heads(self, &mut rods, counts);
         }
@@ -257,12 +260,13 @@ impl Search<'_> {
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
         let narrowest = self.waist(&sections, narrowest);
         let ends = [(before, first), (after, last)].map(|(cap, kind)| if cap.is_some() { End::Closed } else { kind });
+        let is_orifice = self.widens_beyond(&sections, ends);
         line.splice(0..0, before);
         line.extend(after);
         let length = line.windows(2).map(|w| distance(w[0].0, w[1].0)).sum();
         let radius = 0.5 * line.iter().map(|s| s.1).fold(0.0, f64::max);
         let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
-        Rod { narrowest, line, length, run, ends, extent: (lo.map(|x| x - radius), hi.map(|x| x + radius)) }
+        Rod { narrowest, line, length, run, ends, is_orifice, extent: (lo.map(|x| x - radius), hi.map(|x| x + radius)) }
     }
 
     /// Whether a rod that stops being alike goes on with a narrower section.

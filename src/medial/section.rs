@@ -115,8 +115,8 @@ pub(super) fn curve(
     }
 }
 
-/// Measures of a closed curve in a plane; `None` unless it goes once round the plane's point.
-fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32]) -> Option<Section> {
+/// Measures of a closed curve in a plane, or near it and dropped onto it; `None` unless it goes once round the plane's point.
+pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], facets: &[u32]) -> Option<Section> {
     let u = unit(sub(points[0], along(plane.point, plane.normal, dot(sub(points[0], plane.point), plane.normal))));
     let v = cross(plane.normal, u);
     let flat: Vec<[f64; 2]> = points.iter().map(|p| sub(*p, plane.point)).map(|d| [dot(d, u), dot(d, v)]).collect();

@@ -76,7 +76,7 @@ mod tests {
             // In a plate, from 3 mm to 0.3 mm over 20 mm and from 2.4 mm to 0.6 mm over 5 mm; the pins alike on one.
             for (wide, narrow, long, within) in [(1.5, 0.15, 20.0, 0.625), (1.2, 0.3, 5.0, 0.875)] {
                 let nozzle = [[wide, 0.0], [4.0, 0.0], [4.0, long], [narrow, long]];
-                let nozzle = ring(&nozzle, sides);
+                let nozzle = revolved(&nozzle, sides);
                 let found = narrowest(&nozzle, Side::Void, within);
                 assert!((found - round(narrow)).abs() < 0.01, "{sides} {narrow}: {found}");
                 let pin =
@@ -88,22 +88,5 @@ mod tests {
             let found = narrowest(&neck, Side::Material, 1.25);
             assert!((found - round(0.35)).abs() < 1e-3, "{sides}: {found}");
         }
-    }
-
-    /// A closed outline about the z axis, off it, turned about it.
-    fn ring(outline: &[[f64; 2]], sides: usize) -> TriangleMesh {
-        let n = outline.len();
-        let at = |k: usize, m: usize| {
-            let (s, c) = (std::f64::consts::TAU * (k % sides) as f64 / sides as f64).sin_cos();
-            let [r, z] = outline[m % n];
-            [r * c, r * s, z]
-        };
-        let quads = (0..sides).flat_map(|k| (0..n).map(move |m| (k, m)));
-        let facets = quads.flat_map(|(k, m)| {
-            let [a, b, c, d] = [at(k, m), at(k + 1, m), at(k + 1, m + 1), at(k, m + 1)];
-            [[a, b, c], [a, c, d]]
-        });
-        let mesh = TriangleMesh::weld(facets);
-        if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh }
     }
 }
