@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, sub};
 use crate::medial::Side;
-use crate::morphology::{AsPrinted, Bead};
+use crate::morphology::{AsPrinted, Bead, Cells};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
 use crate::topology::{Adjacency, components};
@@ -140,8 +140,9 @@ impl<'a> Seeker<'a> {
     }
 
     /// What departs on the lattice of the whole part beside the places that are known, and how many others are too small to tell.
+    ///
+    /// Where the lattice alone does not tell, what the mesh shows to be as wide as is asked is left out.
     fn on_the_lattice(&self, made: &AsPrinted, beside: &[Candidate]) -> Result<(Vec<Candidate>, usize)> {
-        let cells = &made.designed.cells;
         // What only the samples show is reported too: a pass would claim that it is printed. A cell that is touched holds some of the
         // part, and what not even the larger set prints is not printed.
         let [certain, about, possibly] = if self.side == Side::Material { made.lost()? } else { made.filled()? };
@@ -149,9 +150,29 @@ impl<'a> Seeker<'a> {
             Side::Material => made.designed.shape.outer.difference(&made.upper)?.union(&about)?,
             Side::Void => certain.union(&about)?,
         };
+        let seen = self.hanging_together(&made.designed.cells, &set, [&about, &certain, &possibly], beside);
+        let is_open = |c: &Candidate| c.known.is_some_and(|(volumes, _)| self.place(c).open_limit(volumes).is_some());
+        if !seen.0.iter().any(is_open) {
+            return Ok(seen);
+        }
+        let stays = self.least.staying(&made.designed, &made.designed.shape.centres)?.difference(&certain)?;
+        let left = |set: &Indicator| set.difference(&stays);
+        let departs = [left(&about)?, certain.clone(), left(&possibly)?];
+        Ok(self.hanging_together(&made.designed.cells, &left(&set)?, departs.each_ref(), beside))
+    }
+
+    /// The pieces of a set of cells beside the places that are known, with the volumes in their boxes of what departs: about, for certain
+    /// and perhaps; and how many others are too small to tell.
+    fn hanging_together(
+        &self,
+        cells: &Cells,
+        set: &Indicator,
+        departs: [&Indicator; 3],
+        beside: &[Candidate],
+    ) -> (Vec<Candidate>, usize) {
         let none = Indicator::empty(cells.grid);
         let volume_in = |set: &Indicator, extent| cells.volume_in(set, &none, extent).as_mm3();
-        let parts = components(&set, Adjacency::Corner);
+        let parts = components(set, Adjacency::Corner);
         let (sizes, boxes, firsts) = (parts.sizes(), parts.boxes(), parts.first_samples());
         let (cell, least) = (cells.cell_mm(), self.limits.warn.or(self.limits.fail).unwrap_or(0.0));
         let (mut places, mut small) = (Vec::new(), 0);
@@ -161,7 +182,7 @@ impl<'a> Seeker<'a> {
             if beside.iter().any(|c| meet(c.extent, extent)) {
                 continue;
             }
-            let known = [&about, &certain, &possibly].map(|set| volume_in(set, extent));
+            let known = departs.map(|set| volume_in(set, extent));
             // What is filled at the bottom of a sharp notch is less than the limit, and no slot.
             if known[0] <= least {
                 small += 1;
@@ -181,7 +202,7 @@ impl<'a> Seeker<'a> {
                 flat: false,
             });
         }
-        Ok((places, small))
+        (places, small)
     }
 
     /// What of each place departs, told from the limits as far as the budget goes: each has its share of it, and what others leave goes to

@@ -3,10 +3,15 @@
 use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::{Finding, State};
-use amcheck::geometry::{TriangleMesh, cuboid};
+use amcheck::geometry::{TriangleMesh, cuboid, extruded};
+use amcheck::process::Process;
 
 fn places(mesh: TriangleMesh) -> Vec<Finding> {
-    let options = Options { only: vec!["as-printed".into()], ..Options::new(process("fdm", &[])) };
+    places_in("fdm", mesh)
+}
+
+fn places_in(name: &str, mesh: TriangleMesh) -> Vec<Finding> {
+    let options = Options { only: vec!["as-printed".into()], ..Options::new(process(name, &[])) };
     findings(&judge_mesh(mesh, &options), "AM401").to_vec()
 }
 
@@ -36,6 +41,32 @@ fn an_upright_slot_closes_below_the_gap_of_the_process_whatever_way_it_is_turned
         }
         for gap in [0.25, 0.3, 1.0] {
             assert!(places(slot(gap, turn)).is_empty(), "{gap} mm at {turn} degrees: {:?}", places(slot(gap, turn)));
+        }
+    }
+}
+
+#[test]
+fn a_slot_as_wide_as_the_gap_that_closes_stays_open_wherever_the_lattice_begins() {
+    // A block of 8 × 4 × 6 mm with a slot of 4 mm down its middle.
+    let slotted = |gap: f64| {
+        let (a, b) = (4.0 - 0.5 * gap, 4.0 + 0.5 * gap);
+        let outline = [[0.0, 0.0], [8.0, 0.0], [8.0, 6.0], [b, 6.0], [b, 2.0], [a, 2.0], [a, 6.0], [0.0, 6.0]];
+        extruded(&outline, &[[0, 1, 4], [0, 4, 5], [0, 5, 7], [5, 6, 7], [1, 2, 4], [2, 3, 4]], 4.0)
+    };
+    for name in ["sla", "sls", "binder-jet"] {
+        let gap = Process::named(name).unwrap().element.closing_gap_mm;
+        for (turn, away) in [(0.0, 0.0), (0.0, 0.37), (17.0, 0.0)] {
+            let (s, c) = f64::to_radians(turn).sin_cos();
+            let of = |gap: f64| {
+                let rows = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
+                places_in(
+                    name,
+                    slotted(gap).transformed(rows, [0.0; 3]).joined(&cuboid([20.0 + away; 3], [21.0 + away; 3])),
+                )
+            };
+            let filled: Vec<Finding> = of(gap).into_iter().filter(|f| f.kind == "filled").collect();
+            assert!(filled.is_empty(), "{name} {turn} {away}: {filled:?}");
+            assert!(of(0.8 * gap).iter().any(|f| f.kind == "filled" && f.decided), "{name} {turn} {away}");
         }
     }
 }
