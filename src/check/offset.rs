@@ -350,6 +350,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_orifice_closes_at_the_radius_of_the_ball_in_it() {
+        for sides in [3, 24] {
+            let inner = 0.25 * (std::f64::consts::PI / f64::from(sides)).cos();
+            let outline = [[0.75, 0.0], [3.0, 0.0], [3.0, 1.0], [0.75, 1.0], [0.25, 0.5]];
+            let sunk = crate::geometry::revolved(&outline, sides as usize);
+            let all = found(sunk.clone(), "0.3mm,0.3mm");
+            let closed: Vec<&Finding> = all.iter().filter(|f| f.kind == "closed").collect();
+            assert!(closed.len() == 1 && (closed[0].value - inner).abs() < 1e-3, "{sides}: {all:?}");
+            // The report's six digits.
+            assert!(closed[0].low <= inner + 1e-6 && inner <= closed[0].high + 1e-6, "{sides}: {closed:?}");
+            let less = format!("{0}mm,{0}mm", 0.96 * inner);
+            assert!(found(sunk, &less).is_empty(), "{sides}");
+        }
+    }
+
     /// A closed void of so many sides, 3 mm high.
     fn cavity(sides: usize) -> TriangleMesh {
         prism(sides, 0.22, 3.0)
