@@ -219,6 +219,20 @@ pub fn bulk(mm3: f64) -> String {
     format!("{} {unit}", short((value * scale).round() / scale))
 }
 
+/// A volume in words with the bounds around it: those once only that read alike.
+///
+/// ```
+/// use amcheck::units::bulk_within;
+/// assert_eq!(bulk_within(6120.0, [5900.0, 6310.0]), "6.12 cm³ (5.9 cm³ to 6.31 cm³)");
+/// assert_eq!(bulk_within(6120.0, [6119.9, 6120.1]), "6.12 cm³");
+/// ```
+pub fn bulk_within(mm3: f64, bounds: [f64; 2]) -> String {
+    match (bulk(mm3), bounds.map(bulk)) {
+        (value, [low, high]) if low == high => value,
+        (value, [low, high]) => format!("{value} ({low} to {high})"),
+    }
+}
+
 /// A number rounded to the report's resolution of 1e-6, so that reports are equal byte for byte.
 pub fn report_digits(value: f64) -> f64 {
     let rounded = (value * 1e6).round() / 1e6;

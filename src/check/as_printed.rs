@@ -10,7 +10,7 @@ use crate::medial::Side;
 use crate::morphology::AsPrinted as Made;
 use crate::part::{Part, bead_of};
 use crate::process::Process;
-use crate::units::{bulk, short};
+use crate::units::{bulk_within, short};
 
 /// AM401 `as-printed`.
 pub struct AsPrinted;
@@ -86,7 +86,10 @@ impl Check for AsPrinted {
                 measured.spent += made.designed.cells.grid.samples() as u64;
                 measured.shapes.push(ShapeShown {
                     name: "as-printed",
-                    title: format!("As printed, {}", bulk(made.volume().as_mm3())),
+                    title: format!(
+                        "As printed, {}",
+                        bulk_within(made.volume().as_mm3(), made.bounds().map(|v| v.as_mm3()))
+                    ),
                     mesh: made.surface(SHOWN)?,
                 });
             }

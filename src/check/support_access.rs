@@ -14,7 +14,7 @@ use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
 use crate::topology::Components;
-use crate::units::{bulk, report_digits, short};
+use crate::units::{bulk_within, report_digits, short};
 use std::collections::BTreeMap;
 
 /// AM501 `support-access`.
@@ -86,7 +86,7 @@ impl Check for SupportAccess {
         if !removal.remaining.is_empty() {
             measured.shapes.push(ShapeShown {
                 name: "supports-that-stay",
-                title: format!("Supports that stay, {}", bulk(stays.value)),
+                title: format!("Supports that stay, {}", bulk_within(stays.value, [stays.low, stays.high])),
                 mesh: surface(&removal.remaining, |_| 0.5)?,
             });
         }

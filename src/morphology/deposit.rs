@@ -257,6 +257,11 @@ impl AsPrinted {
         self.designed.cells.cell_volume() * self.centres.count() as f64
     }
 
+    /// Volumes that the one as printed lies between, whatever way the lattice lies.
+    pub fn bounds(&self) -> [Volume; 2] {
+        [&self.lower, &self.upper].map(|set| self.designed.cells.cell_volume() * set.count() as f64)
+    }
+
     /// The surface as printed in the frame of the part, on blocks of cells so large that at most `most` cover it.
     ///
     /// # Errors
