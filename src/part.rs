@@ -68,8 +68,8 @@ impl Part {
     ///
     /// Facets are turned to agree with their neighbours and shells that are wound inside out are turned, and said so. Bodies that overlap or
     /// touch, and what passes through itself, are united to one surface, if that is closed and meets itself nowhere. Where the facets do not agree, each is turned so that the
-    /// side of greater winding number is inside, and facets that do not bound the solid are set aside. `step_mm` is the
-    /// resolution of the file's coordinates.
+    /// side of greater winding number is inside, and facets that do not bound the solid are set aside. Facets with a corner on the
+    /// opposite edge or with an edge shorter than the file tells apart are done away with. `step_mm` is the resolution of the file's coordinates.
     ///
     /// # Errors
     /// [`Error::NoGeometry`] without facets or extent; [`Error::NotSolid`] if the winding number is below ½ everywhere.
@@ -104,6 +104,11 @@ impl Part {
             health = Some(Health::of(&solid));
             mesh = solid;
         }
+        let step = step_mm.clamp(1e-9, 1e-4);
+        if let Some(plain) = health::without_slivers(&mesh, step) {
+            health = Some(Health::of(&plain));
+            mesh = plain;
+        }
         let health = health.unwrap_or_else(|| as_read.clone());
         health::turn_shells(&mut mesh, &health);
         let mut part = Part {
@@ -117,7 +122,7 @@ impl Part {
             health,
             rotation,
             translation,
-            step: step_mm.clamp(1e-9, 1e-4),
+            step,
             notices,
             reach: reach_mm,
             grid: None,

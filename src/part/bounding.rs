@@ -2,7 +2,7 @@
 
 use super::Part;
 use crate::error::{Error, Result};
-use crate::geometry::health::{NO_LABEL, Role, Sides, Spoken, meetings};
+use crate::geometry::health::{NO_LABEL, Role, Sides, Spoken, meetings, without_slivers};
 use crate::geometry::union::united;
 use crate::geometry::vector::{Vec3, along};
 use crate::geometry::{Health, MeshDistance, TriangleMesh};
@@ -138,7 +138,8 @@ impl Part {
             self.notices.push(Notice::new("not-united", text));
             return false;
         };
-        self.before_union = Some(std::mem::replace(&mut self.mesh, union.in_order()));
+        let union = without_slivers(&union, self.step).unwrap_or_else(|| union.in_order());
+        self.before_union = Some(std::mem::replace(&mut self.mesh, union));
         self.health = Health::of(&self.mesh);
         self.bounding = vec![true; self.mesh.triangles.len()];
         (self.pairs, self.united) = (OnceLock::new(), true);

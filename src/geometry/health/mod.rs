@@ -5,9 +5,11 @@
 
 mod bodies;
 mod boxes;
+mod caps;
 mod crossing;
 mod ghosts;
 mod measure;
+mod needles;
 mod nesting;
 mod notices;
 mod outward;
@@ -23,6 +25,7 @@ pub use bodies::{Body, NO_LABEL, Role};
 pub use crossing::{Meetings, crossing_pairs, meetings, neighbours, triangles_cross};
 pub use ghosts::without_ghosts;
 pub use measure::{Fault, Health, Hole};
+pub use needles::without_slivers;
 pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired};
 pub use shells::Shell;
 pub use sides::{Sides, Spoken};
