@@ -131,12 +131,12 @@ pub fn remove(
         open.iter().zip(&missed).filter(|(_, m)| **m).for_each(|(c, _)| keeps[c.component as usize] = true);
         let freed: Vec<u32> =
             (0..found.count() as u32).filter(|&c| standing[c as usize] && !keeps[c as usize]).collect();
+        let mut missed = missed.into_iter();
+        open.retain(|_| missed.next().unwrap_or(false));
         if freed.is_empty() {
             break;
         }
         freed.iter().for_each(|&c| standing[c as usize] = false);
-        let mut missed = missed.into_iter();
-        open.retain(|_| missed.next().unwrap_or(false));
         rounds.push(freed);
     }
     let mut stuck: Vec<Stuck> = open.par_iter().with_max_len(16).map(|c| stuck(c, &bare, stand_off, view)).collect();
@@ -303,7 +303,8 @@ mod tests {
     use super::super::pose::lattice_directions;
     use super::super::surface::patches;
     use super::*;
-    use crate::geometry::{InsideRule, TriangleMesh, revolved};
+    use crate::geometry::union::united;
+    use crate::geometry::{InsideRule, TriangleMesh, cuboid, revolved};
     use crate::layer::{Supports, supports};
     use crate::units::Length;
 
@@ -368,6 +369,24 @@ mod tests {
         let jar = revolved(&profile, 64);
         let removal = taken_away(&jar, under_ceilings(&jar));
         assert_eq!((removal.supports.count(), removal.stuck.len()), (1, 0), "{:?}", removal.stuck);
+    }
+
+    #[test]
+    fn only_the_contact_that_no_tool_reaches_keeps_a_support() {
+        // A bracket with a tooth that hangs down to 0.8 mm above its floor: the rest of the floor is open.
+        let boxes = [
+            ([0.0, 0.0, 0.0], [20.0, 10.0, 2.0]),
+            ([0.0, 0.0, 0.0], [4.0, 10.0, 20.0]),
+            ([0.0, 0.0, 18.0], [20.0, 10.0, 20.0]),
+            ([14.0, 4.0, 2.8], [16.0, 6.0, 19.0]),
+        ];
+        let whole = boxes.into_iter().map(|(lo, hi)| cuboid(lo, hi)).reduce(|a, b| a.joined(&b)).unwrap();
+        let bracket = united(&whole, 1e-6).unwrap();
+        let removal = taken_away(&bracket, under_ceilings(&bracket));
+        assert_eq!((removal.supports.count(), removal.rounds.len(), removal.stuck.len()), (1, 0, 1));
+        let stuck = &removal.stuck[0];
+        // All of the tooth's end but for patches at its rim that no column stands under.
+        assert!(stuck.area_mm2 > 3.0 && stuck.area_mm2 <= 4.0 && (stuck.contact.at[2] - 2.8).abs() < 1e-9, "{stuck:?}");
     }
 
     #[test]

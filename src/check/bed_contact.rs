@@ -63,7 +63,9 @@ impl Check for BedContact {
             ..Measured::default()
         };
         let basis = if sound { Basis::Certified } else { Basis::Estimated };
-        let mut f = Finding::judged(META.code, "contact", bracket, basis, limits, "1", 0.0);
+        // Each side of the first layer, and of the shadow, is as the file's coordinates tell it.
+        let tie = bracket.value * 4.0 * part.tie() / first.sqrt().max(part.tie());
+        let mut f = Finding::judged(META.code, "contact", bracket, basis, limits, "1", tie);
         if f.state != State::Pass {
             let limit = limits.warn.or(limits.fail).unwrap_or(0.0);
             f.area_mm2 = Some(report_digits(first));

@@ -202,7 +202,7 @@ impl Judge<'_> {
         let still = sets.iter().map(|(_, set)| greatest_layer(set, std::iter::repeat(1.0)));
         let still = still.fold(0.0, f64::max) * self.context.spacing_mm.powi(2);
         Ok(if still <= widest {
-            format!("drill {}; measured again, {} mm² stay closed", vent.words(), short(still.round()))
+            format!("drill {}; measured again, {} mm² stay closed", vent.words(self.part), short(still.round()))
         } else {
             format!(
                 "give it a hole of at least {} mm near the plate; one straight vent leaves {} mm² closed",

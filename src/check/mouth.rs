@@ -86,8 +86,12 @@ impl Mouths<'_> {
         let own = || tried.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at)).filter_map(|t| t.1);
         let needed = short(self.needed());
         f.fix = match (own().next(), own().count() as u64) {
-            (Some(v), 1) if f.count == 1 => format!("drill {}: counted again, it then has {needed}", v.words()),
-            (Some(v), n) => format!("drill {}: counted again, {n} of {} then have {needed}", v.words(), f.count),
+            (Some(v), 1) if f.count == 1 => {
+                format!("drill {}: counted again, it then has {needed}", v.words(self.voids.part()))
+            }
+            (Some(v), n) => {
+                format!("drill {}: counted again, {n} of {} then have {needed}", v.words(self.voids.part()), f.count)
+            }
             (None, _) => format!("give it {needed} mouths of at least {ball} mm, far from each other"),
         };
     }

@@ -32,8 +32,10 @@ pub enum Ribbing {
     Holds(Held),
     /// More would be needed than are advised.
     TooMany,
-    /// Nowhere across the span does one reach from border to border.
+    /// Nowhere across the span does one reach from border to border, or it would leave a gap that closes beside it.
     NoPlace,
+    /// A rib as tall as this does, but stands only if it is so thick, which leaves no room beside it.
+    TooTall { tall: f64, thick: f64 },
     /// So long is a span that is left with all ribs in place.
     StillSpans(f64),
 }
@@ -66,7 +68,10 @@ impl Ribbing {
             (Ribbing::Holds(held), Some(most)) if held.tall > most * wall => {
                 // Rounded up to tenths: a tall rib has to stand by itself before the ceiling reaches it.
                 let thick = (10.0 * held.tall / most - 1e-6).ceil() / 10.0;
-                Trying { part, process, ceiling, limit, thick }.run()
+                match (Trying { part, process, ceiling, limit, thick }).run() {
+                    Ribbing::NoPlace => Ribbing::TooTall { tall: held.tall, thick },
+                    found => found,
+                }
             }
             _ => first,
         }
@@ -85,6 +90,11 @@ impl Ribbing {
                 format!("more than {MOST} ribs would be needed under it for spans of no more than {limit} mm")
             }
             Ribbing::NoPlace => "no rib has a place across it".into(),
+            Ribbing::TooTall { tall, thick } => format!(
+                "a rib under it would be {} mm tall and stand only if it were {} mm thick, which leaves no room beside it",
+                plain(*tall),
+                plain(*thick)
+            ),
             Ribbing::StillSpans(span) => {
                 format!(
                     "ribs across its longest spans leave one of {} mm, measured again: no rib is advised",
@@ -168,14 +178,18 @@ impl Trying<'_> {
     }
 
     /// Ribs across a span that leave even stretches no longer than the limit, each from border to border of the ceiling; `None` for too
-    /// many. Where a rib would run along a groove it stands beside it.
+    /// many, and none where the stretches would be gaps that close. Where a rib would run along a groove it stands beside it.
     fn across(&self, span: &Reach) -> Option<Vec<Rib>> {
         let [from, to] = span.ends.map(|p| [p[0], p[1], 0.0]);
         let (long, way) = (distance(from, to), unit(sub(to, from)));
         let count = ((long - self.limit) / (self.limit + self.thick) - 1e-9).ceil().max(1.0);
         let free = (long - count * self.thick) / (count + 1.0);
-        if count > MOST as f64 || free <= 0.0 {
+        let gap = limits_of(self.process, "narrow-gap").and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
+        if count > MOST as f64 {
             return None;
+        }
+        if free <= 0.0 || free < gap - self.part.tie() {
+            return Some(Vec::new());
         }
         let middle = |n: usize| along(from, way, (n as f64 + 1.0) * (free + self.thick) - 0.5 * self.thick);
         let beside = |n: usize, shift: f64| {
@@ -299,5 +313,9 @@ mod tests {
         let (found, _) = tried(room(16.0));
         let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
         assert!((held.thick - 2.0).abs() < 1e-9, "{held:?}");
+        // So tall that it would fill all of the room to stand.
+        let (found, part) = tried(room(130.0));
+        assert_eq!(found, Ribbing::TooTall { tall: 130.0, thick: 16.3 });
+        assert!(found.words(&part, 10.0).contains("130 mm tall and stand only if it were 16.3 mm thick"));
     }
 }

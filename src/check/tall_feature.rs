@@ -31,7 +31,7 @@ static META: Meta = Meta {
           that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \
           `thin-wall` judges, if one of their outlines is as long by itself: two legs beside each other, or posts beside an opening, carry none, \
           however far apart. The length is that of a rectangle with the section's least and greatest width. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
-          first layer. Bodies that fuse stand together, every other stands by itself.",
+          first layer. Bodies that fuse topple together; as a pillar each is judged by itself.",
     limits: "Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \
              highest of them. Where bodies could not be united, or the mesh is open, what is connected is not certain and the value \
              is an estimate. Where 4,096 stretches of height do not show that one outline of long sections is a wall all through, they count as \
@@ -67,7 +67,9 @@ impl Check for TallFeature {
             ..Measured::default()
         };
         let pillar = |t: &Feature| {
-            let mut f = Finding::judged(META.code, "pillar", bracket(t), basis, limits, "1", 1e-6);
+            // Both lengths are as the file's coordinates tell them.
+            let tie = 1e-6 + part.tie() * (1.0 + t.slenderness()) / t.width_mm.0.max(part.tie());
+            let mut f = Finding::judged(META.code, "pillar", bracket(t), basis, limits, "1", tie);
             locate(&mut f, part, context, t.foot, t.extent);
             let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
             f.layers = Some([layer(t.extent.0[2]), layer(t.extent.1[2])]);

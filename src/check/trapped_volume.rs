@@ -240,14 +240,14 @@ impl Judge<'_> {
         f.fix = match own().next() {
             Some(v) if f.state == State::Undecided => {
                 let half = short(0.5 * self.context.spacing_mm);
-                format!("look again with --voxel {half}mm, or drill {}", v.words())
+                format!("look again with --voxel {half}mm, or drill {}", v.words(self.part))
             }
-            Some(v) if f.count == 1 => format!("drill {}; measured again, it is then wide enough", v.words()),
+            Some(v) if f.count == 1 => format!("drill {}; measured again, it is then wide enough", v.words(self.part)),
             Some(v) => {
                 let works = own().count();
                 format!(
                     "drill {}; {works} of {} such vents were measured again and are wide enough",
-                    v.words(),
+                    v.words(self.part),
                     f.count
                 )
             }
@@ -329,7 +329,7 @@ impl Judge<'_> {
     }
 
     fn vent_words(&self, places: &[&Trapped], ball: f64) -> Result<String> {
-        advice(self.voids.solid, places, self.wanted(ball))
+        advice(self.part, places, self.wanted(ball))
     }
 
     fn wanted(&self, ball_mm: f64) -> Wanted {

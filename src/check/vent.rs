@@ -1,11 +1,13 @@
 //! A straight vent for a trapped volume, drilled into the sets and looked at again before it is suggested.
 
+use super::tooling::direction_in_file;
 use super::void::{HALF_DIAGONAL, Trapped};
 use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::Solid;
 use crate::geometry::vector::{Vec3, along, distance, dot, sub};
+use crate::part::Part;
 use crate::topology::{Adjacency, Side, border, components};
 use crate::units::short;
 
@@ -23,13 +25,14 @@ pub(super) struct Vent {
 }
 
 impl Vent {
-    /// In words: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
-    pub fn words(&self) -> String {
-        let sign = if self.upward { '+' } else { '-' };
+    /// In words, in the frame of the file: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
+    pub fn words(&self, part: &Part) -> String {
+        let mut way = [0.0; 3];
+        way[self.axis] = if self.upward { 1.0 } else { -1.0 };
         format!(
-            "a straight vent of {} mm towards {sign}{} through about {} mm of material",
+            "a straight vent of {} mm towards {} through about {} mm of material",
             short(self.diameter_mm),
-            ["x", "y", "z"][self.axis],
+            direction_in_file(part, way),
             short((self.wall_mm * 10.0).round() / 10.0)
         )
     }
@@ -93,19 +96,19 @@ fn with(mut index: [usize; 3], axis: usize, at: usize) -> [usize; 3] {
 }
 
 /// Whether a vent has a wall all round: halfway through each piece of material on its axis, everything as far beside it as the wall is thick is
-/// material. Where the plate is there the vent may be a notch in what stands on it.
+/// material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
 fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
     let grid = solid.centres.grid();
     let (u, v, beside) = ((vent.axis + 1) % 3, (vent.axis + 2) % 3, 0.5 * vent.diameter_mm + wanted.wall_mm);
     let Some(start) = grid.sample_at(vent.from) else { return false };
+    let is_notch = wanted.downward == Downward::Closed && vent.from[2] <= 0.5 * vent.diameter_mm;
     let is_walled = |c: usize| {
         (0..LINES).all(|n| {
             let turn = std::f64::consts::TAU * n as f64 / LINES as f64;
             let mut at = grid.position(with(start, vent.axis, c));
             at[u] += beside * turn.cos();
             at[v] += beside * turn.sin();
-            let below = wanted.downward == Downward::Closed && at[2] < 0.0;
-            below || grid.sample_at(at).is_some_and(|sample| solid.centres.contains(sample))
+            (is_notch && at[2] < 0.0) || grid.sample_at(at).is_some_and(|sample| solid.centres.contains(sample))
         })
     };
     halfway(solid, vent, start).into_iter().all(is_walled)
@@ -240,15 +243,16 @@ pub(super) fn vents(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Resul
 }
 
 /// What is advised for places that something does not leave, the largest first.
-pub(super) fn advice(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Result<String> {
+pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result<String> {
+    let solid = part.solid()?;
     let found = vents(solid, places, wanted)?;
     let working = found.iter().filter_map(|v| v.vent()).count();
     Ok(match (found.iter().find_map(|v| v.vent()), found.len()) {
-        (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words()),
+        (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words(part)),
         (Some(v), n) => {
             format!(
                 "where they are not meant: {}; {working} of {n} such vents were measured again and lead out",
-                v.words()
+                v.words(part)
             )
         }
         (None, n) if found.iter().all(|v| *v == Venting::NoRoom) => {
@@ -288,6 +292,34 @@ mod tests {
             assert_eq!(vent.diameter_mm, 4.0);
             assert!((vent.wall_mm - 0.1 * edge).abs() <= h, "{vent:?}");
         }
+    }
+
+    #[test]
+    fn a_vent_leads_the_way_of_the_file_and_leaves_the_floor_beside_it() {
+        use crate::access::Up;
+        use crate::geometry::cuboid;
+        use crate::grid::Grid;
+        use crate::units::Length;
+        // A room whose wall towards +y of the file is the thinnest.
+        let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([8.0, 14.0, 8.0], [22.0, 28.0, 22.0]).flipped());
+        let ups = [Up::PlusZ, Up::Along([0.0, 0.0, -1.0]), Up::Along([1.0, 0.0, 0.0]), Up::Along([0.0, -1.0, 0.0])];
+        for up in ups {
+            let mut part = Part::new(room.clone(), up, 1e-6, 1.0).unwrap();
+            part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.5), 1, [0.0; 3]).unwrap());
+            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
+            let middle = part.to_build([15.0, 21.0, 15.0]);
+            let vent = shortest_vent(part.solid().unwrap(), middle, wanted).unwrap();
+            assert!(vent.words(&part).contains("towards +y through about 2 mm"), "{up:?}: {}", vent.words(&part));
+        }
+        // A cup on the plate, from just above its floor of 2 mm: a vent of 4 mm would leave a tenth of it.
+        let cup = cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0, 18.0, 18.0]).flipped());
+        let mut part = Part::new(cup, Up::PlusZ, 1e-6, 1.0).unwrap();
+        part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.1), 1, [0.0; 3]).unwrap());
+        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Closed };
+        let low = shortest_vent(part.solid().unwrap(), [10.0, 10.0, 2.1], wanted).unwrap();
+        assert!(low.axis == 2 && low.upward, "{low:?}");
+        let high = shortest_vent(part.solid().unwrap(), [10.0, 10.0, 4.6], wanted).unwrap();
+        assert!(high.axis != 2, "{high:?}");
     }
 
     #[test]

@@ -25,8 +25,9 @@ pub struct Island {
 /// The islands of a closed mesh, lowest first; what starts up to `plate_z` stands on the plate.
 ///
 /// Components of { z ≤ t } of the surface are born at local minima and merge at saddles as t grows. A minimum with
-/// material above it (its normals point down) that is born more than `step` above `plate_z`, and rises by at least a layer
-/// before it merges with one born lower, is an island: its first layer has nothing beneath. All minima of a mesh lie at
+/// material above it (its normals point down) that is born more than `step` above `plate_z`, and rises by more than a layer
+/// before it merges with one born lower, is an island: its first layer has nothing beneath. Heights that differ by no more than two `step` are
+/// equal. All minima of a mesh lie at
 /// vertices, so none is missed.
 ///
 /// # Cost
@@ -38,7 +39,7 @@ pub fn islands(mesh: &TriangleMesh, plate_z: f64, layer_mm: f64, step: f64) -> V
     let order = by_height(mesh);
     let mut found: Vec<Island> = sweep(mesh, &order)
         .into_iter()
-        .filter(|b| b.rise >= layer_mm && mesh.vertices[b.lowest as usize][2] > plate_z + step.max(1e-4))
+        .filter(|b| b.rise > layer_mm + 2.0 * step && mesh.vertices[b.lowest as usize][2] > plate_z + step.max(1e-4))
         .filter_map(|b| first_layer(mesh, &b, layer_mm))
         .collect();
     found.sort_by(|a, b| a.lowest[2].total_cmp(&b.lowest[2]).then(a.facet.cmp(&b.facet)));
@@ -146,6 +147,7 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
 mod tests {
     use super::*;
     use crate::geometry::cuboid;
+    use crate::geometry::union::united;
 
     /// A plate on two legs of different length, as one outline in x–z swept along y.
     fn table(short_leg_foot: f64) -> TriangleMesh {
@@ -186,6 +188,22 @@ mod tests {
         );
         // A foot within a layer of the plate's underside is printed with it.
         assert!(islands(&table(7.9), 0.0, 0.2, 1e-6).is_empty());
+    }
+
+    #[test]
+    fn what_joins_a_layer_higher_is_printed_with_it_wherever_it_stands() {
+        // A nub under the end of an arm, one layer of 0.2 mm and a little more below it, in the numbers of an STL file.
+        for n in 0..40 {
+            for (drop, told) in [(0.2, 0), (0.2 + 1e-4, 1)] {
+                let z = 10.0 + 0.05 * f64::from(n);
+                let leg = cuboid([0.0; 3], [2.0, 2.0, z + 4.0]);
+                let arm = cuboid([0.0, 0.0, z], [20.0, 2.0, z + 4.0]);
+                let nub = cuboid([18.0, 0.5, z - drop], [19.0, 1.5, z + 1.0]);
+                let mut mesh = united(&leg.joined(&arm).joined(&nub), 1e-6).unwrap();
+                mesh.vertices.iter_mut().for_each(|p| *p = p.map(|x| f64::from(x as f32)));
+                assert_eq!(islands(&mesh, 0.1, 0.2, 1e-6).len(), told, "{z} {drop}");
+            }
+        }
     }
 
     #[test]

@@ -44,8 +44,10 @@ pub struct Counting {
 
 impl Counting {
     /// Whether a section is longer than that, by its least width and its greatest, the diagonal: that of a rectangle as long is √(1 + ratio²) widths.
+    /// What is as long to within the coordinates is not longer.
     fn is_longer(&self, width: f64, diagonal: f64) -> bool {
-        diagonal > 1f64.hypot(self.longest_ratio) * width * (1.0 + ROUNDING)
+        let times = 1f64.hypot(self.longest_ratio);
+        diagonal > times * width * (1.0 + ROUNDING) + MOVED * (1.0 + times) * self.tie_mm
     }
 }
 
@@ -55,6 +57,8 @@ const GAP: f64 = 0.002;
 const STRETCHES: usize = 1 << 14;
 /// Stretches with long sections that are divided for one piece until an outline is seen to be a wall all through.
 const WALLS: usize = 1 << 12;
+/// A length changes by no more than so many times what its ends move along each axis: 2√3.
+const MOVED: f64 = 3.4642;
 /// What is lost to rounding where two lengths are compared, as a share.
 const ROUNDING: f64 = 1e-9;
 
@@ -378,7 +382,7 @@ mod tests {
             let z = one.foot[2].max(lies.bounds().unwrap().0[2] + 0.5 * layer);
             let there = [-1e-7, 1e-7].map(|d| Hull::of(super::super::section_points(&lies, z + d)).widths());
             assert!(there.iter().any(|w| (w.0 - one.width_mm.0).abs() < 1e-5), "{there:?} {one:?}");
-            assert!(one.width_mm.1 <= 1f64.hypot(WALL) * one.width_mm.0 * (1.0 + 2.0 * ROUNDING), "{one:?}");
+            assert!(one.width_mm.1 <= 1f64.hypot(WALL) * one.width_mm.0 * (1.0 + 2.0 * ROUNDING) + 2e-5, "{one:?}");
             let before = *first.get_or_insert(low);
             assert!((low - before).abs() <= GAP * before, "{low} {before}");
         }
@@ -542,6 +546,16 @@ mod tests {
             let all = found(&cuboid([0.0; 3], [long, 2.0, 40.0]), 8.0, 0.2);
             assert_eq!(all.len(), count, "{long}");
             assert!(all.iter().all(|f| (f.slenderness() - 20.0).abs() < 1e-6), "{all:?}");
+        }
+        // As long as four widths, in the numbers of an STL file: no wall whichever way it is turned.
+        for n in 0..30 {
+            let (s, c) = (0.2 * f64::from(n)).sin_cos();
+            let rows = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
+            let mut turned = cuboid([0.0; 3], [12.0, 3.0, 40.0]).transformed(rows, [9.0, 15.0, 0.0]);
+            turned.vertices.iter_mut().for_each(|p| *p = p.map(|x| f64::from(x as f32)));
+            let counting = Counting { least: 8.0, longest_ratio: WALL, layer_mm: 0.2, tie_mm: 2e-6 };
+            let all = tall_features(&turned, |_| true, &MeshDistance::new(&turned), &counting);
+            assert_eq!(all.len(), 1, "{n}");
         }
     }
 
