@@ -355,7 +355,7 @@ pub struct Moved {
 /// How finely a shape is made, and where it goes.
 #[derive(Debug, Args)]
 pub struct How {
-    /// Spacing of the sampling grid [default: longest side of the part, or of what is added if longer (sweep: of part and path), / 128]
+    /// Spacing of the sampling grid [default: longest side of the part, or of what is added if longer, / 128; sweep: a quarter of the thinnest side of what is swept, coarser where that takes too many samples]
     #[arg(long, value_name = "LENGTH")]
     pub voxel: Option<String>,
 

@@ -23,7 +23,11 @@ const ERRORS: &[(&str, &str)] = &[
               damaged binary STL. Exit code 4.",
     ),
     ("E012", "The file asks for something that amcheck does not read. Exit code 4."),
-    ("E013", "The file holds no triangles, or they have no extent. Exit code 4."),
+    (
+        "E013",
+        "There is no shape: the file holds no triangles or they have no extent, or nothing remains of a part after an offset, an \
+              opening or a difference. Exit code 4.",
+    ),
     (
         "E014",
         "The surface encloses nothing: its winding number is below 1/2 everywhere. Close the holes first. Exit code 4.",

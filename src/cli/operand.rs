@@ -108,7 +108,8 @@ fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Noti
     if !health.is_solid() {
         return Err(why_no_solid(&health));
     }
-    let guess = if scale == 1.0 { health.units_guess() } else { None };
+    // Nobody guesses where the user has said it.
+    let guess = health.units_guess().filter(|_| unit_mm.is_none() && scale == 1.0);
     let notices = loaded.notices.into_iter().chain(health.notices()).chain(guess).collect();
     Ok((health.outward(&mesh).into_owned(), notices))
 }

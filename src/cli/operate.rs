@@ -199,7 +199,7 @@ impl Job {
         let written = self.to.write(&made, &before)?;
         let mut notices = self.part.notices;
         notices.extend(loses);
-        notices.extend(made.left_out(spacing));
+        notices.extend(made.left_out(spacing).into_iter().chain(made.may_fill_too_much()));
         notices.extend(self.reaches.and_then(|whole| made.falls_short(whole, spacing)));
         Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
     }
@@ -245,7 +245,8 @@ fn pair_of(operation: &str, part: &Path, element: &Path, how: &How) -> Answer<(J
     one_from_stdin(&[part, element])?;
     let mut job = Job::new(operation, part, how)?.sparing(&[element])?;
     let element = Operand::read(element, job.unit_mm, &job.memory)?;
-    job.part.notices.extend(element.notices.iter().cloned());
+    // An element may well be small.
+    job.part.notices.extend(element.notices.iter().filter(|n| n.code != "units-guess").cloned());
     Ok((job.growing(growth_by(&element)), element))
 }
 

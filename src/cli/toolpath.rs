@@ -109,7 +109,8 @@ fn told(path: &Toolpath, bead: &Hung, departure: Option<&Departure>) -> String {
     let mut text = String::new();
     let size = bead.shape.half_extent().map(|x| crate::units::short(2.0 * x)).join(" × ");
     let (strokes, length) = (path.strokes.len(), Length::mm(path.length_mm()));
-    let _ = writeln!(text, "bead       {size} mm along {length} in {strokes} strokes");
+    let plural = if strokes == 1 { "" } else { "s" };
+    let _ = writeln!(text, "bead       {size} mm along {length} in {strokes} stroke{plural}");
     let line = |volumes: [Volume; 3]| {
         let [estimate, low, high] = volumes.map(|v| v.as_mm3());
         let [estimate, low, high] = enclosed(estimate, [low, high]);

@@ -48,11 +48,10 @@ pub(crate) fn bytes_of(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
     }
     if !before.is_file() {
         // Opening a pipe waits for its writer, perhaps for ever, so the kind is looked at first.
-        return Err(Error::TooLarge {
-            what: format!("{}, a pipe or device of unknown length,", shown(path)),
-            need_bytes: u128::from(limit_bytes) + 1,
-            allowed_bytes: u128::from(limit_bytes),
-            remedy: "hand its content over as standard input with `amcheck -`".into(),
+        return Err(Error::CannotRead {
+            path: shown(path),
+            reason: "it is a pipe or a device, which may never end".into(),
+            remedy: "hand its content over as standard input, with - for its name".into(),
         });
     }
     within(&shown(path), before.len(), limit_bytes)?;

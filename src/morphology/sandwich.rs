@@ -75,6 +75,19 @@ impl Sandwich {
         minus(&a.touched, &b.points, &mut Vec::new())
     }
 
+    /// The samples next to which B, mirrored, may stand free of A, on the grid of the [sum](Self::sum): every point that is not in the sum has one of
+    /// them as its nearest sample.
+    ///
+    /// The complement of (fA ⊕ cB) ∪ (cA ⊕ fB): where a cube of one, moved by a point of the other, is full, all that is nearest lies in the sum.
+    ///
+    /// # Errors
+    /// As [`Sandwich::sum`].
+    pub fn rooms(a: &Sides, b: &Sides) -> Result<Indicator> {
+        let mut paths = Vec::new();
+        let held = plus(&a.full, &b.points, &mut paths)?.union(&plus(&a.points, &b.full, &mut paths)?)?;
+        Ok(held.complement())
+    }
+
     /// Both sets, the lower first.
     pub fn sides(&self) -> [&Indicator; 2] {
         [&self.lower, &self.upper]

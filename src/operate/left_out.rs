@@ -33,6 +33,18 @@ impl Operated {
         })
     }
 
+    /// Says where a closing fills what may be room for its element, because no sample tells.
+    pub fn may_fill_too_much(&self) -> Option<Notice> {
+        let (count, at) = self.filled?;
+        let (is, one) = if count == 1 { ("gap or room", "") } else { ("gaps or rooms", "one ") };
+        let text = format!(
+            "{count} {is} about as wide as the element, {one}near ({}) mm, may be open and came out filled: the spacing does not tell; choose a smaller \
+             --voxel",
+            at.map(short).join(", ")
+        );
+        Some(Notice::new("thinner-than-spacing", text).at(at))
+    }
+
     /// Says where the surface ends farther from the box that the exact result touches than samples explain: what reached there is thinner
     /// than the spacing.
     pub fn falls_short(&self, (lo, hi): (Vec3, Vec3), spacing: Length) -> Option<Notice> {

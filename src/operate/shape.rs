@@ -8,14 +8,14 @@ use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::MEETING;
 use crate::geometry::health::{Fault, crossing_pairs};
-use crate::geometry::vector::{add, scale};
+use crate::geometry::vector::{Vec3, add, scale};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
     NEAR_PART, Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
     sweep_surface,
 };
-use crate::units::{Length, Volume, short};
+use crate::units::{Length, Volume, enclosed, short};
 use std::borrow::Cow;
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
@@ -57,6 +57,8 @@ pub struct Operated {
     pub(super) inside: Option<Indicator>,
     /// For operations on sets of samples: what is certainly in the result, and what possibly is.
     pub sides: Option<[Indicator; 2]>,
+    /// Rooms for the element of a closing that are filled and may be there: how many, and where one is.
+    pub(super) filled: Option<(usize, Vec3)>,
 }
 
 impl Operated {
@@ -160,8 +162,9 @@ pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<
         _ => {
             let [a, b] = both_sides(part, element, spacing)?;
             let found = Sandwich::closing(&a, &b)?;
-            let settled = closed(part, &element.faceted(spacing)?, [&a, &b], &found)?;
-            checked("closing", touching(found, settled)?)
+            let closed = closed(part, &element.faceted(spacing)?, [&a, &b], &found)?;
+            let (settled, filled) = closed.map(|c| (c.settled, c.filled)).unzip();
+            checked("closing", Operated { filled: filled.flatten(), ..touching(found, settled)? })
         }
     }
 }
@@ -304,6 +307,7 @@ fn from_distances(shape: Shaped) -> Operated {
         distances: Some(shape.field),
         inside: None,
         sides: None,
+        filled: None,
     }
 }
 
@@ -321,7 +325,16 @@ fn touching(found: Sandwich, settled: Option<Settled>) -> Result<Operated> {
     let volume = Volume::mm3(mesh.signed_volume());
     let path = format!("{}, {touching} of {crossings} crossings where the operands touch", paths_of(&found));
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides })
+    Ok(Operated {
+        mesh,
+        volume,
+        bracket: found.volume,
+        path,
+        distances: None,
+        inside: Some(inside),
+        sides,
+        filled: None,
+    })
 }
 
 fn paths_of(found: &Sandwich) -> String {
@@ -334,7 +347,7 @@ pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides })
+    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides, filled: None })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.
@@ -343,16 +356,16 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
     if low.is_nan() || high.is_nan() || low > high {
         return Err(Error::Internal { problem: format!("{operation}: the bracket {low} … {high} mm³ is empty") });
     }
-    let most = result.bracket[1];
+    let [_, _, most] = enclosed(high, [low, high]);
     if result.mesh.triangles.is_empty() {
         if low > 0.0 {
             return Err(Error::Internal { problem: format!("{operation}: a surface of at least {low} mm³ was lost") });
         }
         let (problem, remedy) = if high > 0.0 {
-            let problem = format!("nothing of the {operation} shows at this spacing; at most {most} could remain");
+            let problem = format!("nothing of the {operation} shows at this spacing; at most {most} mm³ could remain");
             (problem, "choose a smaller spacing or a smaller element")
         } else {
-            (format!("nothing remains after the {operation}"), "choose a smaller element")
+            (format!("nothing remains after the {operation}"), "choose a smaller element or distance")
         };
         return Err(Error::NoGeometry { problem, remedy: remedy.into() });
     }
@@ -363,7 +376,7 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
     let nothing_certain = result.sides.as_ref().is_some_and(|[lower, _]| lower.is_empty());
     if low == 0.0 && (volume > high + slack || midway && nothing_certain) {
         return Err(Error::NoGeometry {
-            problem: format!("nothing of the {operation} is certain at this spacing; at most {most} could remain"),
+            problem: format!("nothing of the {operation} is certain at this spacing; at most {most} mm³ could remain"),
             remedy: "choose a smaller spacing or a smaller element".into(),
         });
     }

@@ -3,17 +3,29 @@
 use super::settled::{Settled, Touch};
 use super::whole::Whole;
 use crate::error::Result;
+use crate::field::Indicator;
 use crate::geometry::TriangleMesh;
+use crate::geometry::vector::Vec3;
 use crate::morphology::{Sandwich, Sides, StructuringElement, dilate, erode};
+use crate::topology::{Adjacency, components};
 
 /// How many samples off a place for the element may lie from those that the surface of all places holds: what the sides of the operands
 /// leave open is no more at faces along the lattice.
 const BESIDE: usize = 3;
 
+/// The surface of a closing, and what it may fill too much.
+pub(super) struct Closed {
+    pub settled: Settled,
+    /// Rooms for the element that the samples neither tell nor exclude, and that the surface fills: how many, and the middle of the element in one.
+    pub filled: Option<(usize, Vec3)>,
+}
+
 /// The surface of a closing, that of the difference of the sum's own; `None` where either has none, or one that is not where the operands
 /// touch all over.
 ///
-/// What the sum's surface is off by comes back in the closing's: a thousandth of the spacing at the lattice, a third of it at creases.
+/// What the sum's surface is off by comes back in the closing's: a thousandth of the spacing at the lattice, a third of it at creases. A room for the
+/// element in which no sample tells of one is filled; [`Closed::filled`] counts those of which a sample farther than [`BESIDE`] from the outside of the sum's
+/// surface may be one.
 ///
 /// # Errors
 /// As [`Touch::surface`].
@@ -25,15 +37,25 @@ pub(super) fn closed(
     element: &TriangleMesh,
     [a, b]: [&Sides; 2],
     found: &Sandwich,
-) -> Result<Option<Settled>> {
+) -> Result<Option<Closed>> {
     let Some(touch) = Touch::of_sum(part, element) else { return Ok(None) };
     let spacing = a.points.grid().spacing();
     let Some(sum) = whole(touch.surface(Sandwich::sum(a, b)?.sides())?) else { return Ok(None) };
+    let open = far_from(&Sandwich::rooms(a, b)?, &sum.inside.complement())?;
     // Samples from which a spacing in any direction is certainly in the result, so that what the sum's surface is off by does not
     // matter: a closing holds its part, as far as samples tell of it.
     let inner = erode(&found.lower, &StructuringElement::cuboid([3; 3], spacing)?)?.set;
     let certain = inner.placed([1; 3], *found.lower.grid())?.union(&a.full)?;
-    Ok(whole(touch.back(&sum.mesh).surface([&certain, &found.upper])?))
+    let settled = whole(touch.back(&sum.mesh).surface([&certain, &found.upper])?);
+    Ok(settled.map(|settled| Closed { settled, filled: rooms(&open, element) }))
+}
+
+/// How many pieces a set of places for a mirrored element has, and the middle of the element at one of them.
+fn rooms(places: &Indicator, element: &TriangleMesh) -> Option<(usize, Vec3)> {
+    let found = components(places, Adjacency::Corner);
+    let at = places.grid().position(*found.first_samples().first()?);
+    let (lo, hi) = element.bounds()?;
+    Some((found.count(), [0, 1, 2].map(|n| at[n] - 0.5 * (lo[n] + hi[n]))))
 }
 
 /// The surface of an opening, that of the sum of the difference's own; `None` as for a closing, and where some place for the element may be
@@ -51,16 +73,17 @@ pub(super) fn opened(
     found: &Sandwich,
 ) -> Result<Option<Settled>> {
     let Some(touch) = Touch::of_difference(part, element) else { return Ok(None) };
-    let spacing = a.points.grid().spacing();
     let Some(places) = whole(touch.surface(Sandwich::difference(a, b)?.sides())?) else { return Ok(None) };
-    let cube = StructuringElement::cuboid([2 * BESIDE + 1; 3], spacing)?;
-    let possible = Sandwich::places(a, b)?;
-    // The surface was sought two samples further.
-    let beside = dilate(&places.inside, &cube)?.set.placed([BESIDE as isize + 2; 3], *possible.grid())?;
-    if !possible.is_subset(&beside)? {
+    if !far_from(&Sandwich::places(a, b)?, &places.inside)?.is_empty() {
         return Ok(None);
     }
     Ok(whole(touch.back(&places.mesh).surface(found.sides())?))
+}
+
+/// The samples of a set that are farther than [`BESIDE`] from another set, which was sought two samples further.
+fn far_from(possible: &Indicator, found: &Indicator) -> Result<Indicator> {
+    let cube = StructuringElement::cuboid([2 * BESIDE + 1; 3], found.grid().spacing())?;
+    possible.difference(&dilate(found, &cube)?.set.placed([BESIDE as isize + 2; 3], *possible.grid())?)
 }
 
 /// The surface, if all of it is where the operands touch.
@@ -80,7 +103,7 @@ mod tests {
         Sides::of_mesh(mesh, Length::mm(H), [0.25; 3]).unwrap()
     }
 
-    fn closing(part: &TriangleMesh, element: &TriangleMesh) -> Option<Settled> {
+    fn closing(part: &TriangleMesh, element: &TriangleMesh) -> Option<Closed> {
         let [a, b] = [sides(part), sides(element)];
         closed(part, element, [&a, &b], &Sandwich::closing(&a, &b).unwrap()).unwrap()
     }
@@ -103,8 +126,23 @@ mod tests {
         // Faces along the lattice come back to a thousandth of a spacing, edges to a third: 40 mm of them, once at each step.
         let bar = 2.0 * 40.0 * (0.3 * H) * (0.3 * H);
         for (wide, volume) in [(0.7, 72.0), (1.6, 72.0 - 1.6 * 6.0)] {
-            let found = closing(&slotted(wide), &element).expect("all of it where they touch").mesh.signed_volume();
-            assert!((found - volume).abs() < bar, "{wide}: {found} for {volume}");
+            let found = closing(&slotted(wide), &element).expect("all of it where they touch");
+            let (found, filled) = (found.settled.mesh.signed_volume(), found.filled);
+            assert!((found - volume).abs() < bar && filled.is_none(), "{wide}: {found} for {volume}, {filled:?}");
+        }
+    }
+
+    #[test]
+    fn a_closing_tells_of_the_gaps_it_fills_that_are_about_as_wide_as_the_element() {
+        // A void and a slot wider than the element by half a spacing or less, in which no sample tells of a room.
+        let element = cuboid([-0.5, 0.2, 0.0], [0.5, 1.2, 1.0]);
+        for wide in [1.02, 1.1, 1.2] {
+            assert!(closing(&slotted(wide), &element).unwrap().filled.is_some(), "{wide}");
+            let void = cuboid([2.0, 1.5, 1.0], [2.0 + wide, 1.5 + wide, 1.0 + wide]).flipped();
+            let found = closing(&cuboid([0.0; 3], [6.0, 4.0, 4.0]).joined(&void), &element).unwrap();
+            let (count, at) = found.filled.unwrap();
+            let off = (0..3).map(|n| (at[n] - [2.0, 1.5, 1.0][n] - 0.5 * wide).abs()).fold(0.0, f64::max);
+            assert!(count == 1 && off <= 2.0 * H, "{wide}: {count} {at:?}");
         }
     }
 

@@ -34,8 +34,8 @@ enum Mode {
 /// coordinates mean, are refused. A G command of none of these kinds is passed over with a notice. Arcs become chords within 0.001 mm,
 /// which the path tells.
 ///
-/// M82 and M83 stand until the next of them; before the first, E follows G90 and G91. Where firmwares differ on that and
-/// a move depends on it, a notice says so.
+/// E is relative where two of three firmwares take it so: Marlin goes by the last of G90, G91, M82 and M83, RepRapFirmware by the last of M82 and
+/// M83, Klipper by that and by G91. Where they differ and a move depends on it, a notice says so.
 ///
 /// # Errors
 /// [`Error::Damaged`](crate::Error::Damaged) naming the line of a bad number or arc, or of a move with two numbers for one axis;
@@ -43,8 +43,8 @@ enum Mode {
 /// [`Error::NoGeometry`](crate::Error::NoGeometry) without moves; [`Error::TooLarge`](crate::Error::TooLarge) beyond 2²⁶ corners.
 ///
 /// # Source
-/// ISO 6983-1:2009; for E, M82 and M83 the G-code references of Marlin, Klipper and RepRapFirmware, 2024: G90 and G91 set the mode of E
-/// in the first alone.
+/// ISO 6983-1:2009; for E, M82 and M83 the G-code references of Marlin, Klipper (whose `G1` takes E to be relative under G91 or M83) and
+/// RepRapFirmware, 2024.
 ///
 /// ```
 /// let path = amcheck::io::gcode::read(b"G1 X0 Y0 F1800\nG1 X10 E1 ; a bead\nG0 Y5\nG1 X0 E2\n")?;
@@ -80,8 +80,8 @@ struct Machine {
     extrusion: Option<Mode>,
     /// Whether Marlin takes E to be relative.
     marlin: Mode,
-    /// The first line whose deposit depends on the firmware.
-    disputed: Option<u64>,
+    /// The first line whose deposit depends on the firmware, how it was taken, and in which it is otherwise.
+    disputed: Option<(u64, Mode, &'static str)>,
     /// G commands that were passed over, each with its first line.
     passed_over: Vec<(f64, u64)>,
     /// Whether the program has ended: what follows in the file is none of it.
@@ -204,17 +204,26 @@ impl Machine {
         (self.extrusion, self.marlin) = (Some(mode), mode);
     }
 
+    /// How two of three firmwares take E at least, and which takes it otherwise.
+    fn mode_of_extrusion(&self) -> (Mode, Option<&'static str>) {
+        let stated = self.extrusion.unwrap_or(Mode::Absolute);
+        let klipper = if self.moves == Mode::Relative { Mode::Relative } else { stated };
+        let all = [("Marlin", self.marlin), ("Klipper", klipper), ("RepRapFirmware", stated)];
+        let relative = all.iter().filter(|f| f.1 == Mode::Relative).count();
+        let mode = if relative >= 2 { Mode::Relative } else { Mode::Absolute };
+        (mode, all.iter().find(|f| f.1 != mode).map(|f| f.0))
+    }
+
     /// What a move pushes out of the nozzle, mm of filament; what has been pushed is kept as it is written, so that the same number again
     /// pushes nothing.
     fn push(&mut self, line: u64, words: &Words) -> f64 {
         let Some(e) = words.get(b'E').map(|e| e * self.unit) else { return 0.0 };
-        // Without M82 or M83 Marlin's E follows G91, others' stays absolute; with them, G90 and G91 reset Marlin's.
-        let others = self.extrusion.unwrap_or(Mode::Absolute);
-        if others != self.marlin {
-            self.disputed.get_or_insert(line);
+        let (mode, otherwise) = self.mode_of_extrusion();
+        if let (None, Some(firmware)) = (self.disputed, otherwise) {
+            self.disputed = Some((line, mode, firmware));
         }
         let before = self.filament;
-        match self.extrusion.unwrap_or(self.moves) {
+        match mode {
             Mode::Absolute => {
                 self.filament = e;
                 e - before
@@ -296,14 +305,14 @@ impl Machine {
 
     fn finish(self) -> Result<Toolpath> {
         let mut notices = Vec::new();
-        if let Some(line) = self.disputed {
-            let text = match self.extrusion {
-                Some(_) => {
-                    "M82 or M83 before a G90 or G91 was taken to stand, as in Klipper and RepRapFirmware; Marlin resets it"
-                }
-                None => "E was taken to follow G91, as in Marlin; in Klipper and RepRapFirmware it needs M83",
+        if let Some((line, mode, otherwise)) = self.disputed {
+            let [taken, other] = match mode {
+                Mode::Absolute => ["absolute", "relative"],
+                Mode::Relative => ["relative", "absolute"],
             };
-            notices.push(Notice::new("extrusion-mode", format!("line {line}: {text}")));
+            let text =
+                format!("line {line}: E was taken to be {taken}, as most firmwares do; in {otherwise} it is {other}");
+            notices.push(Notice::new("extrusion-mode", text));
         }
         if let Some(&(_, first)) = self.passed_over.first() {
             let codes: Vec<String> = self.passed_over.iter().map(|(code, _)| format!("G{code}")).collect();
@@ -405,8 +414,14 @@ mod tests {
         // M83 stands: the second move deposits too.
         let kept = path("M83\nG91\nG1 X1 E1\nG90\nG1 X5 E1\n");
         assert_eq!((kept.length_mm(), kept.notices.len()), (5.0, 1));
-        assert!(kept.notices[0].message.starts_with("line 5: M82 or M83"), "{:?}", kept.notices);
-        assert_eq!(codes("G91\nG1 X1 E1\nG1 X1 E1\n"), ["extrusion-mode"]);
+        let said = "line 5: E was taken to be relative, as most firmwares do; in Marlin it is absolute";
+        assert_eq!(kept.notices[0].message, said);
+        // Under G91 alone, and under M82 before it, all but RepRapFirmware extrude 1 mm twice.
+        for text in ["G91\nG1 X1 E1\nG1 X1 E1\n", "M82\nG90\nG1 X0 E0\nG91\nG1 X1 E1\nG1 X1 E1\n"] {
+            let relative = path(text);
+            assert_eq!((relative.length_mm(), codes(text)), (2.0, vec!["extrusion-mode".to_string()]), "{text}");
+            assert!(relative.notices[0].message.ends_with("in RepRapFirmware it is absolute"), "{text}");
+        }
         for agreed in
             ["G90\nM83\nG1 X1 E1\n", "M82\nG90\nG1 X1 E1\n", "G91\nG1 Z1\nG90\nG1 X1 E1\n", "G91\nM83\nG1 X1 E1\n"]
         {
