@@ -3,15 +3,22 @@
 use super::contract::limits_of;
 use super::hanging::support_angle;
 use super::rods::plain;
+use super::slab::Slab;
 use crate::geometry::triangle::closest_on_segments;
-use crate::geometry::vector::{Vec3, along, distance, sub, unit};
+use crate::geometry::vector::{Vec3, along, distance, scale, sub, unit};
 use crate::layer::{Ceiling, stretch};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;
 
-/// Places along the anchors of a ledge that are tried, at most.
-const PLACES: usize = 24;
+/// Pieces that the anchors of a ledge are tried in are no longer than this, millimetres, as long as that makes no more of them; anchors
+/// shorter than half a piece, that follow each other, are one.
+const PIECE_MM: f64 = 1.0;
+const PIECES: f64 = 100.0;
+/// And no fewer of them.
+const FEWEST: f64 = 3.0;
+/// What is no farther into a piece from its ends than this share of it does not count: what stands beside the anchor begins there.
+const BESIDE: f64 = 0.01;
 /// Heights at which the wall behind a chamfer is felt for, as shares of its own.
 const FELT: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// A wall that leans away from the chamfer by more than this share of its reach, and no less than that length in millimetres, does not
@@ -52,7 +59,7 @@ impl Chamfer {
     /// where the ledge reaches out from a strand.
     ///
     /// # Cost
-    /// At most 8 rays at each of 24 places, and a walk over the ledge's facets.
+    /// Some rays, the facets in a box and a walk over the ledge's facets for each of some 100 places, or of the anchors if they are longer.
     pub fn of(part: &Part, process: &Process, ledge: &Ceiling, limit: f64) -> Option<Self> {
         let reach = ledge.cantilever?;
         // A chamfer along the anchors brings no strand between them nearer to what reaches out beyond it.
@@ -68,7 +75,7 @@ impl Chamfer {
         let slope = angle.to_radians().tan();
         let gap = limits_of(process, "narrow-gap").and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
         let tried = Trying { part, ledge, limit, leg, slope, gap };
-        let found: Vec<Place> = tried.places().into_iter().map(|(at, out)| tried.at(at, out)).collect();
+        let found: Vec<Place> = tried.pieces().iter().map(|piece| tried.at(piece)).collect();
         let count = |of: Place| found.iter().filter(|p| **p == of).count();
         let far = reach.ends[0];
         let up = part.distance().first_hit(far, [0.0, 0.0, 1.0], 4.0 * part.step() + 1e-6, part.extent()[2]);
@@ -128,29 +135,37 @@ struct Trying<'a> {
     gap: f64,
 }
 
+/// A piece of an anchor: its middle, the direction out over the ledge, and its length.
+struct Piece {
+    at: Vec3,
+    out: Vec3,
+    long: f64,
+}
+
 impl Trying<'_> {
-    /// Places evenly over the anchors, each with the direction out over the ledge.
-    fn places(&self) -> Vec<(Vec3, Vec3)> {
+    /// All of the anchors, in pieces.
+    fn pieces(&self) -> Vec<Piece> {
         let whole: f64 = self.ledge.anchors.iter().map(|[a, b]| distance(*a, *b)).sum();
-        let count = ((whole / self.leg.max(self.limit)).ceil() as usize).clamp(3, PLACES);
-        let (mut found, mut next, mut passed) = (Vec::with_capacity(count), 0, 0.0);
+        let most = PIECE_MM.max(whole / PIECES).min(whole / FEWEST);
+        let (mut found, mut passed) = (Vec::new(), 0.0);
         for &[a, b] in &self.ledge.anchors {
             let (long, run) = (distance(a, b), unit(sub(b, a)));
-            while next < count {
-                let on_it = (next as f64 + 0.5) / count as f64 * whole - passed;
-                if on_it > long {
-                    break;
-                }
-                found.push((along(a, run, on_it), unit([run[1], -run[0], 0.0])));
-                next += 1;
-            }
             passed += long;
+            if long <= 0.0 || passed < 0.5 * most {
+                continue;
+            }
+            passed = 0.0;
+            let count = (long / most).ceil().max(1.0);
+            let middle = |n: usize| along(a, run, (n as f64 + 0.5) * long / count);
+            let out = unit([run[1], -run[0], 0.0]);
+            found.extend((0..count as usize).map(|n| Piece { at: middle(n), out, long: long / count }));
         }
         found
     }
 
-    /// What a chamfer meets that starts at a place of an anchor and goes out.
-    fn at(&self, at: Vec3, out: Vec3) -> Place {
+    /// What a chamfer meets that starts at a piece of an anchor and goes out.
+    fn at(&self, piece: &Piece) -> Place {
+        let Piece { at, out, .. } = *piece;
         let start = along(at, out, 1e-3 * self.leg);
         let facets = &self.ledge.facets;
         let Some([_, end]) = stretch(self.part.mesh(), facets, [start[0], start[1]], [out[0], out[1]]) else {
@@ -168,8 +183,7 @@ impl Trying<'_> {
         // The part of its underside that is above the plate.
         let foot = (at[2] / (leg * self.slope)).min(1.0);
         let (tip, foot) = (along(at, out, leg), along(below(foot), out, leg * (1.0 - foot)));
-        let away = unit([out[0] * self.slope, out[1] * self.slope, -1.0]);
-        match self.is_free(tip, foot) && self.is_free(along(tip, away, self.gap), along(foot, away, self.gap)) {
+        match self.is_free(piece, [tip, foot]) {
             true => Place::Roomy,
             false => Place::Blocked,
         }
@@ -182,10 +196,17 @@ impl Trying<'_> {
         self.part.distance().first_hit(from, out.map(|x| -x), 0.0, reach + slack).is_some()
     }
 
-    /// Whether nothing lies between two points, but for what they lie on.
-    fn is_free(&self, from: Vec3, to: Vec3) -> bool {
-        let (long, way) = (distance(from, to), unit(sub(to, from)));
-        self.part.distance().first_hit(from, way, 0.02 * long, 0.95 * long).is_none()
+    /// Whether nothing lies under a piece of the chamfer, from its tip to its foot and as far below as has to stay free, but for what it
+    /// lies on.
+    fn is_free(&self, piece: &Piece, [tip, foot]: [Vec3; 2]) -> bool {
+        let (long, way) = (distance(tip, foot), unit(sub(foot, tip)));
+        let away = unit([piece.out[0] * self.slope, piece.out[1] * self.slope, -1.0]);
+        let run = [-piece.out[1], piece.out[0], 0.0];
+        let beside = (BESIDE * piece.long + 4.0 * self.part.step()).min(0.4 * piece.long);
+        let wide = piece.long - 2.0 * beside;
+        let corner = along(along(tip, way, 0.02 * long), run, -0.5 * wide);
+        let sides = [scale(run, wide), scale(way, 0.93 * long), scale(away, self.gap.max(1e-6))];
+        !Slab { corner, sides }.is_met(self.part.distance())
     }
 }
 
@@ -234,5 +255,17 @@ mod tests {
         let caps = [[0, 1, 2], [0, 2, 7], [2, 3, 4], [2, 4, 7], [4, 5, 6], [4, 6, 7]];
         let found = tried(extruded(&outline, &caps, 6.0));
         assert!(found.roomy == 0 && found.loose > 0, "{found:?}");
+    }
+
+    #[test]
+    fn a_chamfer_meets_what_is_narrow_wherever_it_stands() {
+        for y in [0.1, 0.7, 1.3, 2.1, 3.3, 4.9, 5.7] {
+            let post = cuboid([5.0, y, 0.0], [6.0, y + 0.2, 9.0]);
+            let found = tried(gallows(10.0).joined(&post));
+            assert!(!found.has_room() && found.roomy > 0 && found.blocked > 0, "{y}: {found:?}");
+            assert!(!found.words(0.4).contains("there is room"), "{y}");
+        }
+        // What ends below the gap under it is not in the way.
+        assert!(tried(gallows(10.0).joined(&cuboid([5.0, 2.0, 0.0], [6.0, 2.2, 7.0]))).has_room());
     }
 }
