@@ -150,9 +150,8 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     if units.1 == "assumed" {
         notices.push(Notice::units_assumed(loaded.format));
     }
-    // Nobody guesses where the user has said it.
-    let is_open = options.units.is_none() && scale == 1.0;
-    notices.extend(part.health_as_read().units_guess().filter(|_| is_open));
+    let is_said = options.units.is_some() || scale != 1.0;
+    notices.extend(part.health_as_read().units_guess().filter(|_| !is_said));
     let mut prepared = Prepared {
         part,
         fitting,

@@ -175,7 +175,10 @@ impl Judged<'_> {
         f.volume_mm3 = Some(report_digits(volume));
         f.area_mm2 = Some(report_digits(worst.area_mm2));
         locate(&mut f, self.part, self.context, worst.contact.at, hull(self.removal.boxes[c], worst.extent));
-        let contact = format!("its contact of {} mm²", short(round(worst.area_mm2)));
+        let area = short(round(worst.area_mm2));
+        let stands = worst.contact.normal[2] > 0.0;
+        let contact =
+            if stands { format!("the {area} mm² that it stands on") } else { format!("its contact of {area} mm²") };
         let why = match worst.keeper {
             Keeper::Part => format!("the part keeps the tools from {contact}"),
             Keeper::Itself => format!("it is in the way of its own removal, for no tool gets past it to {contact}"),
@@ -183,7 +186,10 @@ impl Judged<'_> {
             Keeper::Supports => format!("supports keep the tools from {contact}"),
         };
         f.message = format!("a support of {} mm³ stays: {why}", short(round(volume)));
-        f.fix = format!("slope or remove the {} mm² that hang over", short(round(worst.area_mm2)));
+        f.fix = match stands {
+            true => format!("slope or remove what hangs over them, so that no support stands on these {area} mm²"),
+            false => format!("slope or remove the {area} mm² that hang over"),
+        };
         if worst.keeper == Keeper::Itself {
             f.fix += ", or divide the support into pieces that come out one by one";
         }
