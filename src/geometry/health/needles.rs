@@ -11,8 +11,11 @@ const ONE: f64 = 2.0;
 
 /// A mesh without the needles and caps that it can do without, if it has any.
 ///
+/// Edges no longer than two steps are collapsed, then the longest edges of caps flipped. The surface moves by no more than two steps, and what is closed
+/// stays closed.
+///
 /// # Cost
-/// As [`without_needles`] and [`without_caps`].
+/// O(facets); with slivers some tables of all edges.
 pub fn without_slivers(mesh: &TriangleMesh, step: f64) -> Option<TriangleMesh> {
     let collapsed = without_needles(mesh, step);
     without_caps(collapsed.as_ref().unwrap_or(mesh), step).or(collapsed)
