@@ -154,6 +154,6 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn devices_are_refused_without_reading_them() {
-        assert_eq!(read_path(Path::new("/dev/zero"), 1 << 20, Salvage::Refuse).unwrap_err().exit_code(), 5);
+        assert_eq!(read_path(Path::new("/dev/zero"), 1 << 20, Salvage::Refuse).unwrap_err().exit_code(), 4);
     }
 }
