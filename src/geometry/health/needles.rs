@@ -12,13 +12,19 @@ const ONE: f64 = 2.0;
 /// A mesh without the needles and caps that it can do without, if it has any.
 ///
 /// Edges no longer than two steps are collapsed, then the longest edges of caps flipped. The surface moves by no more than two steps, and what is closed
-/// stays closed.
+/// stays closed. Where the box of the mesh would change by more, all stays.
 ///
 /// # Cost
 /// O(facets); with slivers some tables of all edges.
 pub fn without_slivers(mesh: &TriangleMesh, step: f64) -> Option<TriangleMesh> {
     let collapsed = without_needles(mesh, step);
-    without_caps(collapsed.as_ref().unwrap_or(mesh), step).or(collapsed)
+    without_caps(collapsed.as_ref().unwrap_or(mesh), step).or(collapsed).filter(|made| reaches_as_far(made, mesh, step))
+}
+
+/// Whether the boxes of two meshes are the same to within two steps: a needle may be all that reaches somewhere.
+fn reaches_as_far(a: &TriangleMesh, b: &TriangleMesh, step: f64) -> bool {
+    let (Some(a), Some(b)) = (a.bounds(), b.bounds()) else { return false };
+    (0..3).all(|n| (a.0[n] - b.0[n]).abs() <= ONE * step && (a.1[n] - b.1[n]).abs() <= ONE * step)
 }
 
 /// A mesh in which the ends of edges no longer than two steps are one vertex, if there are such and no edge gets more or fewer than two facets by
@@ -98,6 +104,12 @@ mod tests {
             assert!((made.signed_volume() - 24.0).abs() < 1e-5, "{n}");
             assert_eq!(without_slivers(&made, 1e-6), None);
         }
+        // What a needle alone reaches is not lost.
+        let spike = [[4.0, 3.0, 2.0], [4.0, 3.0, 2.0 + 1e-7], [1e6, 3.0, 2.0]];
+        let mut spiked = cuboid([0.0; 3], [4.0, 3.0, 2.0]);
+        spiked.triangles.extend([[8, 9, 10], [8, 10, 9]]);
+        spiked.vertices.extend(spike);
+        assert_eq!(without_slivers(&spiked, 1e-6), None);
         // A film no thicker than that would be left with two sides in one place.
         let film = cuboid([0.0; 3], [4.0, 3.0, 1e-6]);
         assert_eq!(without_slivers(&film, 1e-6), None);
