@@ -3,7 +3,7 @@
 use super::contract::limits_of;
 use super::hanging::support_angle;
 use super::rods::plain;
-use super::slab::Slab;
+use crate::geometry::Slab;
 use crate::geometry::triangle::closest_on_segments;
 use crate::geometry::vector::{Vec3, along, distance, scale, sub, unit};
 use crate::layer::{Ceiling, stretch};

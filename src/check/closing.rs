@@ -2,7 +2,7 @@
 
 use super::contract::Context;
 use super::finding::{Basis, Bracket, Finding, Limits};
-use super::rods::{placed, up_to};
+use super::rods::{is_passage, placed, up_to};
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, norm, scale, sub, unit};
 use crate::medial::Side;
@@ -15,8 +15,6 @@ use std::borrow::Cow;
 
 /// The equal-area diameter of a triangle is up to so many times that of the circle in it, where it is up to 1.5 times as long as wide.
 const TRIANGLE: f64 = 1.4;
-/// A passage shorter than this share of its width is an edge of something else, unless it is an orifice; what is closed at an end is no hole or pin if less deep than wide.
-const SHORTEST: f64 = 0.1;
 /// Bound and ball that differ by less than this share of the offset are one.
 const AGREE: f64 = 0.002;
 /// Points that a search in one section may look at.
@@ -66,14 +64,6 @@ pub(super) fn closing<'a>(part: &Part, side: Side, rods: &'a Rods, offset: f64, 
         (ball.radius < offset - part.tie()).then(|| Closing { rod, offset: Bracket::new(ball.radius, low, ball.high) })
     });
     bracketed.collect()
-}
-
-/// Whether a rod is long enough to be a hole, a pin or a strut, or is an orifice, and does not run out to a point.
-fn is_passage(side: Side, rod: &Rod) -> bool {
-    let least = if side == Side::Void && !rod.ends.contains(&End::Closed) { SHORTEST } else { 1.0 };
-    let width = rod.diameter();
-    let is_long = rod.length >= (least - 1e-3) * width && rod.run >= 0.5 * least * width;
-    !rod.ends.contains(&End::Point) && (is_long || rod.is_orifice)
 }
 
 /// Whether a rod leads nowhere at an end: it is closed there, or less wide beyond. Then a taper towards it only becomes shorter.

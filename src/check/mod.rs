@@ -54,7 +54,6 @@ mod sheet;
 mod sheet_shape;
 mod sheet_thinnest;
 mod sheet_words;
-mod slab;
 mod small_hole;
 mod step;
 mod support;

@@ -7,7 +7,7 @@ use super::room::{Fit, Growth, NO_ROOM};
 use crate::geometry::vector::{Vec3, along, dot, sub, unit};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod, Rods, Wanted};
-use crate::medial::section::across;
+use crate::medial::section::eight_across;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{enough, report_digits, short};
@@ -65,11 +65,16 @@ pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
 /// two of its sides face each other, as in one of three or five sides. A blind hole is at least as deep
 /// as wide; a passage may be short, and without length where it is an orifice. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
 pub fn is_judged(side: Side, rod: &Rod) -> bool {
-    let closed = rod.ends.contains(&End::Closed);
-    let least = if side == Side::Void && !closed { SHORTEST } else { 1.0 };
     let held = side == Side::Material && rod.ends == [End::Open; 2] && rod.narrowest.is_faced;
-    let is_long = rod.length >= (least - 1e-3) * rod.diameter() && rod.run >= 0.5 * least * rod.diameter();
-    !held && !rod.ends.contains(&End::Point) && (is_long || rod.is_orifice)
+    !held && is_passage(side, rod)
+}
+
+/// Whether a rod is long enough to be a hole, a pin or a strut, or is an orifice, and does not run out to a point.
+pub fn is_passage(side: Side, rod: &Rod) -> bool {
+    let least = if side == Side::Void && !rod.ends.contains(&End::Closed) { SHORTEST } else { 1.0 };
+    let width = rod.diameter();
+    let is_long = rod.length >= (least - 1e-3) * width && rod.run >= 0.5 * least * width;
+    !rod.ends.contains(&End::Point) && (is_long || rod.is_orifice)
 }
 
 /// The rods that the rule for their diameter judges, and no other rule does.
@@ -177,10 +182,7 @@ fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f64)])
     let tries = rod.line.windows(2).step_by(stride).flat_map(|w| {
         let middle = [0, 1, 2].map(|a| 0.5 * (w[0].0[a] + w[1].0[a]));
         let axis = unit(sub(w[1].0, w[0].0));
-        let [u, v] = across(axis);
-        (0..8).map(move |k| {
-            let (s, c) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
-            let d = [0, 1, 2].map(|a| c * u[a] + s * v[a]);
+        eight_across(axis).into_iter().map(move |d| {
             let side = part.distance().first_hit(middle, d, 0.0, 2.0 * w[0].1.max(w[1].1));
             let beyond = side.and_then(|(at, _)| {
                 let (far, facet) = part.distance().first_hit(middle, d, at + part.step(), at + within + most)?;

@@ -1,8 +1,8 @@
 //! What a ceiling rests on from below, and what of it is left to span.
 
-use super::clip::cut;
 use super::line::Side;
 use super::section::Point;
+use crate::geometry::halfspace::cut;
 use crate::geometry::vector::Vec3;
 use rustc_hash::FxHashMap;
 

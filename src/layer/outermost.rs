@@ -1,10 +1,10 @@
 //! Strands beyond which nothing is bridged, and squares of a region all of which sees what holds it.
 
-use super::clip::cut;
 use super::line::{Side, Turned, chords, foot, length};
 use super::plan::{Cell, Plan};
 use super::section::Point;
 use super::walk::Holds;
+use crate::geometry::halfspace::cut;
 
 /// Squares that more sides cross are split rather than bounded by what is left of them.
 const CROSSED: usize = 8;

@@ -2,7 +2,7 @@
 
 use super::beneath::Ground;
 use super::bridge::{FLAT, Measuring};
-use super::clip::cut;
+use crate::geometry::halfspace::cut;
 use crate::geometry::vector::{Vec3, along, sub};
 use crate::geometry::{Adjacency, TriangleMesh};
 use rustc_hash::FxHashMap;

@@ -2,7 +2,7 @@
 
 use super::feature::Side;
 use super::rod::{End, Rod, Search};
-use super::section::{Plane, Section, across, section, summed_up};
+use super::section::{Plane, Section, across, eight_across, section, summed_up};
 use crate::geometry::vector::{Vec3, add, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -114,11 +114,9 @@ impl Search<'_> {
 
     /// Whether the side searched on is wider across an axis through a point than a section there.
     fn widens_at(&self, at: Vec3, than: &Section) -> bool {
-        let [u, v] = across(than.axis);
-        let hits: Vec<(f64, u32)> = (0..8)
-            .filter_map(|k| {
-                let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
-                let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
+        let hits: Vec<(f64, u32)> = eight_across(than.axis)
+            .into_iter()
+            .filter_map(|d| {
                 let (far, facet) =
                     self.distance.first_hit(at, d, 0.0, 0.75 * self.wanted.elongation * self.wanted.within)?;
                 let is_within = self.wanted.side.sign() * dot(self.distance.normal(facet), d) > 0.0;

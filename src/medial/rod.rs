@@ -2,7 +2,7 @@
 
 use super::feature::Side;
 use super::head::mark_heads;
-use super::section::{Plane, Section, across, section};
+use super::section::{Plane, Section, across, eight_across, section};
 use super::seed::Seed;
 use super::waist::narrowest;
 use crate::geometry::vector::{Vec3, add, along, angle, bounds, cross, distance, dot, norm2, scale, sub, unit};
@@ -222,11 +222,8 @@ impl Search<'_> {
         if s.diameter() > w.within || s.elongation > w.elongation || s.taper > TAPER {
             return false;
         }
-        let [u, v] = across(s.axis);
         let radius = 0.5 * s.inscribed;
-        (0..8).all(|k| {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * k as f64 + 0.1).sin_cos();
-            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
+        eight_across(s.axis).into_iter().all(|d| {
             // From within, the first side met is the curve's own, and it looks the right way.
             let met = self.distance.first_hit(s.centre, d, 0.0, s.circumscribed);
             met.is_some_and(|(at, f)| at >= 0.99 * radius && w.side.sign() * dot(self.distance.normal(f), d) > 0.0)
@@ -294,12 +291,8 @@ impl Search<'_> {
 
     /// What is met from a point beyond the end of a rod, straight aside in eight directions, as far as the rod is wide and a little more.
     fn beside(&self, beyond: Vec3, end: &Section) -> [Option<u32>; 8] {
-        let [u, v] = across(end.axis);
-        [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
-            let d = [0, 1, 2].map(|a| cos * u[a] + sin * v[a]);
-            self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).map(|(_, facet)| facet)
-        })
+        eight_across(end.axis)
+            .map(|d| self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).map(|(_, facet)| facet))
     }
 
     /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.

@@ -189,6 +189,15 @@ fn nearest_on(p: [f64; 2], q: [f64; 2], c: [f64; 2]) -> [f64; 2] {
     [p[0] + t * d[0], p[1] + t * d[1]]
 }
 
+/// Eight unit vectors at right angles to an axis, evenly around it; none along [`across`]'s two, which facets' edges often follow.
+pub fn eight_across(axis: Vec3) -> [Vec3; 8] {
+    let [u, v] = across(axis);
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|k| {
+        let (sin, cos) = (std::f64::consts::FRAC_PI_4 * f64::from(k) + 0.1).sin_cos();
+        [0, 1, 2].map(|a| cos * u[a] + sin * v[a])
+    })
+}
+
 /// Two unit vectors at right angles to a third and to each other.
 pub fn across(axis: Vec3) -> [Vec3; 2] {
     let side = if axis[0].abs() < 0.6 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };

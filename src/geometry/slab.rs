@@ -1,9 +1,19 @@
 //! Boxes in any direction, and whether the surface passes through them.
 
-use crate::geometry::MeshDistance;
-use crate::geometry::vector::{Vec3, add, along, bounds, dot, scale, sub};
+use super::distance::MeshDistance;
+use super::halfspace::cut;
+use super::vector::{Vec3, along, bounds, dot, sub};
 
 /// A box: one corner and three sides at right angles to each other, none without length.
+///
+/// ```
+/// use amcheck::geometry::{MeshDistance, Slab, cuboid};
+/// let surface = MeshDistance::new(&cuboid([0.0; 3], [4.0; 3]));
+/// let sides = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// assert!(Slab { corner: [0.0, 0.0, 3.5], sides }.is_met(&surface));
+/// // All of it lies inside.
+/// assert!(!Slab { corner: [2.0, 1.0, 1.0], sides }.is_met(&surface));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slab {
     pub corner: Vec3,
@@ -38,22 +48,6 @@ impl Slab {
         }
         !left.is_empty()
     }
-}
-
-/// What is left of a convex polygon where a linear function is not negative.
-fn cut(polygon: &[Vec3], inside: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
-    let mut left = Vec::with_capacity(polygon.len() + 1);
-    for (n, &p) in polygon.iter().enumerate() {
-        let q = polygon[(n + 1) % polygon.len()];
-        let (a, b) = (inside(p), inside(q));
-        if a >= 0.0 {
-            left.push(p);
-        }
-        if (a < 0.0) != (b < 0.0) {
-            left.push(add(p, scale(sub(q, p), a / (a - b))));
-        }
-    }
-    left
 }
 
 #[cfg(test)]
