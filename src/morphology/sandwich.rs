@@ -37,8 +37,7 @@ impl Sandwich {
     /// [`Error::Operand`] for different spacings.
     pub fn sum(a: &Sides, b: &Sides) -> Result<Self> {
         let mut paths = Vec::new();
-        let lower = plus(&a.points, &b.points, &mut paths)?;
-        let upper = plus(&a.touched, &b.touched, &mut paths)?;
+        let [lower, upper] = sum_sides(a, b, &mut paths)?;
         let volume = [inside_sum(a, b, &mut paths)?.volume(), covering_volume(&upper, 2)?];
         Ok(Sandwich { lower, upper, volume, paths })
     }
@@ -57,8 +56,7 @@ impl Sandwich {
     /// [`Error::Operand`] for different spacings, or if no sample lies in B.
     pub fn difference(a: &Sides, b: &Sides) -> Result<Self> {
         let mut paths = Vec::new();
-        let lower = minus(&a.full, &b.touched, &mut paths)?;
-        let upper = minus(&a.points, &b.points, &mut paths)?;
+        let [lower, upper] = difference_sides(a, b, &mut paths)?;
         let volume = [
             minus(&a.full, &thickened(&b.touched)?, &mut paths)?.volume(),
             minus(&a.touched, &b.points, &mut paths)?.volume(),
@@ -83,9 +81,23 @@ impl Sandwich {
     /// # Errors
     /// As [`Sandwich::sum`].
     pub fn rooms(a: &Sides, b: &Sides) -> Result<Indicator> {
-        let mut paths = Vec::new();
-        let held = plus(&a.full, &b.points, &mut paths)?.union(&plus(&a.points, &b.full, &mut paths)?)?;
-        Ok(held.complement())
+        Ok(inside_sum(a, b, &mut Vec::new())?.complement())
+    }
+
+    /// The two sets of [`Sandwich::sum`] alone.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn sides_of_sum(a: &Sides, b: &Sides) -> Result<[Indicator; 2]> {
+        sum_sides(a, b, &mut Vec::new())
+    }
+
+    /// The two sets of [`Sandwich::difference`] alone.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn sides_of_difference(a: &Sides, b: &Sides) -> Result<[Indicator; 2]> {
+        difference_sides(a, b, &mut Vec::new())
     }
 
     /// Both sets, the lower first.
@@ -187,6 +199,16 @@ fn free_translations(obstacle: &Indicator, element: &Indicator, window: &Grid) -
 /// Whole steps from the first sample of one grid to that of another on the same lattice.
 fn steps_between(from: &Grid, to: &Grid) -> [isize; 3] {
     [0, 1, 2].map(|a| ((to.origin()[a] - from.origin()[a]) / from.h()).round() as isize)
+}
+
+/// Samples certainly and possibly in A ⊕ B.
+fn sum_sides(a: &Sides, b: &Sides, paths: &mut Vec<Path>) -> Result<[Indicator; 2]> {
+    Ok([plus(&a.points, &b.points, paths)?, plus(&a.touched, &b.touched, paths)?])
+}
+
+/// Samples certainly and possibly in A ⊖ B.
+fn difference_sides(a: &Sides, b: &Sides, paths: &mut Vec<Path>) -> Result<[Indicator; 2]> {
+    Ok([minus(&a.full, &b.touched, paths)?, minus(&a.points, &b.points, paths)?])
 }
 
 /// Cubes that certainly lie in A ⊕ B: a cube moved by a point of the other operand stays a cube inside.

@@ -40,7 +40,7 @@ pub(super) fn closed(
 ) -> Result<Option<Closed>> {
     let Some(touch) = Touch::of_sum(part, element) else { return Ok(None) };
     let spacing = a.points.grid().spacing();
-    let Some(sum) = whole(touch.surface(Sandwich::sum(a, b)?.sides())?) else { return Ok(None) };
+    let Some(sum) = whole(touch.surface(Sandwich::sides_of_sum(a, b)?.each_ref())?) else { return Ok(None) };
     let open = far_from(&Sandwich::rooms(a, b)?, &sum.inside.complement())?;
     // Samples from which a spacing in any direction is certainly in the result, so that what the sum's surface is off by does not
     // matter: a closing holds its part, as far as samples tell of it.
@@ -73,7 +73,7 @@ pub(super) fn opened(
     found: &Sandwich,
 ) -> Result<Option<Settled>> {
     let Some(touch) = Touch::of_difference(part, element) else { return Ok(None) };
-    let Some(places) = whole(touch.surface(Sandwich::difference(a, b)?.sides())?) else { return Ok(None) };
+    let Some(places) = whole(touch.surface(Sandwich::sides_of_difference(a, b)?.each_ref())?) else { return Ok(None) };
     if !far_from(&Sandwich::places(a, b)?, &places.inside)?.is_empty() {
         return Ok(None);
     }
