@@ -31,8 +31,8 @@ static META: Meta = Meta {
     what: "Measures the angle of the material at every sharp edge, and how far in from the edge it is thinner than the wall limit.",
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
     how: "The angle between the two facets of each edge is exact. One that differs from a limit by less than a step of the coordinates can turn its \
-          facets is equal to the limit, and passes. The depth is where a ball on the bisector, measured on the mesh, first is as \
-          thick as the wall limit, or where it no longer grows; behind sides that turn towards each other it is moved to the middle between them. A face or a rounding \
+          facets is equal to the limit, and passes. The depth is where the ball that touches both sides of the mesh, straight \
+          or curved, first is as thick as the wall limit, or where it no longer grows. A face or a rounding \
           between the sides, up to a twentieth of the wall limit that warns, makes it no less of an edge, which is told once, where it is sharpest; facets of one plane are one face. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
           along them: it stays within the material, and a wall as thick as the limit is left at the blunt face and behind it. Walls and wedges share the rule that a ball with contacts \
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \

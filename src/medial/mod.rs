@@ -27,6 +27,7 @@ mod seek;
 pub mod thickness;
 mod unopposed;
 mod waist;
+mod wedge;
 
 pub use cover::{Cover, Own, Passed, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};
