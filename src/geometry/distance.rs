@@ -3,7 +3,8 @@
 use super::bvh::{Bvh, LEAF, bounds_of};
 use super::facet_bounds::{FacetBounds, LANES};
 use super::mesh::TriangleMesh;
-use super::triangle::{closest_pair, closest_point, ray_hit};
+use super::ray::Ray;
+use super::triangle::{closest_pair, closest_point};
 use super::vector::{Vec3, along, bounds, dot, norm2, sub};
 use super::wide::Wide;
 use rayon::prelude::*;
@@ -162,8 +163,9 @@ impl MeshDistance {
     /// The first facet met by `p + s·d` for `near < s < far`, with s.
     pub fn first_hit(&self, p: Vec3, d: Vec3, near: f64, far: f64) -> Option<(f64, u32)> {
         let mut found: Option<(f64, u32)> = None;
+        let ray = Ray::of(p, d);
         self.wide.along_ray(p, d, far, |run, far| {
-            self.tree.order()[run].iter().fold(far, |far, &f| match ray_hit(p, d, self.triangles[f as usize]) {
+            self.tree.order()[run].iter().fold(far, |far, &f| match ray.hit(self.triangles[f as usize]) {
                 Some(s) if s > near && (s < far || (s == far && found.is_some_and(|(_, g)| f < g))) => {
                     found = Some((s, f));
                     s
@@ -371,8 +373,9 @@ mod tests {
                 _ => super::super::vector::unit(random.point(-1.0, 1.0)),
             };
             let (near, far) = (0.1 * random.unit(), [0.5, 4.0, f64::INFINITY][n % 3]);
-            let hit =
-                |f: u32| ray_hit(p, d, mesh.triangles[f as usize]).filter(|s| *s > near && *s < far).map(|s| (s, f));
+            let hit = |f: u32| {
+                Ray::of(p, d).hit(mesh.triangles[f as usize]).filter(|s| *s > near && *s < far).map(|s| (s, f))
+            };
             let all = (0..mesh.triangles.len() as u32).filter_map(hit);
             let want = all.min_by(|a, b| a.0.total_cmp(&b.0));
             assert_eq!(mesh.first_hit(p, d, near, far), want, "{p:?} {d:?}");

@@ -19,6 +19,7 @@ mod interior;
 pub mod mesh;
 pub mod patch;
 pub mod primitive;
+pub mod ray;
 pub mod reduced_convolution;
 pub mod refine;
 mod slab;

@@ -195,7 +195,7 @@ fn within(low: f64, high: f64, samples: usize) -> std::ops::Range<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::triangle::ray_hit;
+    use super::super::ray::Ray;
     use super::*;
     use crate::random::Lcg;
     use crate::units::Length;
@@ -207,7 +207,7 @@ mod tests {
             for axis in 0..3 {
                 let from = grid.index(at);
                 let way = [0, 1, 2].map(|a| if a == axis { grid.h() } else { 0.0 });
-                match ray_hit(grid.position(from), way, triangle) {
+                match Ray::of(grid.position(from), way).hit(triangle) {
                     Some(s) if (0.0..=1.0).contains(&s) && from[axis] + 1 < grid.dims()[axis] => {
                         found.push(Crossed { from, axis, at: s });
                     }

@@ -1,5 +1,6 @@
 //! Exact distances between points, segments and triangles; degenerate ones are points or segments.
 
+use super::ray::Ray;
 use super::vector::{Vec3, add, along, cross, dot, norm2, scale, sub};
 
 /// The point of a triangle nearest to `p`.
@@ -255,25 +256,7 @@ fn edges(&[a, b, c]: &[Vec3; 3]) -> impl Iterator<Item = [Vec3; 2]> {
 /// Where a segment crosses the inside of a triangle, if it does.
 fn pierce([p, q]: [Vec3; 2], triangle: [Vec3; 3]) -> Option<Vec3> {
     let d = sub(q, p);
-    ray_hit(p, d, triangle).filter(|s| (0.0..=1.0).contains(s)).map(|s| along(p, d, s))
-}
-
-/// The parameter s at which `p + s·d` meets a triangle, if it meets it (edges included, parallel rays not).
-///
-/// Source: T. Möller, B. Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997.
-#[inline]
-pub fn ray_hit(p: Vec3, d: Vec3, [a, b, c]: [Vec3; 3]) -> Option<f64> {
-    let (ab, ac) = (sub(b, a), sub(c, a));
-    let h = cross(d, ac);
-    let det = dot(ab, h);
-    if det == 0.0 {
-        return None;
-    }
-    let ap = sub(p, a);
-    let u = dot(ap, h) / det;
-    let q = cross(ap, ab);
-    let v = dot(d, q) / det;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then(|| dot(ac, q) / det)
+    Ray::of(p, d).hit(triangle).filter(|s| (0.0..=1.0).contains(s)).map(|s| along(p, d, s))
 }
 
 #[cfg(test)]

@@ -112,7 +112,7 @@ impl Wide {
     /// Six subtractions and products in f32 for each of four boxes in a box opened.
     #[inline]
     pub fn along_ray(&self, p: Vec3, d: Vec3, mut far: f64, mut visit: impl FnMut(Range<usize>, f64) -> f64) {
-        let ray = Ray::of(p, d);
+        let ray = BoxRay::of(p, d);
         // Four times the number of the node, and the lane.
         let mut waiting = [0usize; WAITING];
         let mut depth = 0;
@@ -179,8 +179,8 @@ impl Query {
     }
 }
 
-/// A ray, and in f32 two numbers that its start lies between along each axis; `inverse` is 1/d.
-struct Ray {
+/// A ray on its way through boxes, and in f32 two numbers that its start lies between along each axis; `inverse` is 1/d.
+struct BoxRay {
     from: Vec3,
     inverse: Vec3,
     low: [f32; 3],
@@ -188,14 +188,14 @@ struct Ray {
     inverse_f32: [f32; 3],
 }
 
-impl Ray {
+impl BoxRay {
     #[inline(always)]
     fn of(from: Vec3, d: Vec3) -> Self {
         let (near, inverse) = (from.map(|x| x as f32), d.map(|x| 1.0 / x));
         // Never infinite: nothing times that is no number.
         let inverse_f32 = inverse.map(|x| x.clamp(-STEEPEST, STEEPEST) as f32);
         let (low, high) = (near.map(|x| x.next_down() - ASIDE), near.map(|x| x.next_up() + ASIDE));
-        Ray { from, inverse, low, high, inverse_f32 }
+        BoxRay { from, inverse, low, high, inverse_f32 }
     }
 
     /// Whether the ray meets a box before it is `far`.
@@ -208,14 +208,15 @@ impl Ray {
             enter = enter.max(s.min(t));
             leave = leave.min(s.max(t));
         }
-        enter <= leave
+        // What is seen through two boxes' edges meets one of them: the bounds are rounded.
+        enter <= leave * (1.0 + 8.0 * f64::EPSILON)
     }
 }
 
 impl Four {
     /// Whether each box may be met by a ray before it is `far`; `false` is certain.
     #[inline(always)]
-    fn may_meet(&self, ray: &Ray, far: f32) -> [bool; LANES] {
+    fn may_meet(&self, ray: &BoxRay, far: f32) -> [bool; LANES] {
         let mut out = [false; LANES];
         for (lane, out) in out.iter_mut().enumerate() {
             let (mut enter, mut leave) = (0f32, far);

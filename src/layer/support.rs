@@ -210,7 +210,7 @@ mod tests {
     /// What the definition says of one sample, straight from the facets: the first of the part above it.
     fn first_above_is_wanted(mesh: &TriangleMesh, wanted: &[u32], p: Vec3) -> bool {
         let hit =
-            |f: usize| crate::geometry::triangle::ray_hit(p, [0.0, 0.0, 1.0], mesh.corners(f)).filter(|t| *t > 0.0);
+            |f: usize| crate::geometry::ray::Ray::of(p, [0.0, 0.0, 1.0]).hit(mesh.corners(f)).filter(|t| *t > 0.0);
         let first = (0..mesh.triangles.len()).filter_map(|f| Some((hit(f)?, f))).min_by(|a, b| a.0.total_cmp(&b.0));
         first.is_some_and(|(_, f)| wanted.contains(&(f as u32)))
     }

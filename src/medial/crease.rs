@@ -60,7 +60,7 @@ pub struct Ridge {
 /// The edges whose material angle is at most [`Sharpness::widest`], with the depth over which they are thinner than asked.
 ///
 /// At a distance s from an edge of angle φ a wedge is 2 s·sin(φ/2) thick, the diameter of the ball between its sides; the depth is where that
-/// ball, measured on the mesh, first reaches `thick`, or where the wedge ends ([`Wedge::thinner_than`]). An edge is blunt where its sides
+/// ball, measured on the mesh, first reaches `thick`, or where the wedge ends (`Wedge::thinner_than`). An edge is blunt where its sides
 /// are no further apart than `blunt` and only faces that stay as near to it lie between them; it is told once, where it is sharpest, and its depth counts from
 /// the face. A face is all that is joined over edges between facets of one plane, so that a sliver of a side is no face of its own. Sides within 4° of parallel are a plate's, and no wedge's.
 ///

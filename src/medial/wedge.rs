@@ -1,6 +1,6 @@
 //! How far in from a sharp edge the material is thinner than asked: along the medial axis.
 
-use crate::geometry::MeshDistance;
+use crate::geometry::distance::{MeshDistance, TouchingBall};
 use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
 
 /// Balls from an edge inwards, at most.
@@ -13,9 +13,8 @@ const LEAST_SINE: f64 = 0.0044;
 const ENDED: f64 = 0.9;
 /// Sides further from parallel than 4 degrees are a wedge's: its balls grow by the sine of half of that, for each step inwards.
 const GROWS: f64 = 0.0349;
-/// A ball is as large as it can be within this share, which is sought in so many steps at most.
+/// The surface may intrude into a ball by this share of its radius.
 const AGREE: f64 = 1e-9;
-const SHRINKS: usize = 60;
 /// Halvings of the step in which a wedge becomes as thick as asked, or ends.
 const HALVINGS: usize = 30;
 
@@ -40,7 +39,7 @@ impl Wedge {
     /// towards each other.
     ///
     /// # Cost
-    /// A ball takes some four nearest points; a wedge of angle φ has ln(20) / sin(φ/2) of them. No step is longer than the ball's radius, so
+    /// A ball takes a nearest point and a walk over what it holds as it shrinks; a wedge of angle φ has ln(20) / sin(φ/2) of them. No step is longer than the ball's radius, so
     /// that no surface is crossed unseen.
     pub fn thinner_than(&self, surface: &MeshDistance, thick: f64) -> (f64, f64) {
         let sine = (0.5 * self.angle).sin().max(LEAST_SINE);
@@ -97,10 +96,6 @@ struct Ball {
 impl Ball {
     /// The largest ball that touches the surface where that is nearest to a point, on its side, or one of radius `within`; `None` for a point on
     /// the surface.
-    ///
-    /// A ball that touches there is shrunk until it holds no point of the surface: about another such point q it has the radius
-    /// |q − a|² / 2 (q − a)·n, with a the contact and n the direction to the centre (Ma, Bae, Choi 2012, *3D medial axis point approximation
-    /// using nearest neighbors and the normal field*).
     fn about(surface: &MeshDistance, p: Vec3, within: f64) -> Option<Ball> {
         let large = |centre, onward| Ball { centre, radius: within, onward, growth: 1.0 };
         let Some(near) = surface.nearest(p, within) else { return Some(large(p, [0.0; 3])) };
@@ -108,20 +103,10 @@ impl Ball {
         if away == [0.0; 3] {
             return None;
         }
-        let (mut radius, mut touches) = (within, None);
-        for _ in 0..SHRINKS {
-            let centre = along(near.point, away, radius);
-            let Some(other) = surface.nearest(centre, radius * (1.0 - AGREE)) else { break };
-            let d = sub(other.point, near.point);
-            let lean = dot(d, away);
-            if lean <= 0.0 {
-                break;
-            }
-            (radius, touches) = (0.5 * dot(d, d) / lean, Some(other.point));
-        }
-        let centre = along(near.point, away, radius);
-        let Some(touches) = touches else { return Some(large(centre, away)) };
-        let [u, v] = [near.point, touches].map(|q| unit(sub(q, centre)));
+        let TouchingBall { centre, radius, stop, .. } =
+            surface.touching_ball(near.point, away, within, AGREE * near.distance);
+        let Some(stop) = stop else { return Some(large(centre, away)) };
+        let [u, v] = [near.point, stop.point].map(|q| unit(sub(q, centre)));
         let back = add(u, v);
         Some(Ball { centre, radius, onward: unit(scale(back, -1.0)), growth: 0.5 * norm(back) })
     }
