@@ -84,6 +84,10 @@ pub struct Detail {
     pub whole: Option<u32>,
     /// Its patches and what lies opposite: those that were sampled, and those on the same features that may be as thin.
     pub patches: Vec<Patch>,
+    /// Its balls, those of sampled patches before others.
+    pub places: Vec<Thin>,
+    /// Sampled facets of its sides, in increasing order.
+    pub sides: Vec<u32>,
 }
 
 /// A patch of surface and what lies opposite.
@@ -256,8 +260,11 @@ fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
     let centres: Vec<Vec3> = samples.iter().map(|s| s.centre).collect();
     let [long, wide, high] = principal_extents(&centres);
     // What was passed over makes it longer; how wide it is is known where it was sampled.
-    let middles = passed.iter().map(|p| Thin::from(*p).centre);
-    let [longest, ..] = principal_extents(&centres.into_iter().chain(middles).collect::<Vec<_>>());
+    let places: Vec<Thin> = samples.iter().map(Thin::from).chain(passed.iter().map(|p| Thin::from(*p))).collect();
+    let [longest, ..] = principal_extents(&places.iter().map(|t| t.centre).collect::<Vec<_>>());
+    let mut sides: Vec<u32> = samples.iter().flat_map(|s| [s.facet, s.opposite]).collect();
+    sides.sort_unstable();
+    sides.dedup();
     Some(Detail {
         thinnest: Thin::from(thinnest),
         low: samples.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
@@ -268,6 +275,8 @@ fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
         facet: thinnest.facet,
         whole: None,
         patches,
+        places,
+        sides,
     })
 }
 
@@ -286,6 +295,8 @@ impl From<&ThinBody> for Detail {
             facet: b.facet,
             whole: Some(b.body),
             patches: vec![Patch { extent: b.extent, across: thinnest.direction() }],
+            places: vec![thinnest],
+            sides: vec![b.facet],
         }
     }
 }

@@ -7,11 +7,11 @@ use super::departure::{Departure, Place};
 use super::detail::{Between, Detail, Sought, raised_width, rule_width};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
-use super::relief::is_relief;
+use super::relief::relief;
+use super::stroke_room::has_room;
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
 use crate::error::Result;
-use crate::geometry::vector::{sub, unit};
 use crate::medial::Side;
 use crate::morphology::Bead;
 use crate::part::{Part, bead_of};
@@ -40,8 +40,8 @@ static META: Meta = Meta {
           those in which perhaps not all is; where a limit lies between, on finer cells or window by window, as far as the budget goes. Convex edges, which every opening rounds, hold no ball between opposing sides and are never \
           counted; nor is a wedge that thins to its edge. The thickness that is suggested has been given to the cells and the \
           opening taken again.",
-    limits: "Detail ends on one side and is three times as wide on the other, at most 2 mm apart; relief lower than half its width, and what is not \
-             half as long again as wide, are not looked at here. Each lost place is judged by itself; the cover line tells the volume of all. \
+    limits: "Detail ends with a face on one side and is three times as wide on the other, at most 2 mm apart, and nowhere wider between them; relief \
+             lower than half its width, and what is not half as long again as wide, are not looked at here. Each lost place is judged by itself; the cover line tells the volume of all. \
              Volume is bracketed for what is lost and hangs together within the place and half an element around it, rounding of edges \
              that touch it there included. \
              The element is made of whole cells, and another division makes another one: the bracket holds for the element of the \
@@ -223,8 +223,8 @@ fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], lim
     let limit = limits.warn.or(limits.fail).unwrap_or(0.0);
     let mut findings: Vec<Finding> = found
         .iter()
-        .filter(|d| is_relief(part, side, &d.thinnest))
-        .map(|d| {
+        .filter_map(|d| Some((d, relief(part, side, &d.thinnest)?)))
+        .map(|(d, stroke)| {
             let t = &d.thinnest;
             let bracket = Bracket::new(t.diameter, d.low, t.diameter);
             let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, limits, "mm", part.tie());
@@ -232,7 +232,7 @@ fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], lim
             f.area_mm2 = Some(report_digits(d.area));
             let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(part, p));
             f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
-            f.fix = if has_room(part, d, limit) { "room".into() } else { String::new() };
+            f.fix = if has_room(&stroke, d, limit) { "room".into() } else { String::new() };
             f
         })
         .collect();
@@ -264,17 +264,6 @@ fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], lim
     grouped
 }
 
-/// Whether a stroke can be widened to the limit without what lies beside it being nearer than the limit then, though it be widened as
-/// much: straight across, so that what the stroke stands on does not count.
-fn has_room(part: &Part, d: &Detail, limit: f64) -> bool {
-    let t = &d.thinnest;
-    let grown = limit - t.diameter;
-    [0, 1].iter().all(|&i| {
-        let outward = unit(sub(t.contacts[i], t.contacts[1 - i]));
-        part.distance().first_hit(t.contacts[i], outward, 0.01 * limit, grown + 0.99 * limit).is_none()
-    })
-}
-
 /// What is not within its limit, largest first, as one finding for each state: what is decided by itself.
 pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.retain(|f| f.state > State::Pass);
@@ -286,4 +275,86 @@ pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
         f.message = format!("{} places, {all} mm³ in all; the largest: {}", f.count, f.message);
     }
     grouped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{TriangleMesh, cuboid};
+    use crate::part::Up;
+
+    /// What AM106 calls raised or engraved in fdm.
+    fn told(mesh: TriangleMesh) -> Vec<String> {
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
+        let context = Context { refine: 1_000_000, spacing_mm: 0.1 };
+        let process = Process::named("fdm").unwrap();
+        let Ok(Outcome::Measured(found)) = LostFeature.run(&part, &process, &context) else { panic!("not measured") };
+        let findings = found.findings.iter().filter(|f| f.message.contains("detail"));
+        findings.map(|f| f.message.clone()).collect()
+    }
+
+    /// A plate of 20 × 20 × 4 mm with a fin or, 6 mm higher, a slot in it, 0.5 × 10 mm and so high, in one piece.
+    fn part(height: f64, sunk: bool) -> TriangleMesh {
+        let (top, [x, y]) = (if sunk { 10.0 } else { 4.0 }, [[5.0, 15.0], [9.75, 10.25]]);
+        let mut facets: Vec<[[f64; 3]; 3]> = Vec::new();
+        let mut quad = |[p, q, r, s]: [[f64; 3]; 4]| facets.extend([[p, q, r], [p, r, s]]);
+        let plate = cuboid([0.0; 3], [20.0, 20.0, top]);
+        let end = if sunk { top - height } else { top + height };
+        let at = |p: [f64; 2], z: f64| [p[0], p[1], z];
+        let inner = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
+        let outer = [[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
+        for i in 0..4 {
+            let j = (i + 1) % 4;
+            quad([at(outer[i], top), at(outer[j], top), at(inner[j], top), at(inner[i], top)]);
+            quad([at(inner[i], top), at(inner[j], top), at(inner[j], end), at(inner[i], end)]);
+        }
+        quad(inner.map(|p| at(p, end)));
+        let rest = (0..plate.triangles.len()).map(|f| plate.corners(f));
+        facets.extend(rest.filter(|c| c.iter().any(|p| p[2] != top)));
+        TriangleMesh::weld(facets)
+    }
+
+    /// Every facet cut into four.
+    fn cut(mesh: &TriangleMesh) -> TriangleMesh {
+        let middle = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|a| 0.5 * (p[a] + q[a]));
+        let quarters = (0..mesh.triangles.len()).flat_map(|f| {
+            let [p, q, r] = mesh.corners(f);
+            let [a, b, c] = [middle(p, q), middle(q, r), middle(r, p)];
+            [[p, a, c], [a, q, b], [c, b, r], [a, b, c]]
+        });
+        TriangleMesh::weld(quarters)
+    }
+
+    #[test]
+    fn fins_and_slots_are_detail_up_to_two_millimetres_however_they_are_turned_and_divided() {
+        for (height, sunk) in [1.0, 1.9, 2.0, 2.1, 3.0, 6.0].into_iter().flat_map(|h| [(h, false), (h, true)]) {
+            let mesh = part(height, sunk);
+            assert!(mesh.signed_volume() > 0.0);
+            for degrees in [0.0f64, 10.0, 30.0, 45.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turned = mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [3.7, -0.3, 0.0]);
+                for divided in [turned.clone(), cut(&turned)] {
+                    let found = told(divided);
+                    assert_eq!(found.len(), usize::from(height <= 2.0), "{height} {sunk} {degrees}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_stroke_has_room_only_if_it_has_it_all_along() {
+        let advice = |blocks: &[TriangleMesh]| {
+            let mesh = blocks.iter().fold(part(1.0, false), |m, b| m.joined(b));
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
+            let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 1_000_000, spacing_mm: 0.1 });
+            let Ok(Outcome::Measured(found)) = LostFeature.run(&part, &process, &context) else { panic!() };
+            let detail = found.findings.iter().find(|f| f.message.starts_with("raised detail 0.5 mm"));
+            detail.map(|f| f.fix.clone()).unwrap_or_default()
+        };
+        assert!(advice(&[]).contains("there is room"), "{}", advice(&[]));
+        for (x, top) in [(5.2, 5.0), (6.1, 4.5), (8.3, 5.0), (12.6, 4.4), (14.4, 5.0)] {
+            let block = cuboid([x, 10.47, 3.0], [x + 0.3, 12.0, top]);
+            assert!(advice(&[block]).contains("it would meet its neighbour"), "{x} {top}");
+        }
+    }
 }

@@ -56,6 +56,7 @@ mod sheet_thinnest;
 mod sheet_words;
 mod small_hole;
 mod step;
+mod stroke_room;
 mod support;
 mod support_access;
 mod tall_feature;

@@ -1,19 +1,21 @@
 //! Raised and engraved detail: what ends on one side and widens on the other, little apart.
 
 use super::detail::Thin;
-use crate::geometry::vector::{Vec3, along, cross, dot, scale};
+use crate::geometry::vector::{Vec3, along, cross, dot, norm, scale, unit};
 use crate::medial::Side;
 use crate::medial::section::across;
 use crate::part::Part;
 use std::f64::consts::TAU;
 
-/// What rises or sinks by no more than this is relief, millimetres.
+/// What rises or sinks by no more than this is relief, millimetres; and how near to it a height is told.
 const RELIEF_MM: f64 = 2.0;
+const TOLD_MM: f64 = 1e-6;
 
 /// Directions in which a rim is looked for, and the least cosine between one and the rim's normal: a little more than half of what lies
-/// between two.
+/// between two. Rims whose normals have a greater cosine are one.
 const DIRECTIONS: usize = 16;
 const ACROSS_RIM: f64 = 0.9;
+const SAME: f64 = 0.9999;
 
 /// What reaches so many thicknesses to one side is wider.
 const WIDE: f64 = 1.5;
@@ -23,75 +25,141 @@ const WIDE: f64 = 1.5;
 const STRAIGHT: f64 = 1.4;
 const ABRUPT: f64 = 1.0;
 
+/// A stroke is looked at so many thicknesses before the face that it ends with: none that is lower than twice that is one.
+const BELOW_RIM: f64 = 0.25;
+
 /// A stroke is so many thicknesses long at least, so that no pin or dot is one.
 const LONG: f64 = 1.5;
 
-/// Steps to where it widens, in thicknesses.
+/// Steps to where it widens, in thicknesses, and halvings of the last one.
 const STEP: f64 = 0.0625;
+const HALVINGS: usize = 24;
 
-/// Whether what is thin at a place is raised on a wider piece of its side of the surface, or sunk below it, by at most two millimetres: in some
-/// direction straight between its sides it ends, the other way it widens, and along neither it is longer than thick.
+/// The stroke that what is thin at a place is, if that is raised on a wider piece of its side of the surface, or sunk below it, by at most two
+/// millimetres: straight between its sides and square to a face it ends, the other way it widens, and along neither it is longer than thick.
 ///
 /// # Cost
-/// At most some hundred rays for each direction that has a rim.
-pub fn is_relief(part: &Part, side: Side, thin: &Thin) -> bool {
+/// Some hundred rays for each face that it may end with.
+pub fn relief<'a>(part: &'a Part, side: Side, thin: &Thin) -> Option<Stroke<'a>> {
     let (between, [u, v]) = (thin.direction(), across(thin.direction()));
-    let stroke = Stroke { part, side, thin, between };
-    (0..DIRECTIONS).any(|k| {
+    let mut rims: Vec<Vec3> = Vec::new();
+    for k in 0..DIRECTIONS {
         let (s, c) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
         let up = [0, 1, 2].map(|a| c * u[a] + s * v[a]);
-        let long = cross(between, up);
-        stroke.rim(up).is_some_and(|rim| {
-            let left = RELIEF_MM + part.tie() - rim;
-            stroke.free(long) + stroke.free(scale(long, -1.0)) >= LONG * thin.diameter
-                && stroke.foot(scale(up, -1.0), left).is_some()
-        })
-    })
+        let stroke = Stroke { part, side, centre: thin.centre, diameter: thin.diameter, between, up };
+        let Some((_, facet)) = stroke.rim() else { continue };
+        let normal = scale(part.distance().normal(facet), side.sign());
+        let up = unit(along(normal, between, -dot(normal, between)));
+        if rims.iter().all(|rim| dot(*rim, up) < SAME) {
+            rims.push(up);
+            if let Some(ending) = stroke.ending(up).filter(|s| s.foot().is_some()) {
+                return Some(ending);
+            }
+        }
+    }
+    None
 }
 
-/// Something thin, from the middle of its thinnest place.
-struct Stroke<'a> {
-    part: &'a Part,
-    side: Side,
-    thin: &'a Thin,
-    between: Vec3,
+/// Something thin, from a place midway between its sides, and a way in which it may end.
+#[derive(Clone, Copy)]
+pub struct Stroke<'a> {
+    pub(super) part: &'a Part,
+    pub(super) side: Side,
+    pub(super) centre: Vec3,
+    pub(super) diameter: f64,
+    /// Unit vectors from side to side, and to the face that it ends with.
+    pub(super) between: Vec3,
+    pub(super) up: Vec3,
 }
 
 impl Stroke<'_> {
-    /// The distance to a face across a direction in which it ends.
-    fn rim(&self, up: Vec3) -> Option<f64> {
-        let (at, facet) = self.part.distance().first_hit(self.thin.centre, up, 0.0, RELIEF_MM)?;
-        (self.side.sign() * dot(self.part.distance().normal(facet), up) >= ACROSS_RIM).then_some(at)
+    /// The same from a little before the face that it ends with, in the middle of how far it goes on as thin there, so that no place of a stroke
+    /// says more than another; `None` if it is wider before that face, or no longer than thick.
+    fn ending(self, up: Vec3) -> Option<Self> {
+        let stroke = Stroke { up, ..self };
+        let (rim, _) = stroke.rim()?;
+        let step = STEP * self.diameter;
+        let steps = (rim / step).ceil().max(1.0) as usize;
+        let centre = along(self.centre, up, rim - BELOW_RIM * self.diameter);
+        let on_the_way = (1..steps).map(|n| along(self.centre, up, n as f64 * step)).chain([centre]);
+        if on_the_way.into_iter().any(|p| !self.is_thin(p)) {
+            return None;
+        }
+        let stroke = Stroke { centre, ..stroke };
+        let ways = [1.0, -1.0].map(|sign| scale(cross(self.between, up), sign));
+        let free = ways.map(|way| stroke.free(way));
+        if free.iter().sum::<f64>() < LONG * self.diameter {
+            return None;
+        }
+        let [forth, back] = [0, 1].map(|i| stroke.as_thin(ways[i], free[i]));
+        let place = along(centre, ways[0], 0.5 * (forth - back));
+        let [ahead, behind] = stroke.reach(place);
+        Some(Stroke { centre: along(place, self.between, 0.5 * (ahead - behind)), ..stroke })
     }
 
     /// How far it goes in a direction, up to where it is long enough.
     fn free(&self, way: Vec3) -> f64 {
-        let most = LONG * self.thin.diameter;
-        self.part.distance().first_hit(self.thin.centre, way, 0.0, most).map_or(most, |(at, _)| at)
+        let most = LONG * self.diameter;
+        self.part.distance().first_hit(self.centre, way, 0.0, most).map_or(most, |(at, _)| at)
     }
 
-    /// The distance to where it is wider, if that is within a length, nothing lies between and it widens there at once.
-    fn foot(&self, down: Vec3, within: f64) -> Option<f64> {
-        let within = self.part.distance().first_hit(self.thin.centre, down, 0.0, within).map_or(within, |(at, _)| at);
-        let step = STEP * self.thin.diameter;
-        let steps = (within / step).max(0.0) as usize;
-        let (mut straight, mut at) = (0.0, None);
-        for n in 1..=steps {
-            let [ahead, behind] = self.reach(along(self.thin.centre, down, n as f64 * step));
-            if ahead.max(behind) >= WIDE * self.thin.diameter {
-                at = Some(n as f64 * step);
+    /// How far it goes on as thin in a direction, within a length.
+    pub(super) fn as_thin(&self, way: Vec3, within: f64) -> f64 {
+        let step = STEP * self.diameter;
+        let steps = (within / step) as usize;
+        let wider = (1..=steps).map(|n| n as f64 * step).find(|at| !self.is_thin(along(self.centre, way, *at)));
+        wider.map_or(within, |at| at - step)
+    }
+
+    /// The distance to a face across the way, and that face; looked for from a little before the middle, which may lie on it.
+    fn rim(&self) -> Option<(f64, u32)> {
+        let before = STEP * self.diameter;
+        let from = along(self.centre, self.up, -before);
+        let (at, facet) = self.part.distance().first_hit(from, self.up, 0.0, RELIEF_MM + before + TOLD_MM)?;
+        let is_across = self.side.sign() * dot(self.part.distance().normal(facet), self.up) >= ACROSS_RIM;
+        is_across.then_some((at - before, facet))
+    }
+
+    /// Whether it is as thin at a point as at the middle, or little thicker.
+    fn is_thin(&self, at: Vec3) -> bool {
+        self.reach(at).into_iter().sum::<f64>() <= STRAIGHT * self.diameter
+    }
+
+    /// The distance to where it is wider, if that is little from the face that it ends with, nothing lies between and it widens there at once.
+    pub(super) fn foot(&self) -> Option<f64> {
+        let within = RELIEF_MM + self.part.tie() + TOLD_MM - self.rim()?.0;
+        let [down, step] = [scale(self.up, -1.0), scale(self.up, -STEP * self.diameter)];
+        let blocked = self.part.distance().first_hit(self.centre, down, 0.0, within).map(|(at, _)| at);
+        let below = |steps: f64| along(self.centre, step, steps);
+        let is_wide = |steps: f64| self.reach(below(steps)).into_iter().any(|r| r >= WIDE * self.diameter);
+        let count = (blocked.unwrap_or(within) / norm(step)).max(0.0).ceil();
+        let (mut straight, mut wide) = (0.0, None);
+        for steps in (1..=count as usize).map(|n| n as f64) {
+            if is_wide(steps) {
+                wide = Some(steps);
                 break;
             }
-            if ahead + behind <= STRAIGHT * self.thin.diameter {
-                straight = n as f64 * step;
+            if self.is_thin(below(steps)) {
+                straight = steps;
             }
         }
-        at.filter(|at| at - straight <= (ABRUPT + STEP) * self.thin.diameter)
+        let mut high = wide?;
+        let mut low = high - 1.0;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_wide(middle) { high = middle } else { low = middle }
+        }
+        let at = high * norm(step);
+        // Beyond what blocks the way it is the other side that is wide.
+        let is_foot = at <= within
+            && blocked.is_none_or(|blocked| at < blocked - TOLD_MM)
+            && at - straight * norm(step) <= (ABRUPT + STEP) * self.diameter;
+        is_foot.then_some(at)
     }
 
     /// How far it reaches to both sides of a point, as far as that matters.
-    fn reach(&self, at: Vec3) -> [f64; 2] {
-        let most = WIDE * self.thin.diameter;
+    pub(super) fn reach(&self, at: Vec3) -> [f64; 2] {
+        let most = WIDE * self.diameter;
         [1.0, -1.0].map(|sign| {
             self.part.distance().first_hit(at, scale(self.between, sign), 0.0, most).map_or(most, |(at, _)| at)
         })
@@ -104,12 +172,17 @@ mod tests {
     use crate::geometry::{TriangleMesh, cuboid};
     use crate::part::Up;
 
-    /// A plate of 20 × 10 × 3 mm with a bar of a width and height on it, or sunk into it, turned aslant.
+    /// A plate of 20 × 10 mm, from z = 0 to 3, with a bar of a width and height on it, or sunk into it.
     fn detail(width: f64, height: f64, sunk: bool) -> TriangleMesh {
+        detail_on(0.0, width, height, sunk)
+    }
+
+    /// The same with the bottom of the plate elsewhere.
+    fn detail_on(bottom: f64, width: f64, height: f64, sunk: bool) -> TriangleMesh {
         let [lo, hi] = [5.0 - 0.5 * width, 5.0 + 0.5 * width];
         let (a, b) = (if sunk { [3.0 - height, 3.0] } else { [3.0, 3.0 + height] }, [2.0, 18.0]);
         let bar = cuboid([b[0], lo, a[0]], [b[1], hi, a[1]]);
-        let plate = cuboid([0.0; 3], [20.0, 10.0, 3.0]);
+        let plate = cuboid([0.0, 0.0, bottom], [20.0, 10.0, 3.0]);
         let mut facets: Vec<[Vec3; 3]> = Vec::new();
         let faces = |mesh: &TriangleMesh| (0..mesh.triangles.len()).map(|f| mesh.corners(f)).collect::<Vec<_>>();
         // All of the plate but the bar's part of its top, which is a frame of four pieces.
@@ -131,7 +204,7 @@ mod tests {
     }
 
     fn told(mesh: TriangleMesh, side: Side, thin: Thin) -> bool {
-        is_relief(&Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap(), side, &thin)
+        relief(&Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap(), side, &thin).is_some()
     }
 
     fn thin(centre: Vec3, way: Vec3, diameter: f64) -> Thin {
@@ -146,6 +219,42 @@ mod tests {
             assert_eq!(told(detail(0.5, height, false), Side::Material, up), relief, "{height} high");
             let down = thin([10.0, 5.0, 3.0 - height + 0.25], across, 0.5);
             assert_eq!(told(detail(0.5, height, true), Side::Void, down), relief, "{height} deep");
+        }
+    }
+
+    #[test]
+    fn a_fin_or_a_slot_is_relief_by_its_height_wherever_it_is_asked_and_however_it_is_turned() {
+        for (height, sunk) in [1.0, 1.9, 2.0, 2.1, 3.0, 6.0].into_iter().flat_map(|h| [(h, false), (h, true)]) {
+            let mesh = detail_on(-9.0, 0.5, height, sunk);
+            let [low, high] = if sunk { [3.0 - height, 3.0] } else { [3.0, 3.0 + height] };
+            let side = if sunk { Side::Void } else { Side::Material };
+            for degrees in [0.0f64, 10.0, 30.0, 45.0, 67.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turn = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
+                let part = Part::new(mesh.transformed(turn, [7.3, -1.9, 9.0]), Up::PlusZ, 1e-6, 3.0).unwrap();
+                let turned = |p: Vec3| [c * p[0] - s * p[1] + 7.3, s * p[0] + c * p[1] - 1.9, p[2] + 9.0];
+                for x in [2.0001, 2.1, 2.4, 6.0, 10.0, 17.8, 17.9999] {
+                    for z in [low + 1e-4, low + 0.05, low + 0.4, 0.5 * (low + high), high - 0.2, high - 1e-4] {
+                        let at = |y: f64| part.to_build(turned([x, y, z]));
+                        let thin = Thin { centre: at(5.0), contacts: [at(4.75), at(5.25)], diameter: 0.5 };
+                        let told = relief(&part, side, &thin).is_some();
+                        assert_eq!(told, height <= 2.0, "{height} {sunk} {degrees} {x} {z}");
+                    }
+                }
+            }
+        }
+        // The dot of an i, 0.6 mm long and 0.5 mm wide, 1 mm high, and one half as long again as wide.
+        for (long, relief) in [(0.6, false), (0.8, true)] {
+            let dot = cuboid([0.0; 3], [9.0, 9.0, 3.0]).joined(&cuboid([4.0, 4.0, 3.0], [4.0 + long, 4.5, 4.0]));
+            for degrees in [0.0f64, 10.0, 30.0, 45.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turned = |p: Vec3| [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
+                let mesh = dot.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
+                let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
+                let centre = part.to_build(turned([4.0 + 0.5 * long, 4.25, 3.6]));
+                let thin = thin(centre, turned([0.0, 1.0, 0.0]), 0.5);
+                assert_eq!(super::relief(&part, Side::Material, &thin).is_some(), relief, "{long} {degrees}");
+            }
         }
     }
 

@@ -71,8 +71,9 @@ impl Detail {
     fn of_rod(rod: &Rod, across: Vec3) -> Self {
         let (wide, mean) = (rod.narrowest.inscribed, rod.mean_diameter());
         let contacts = [-0.5, 0.5].map(|t| along(rod.narrowest.centre, across, t * wide));
+        let thinnest = Thin { centre: rod.narrowest.centre, contacts, diameter: wide };
         Detail {
-            thinnest: Thin { centre: rod.narrowest.centre, contacts, diameter: wide },
+            thinnest,
             low: wide,
             area: 0.5 * PI * mean * rod.length,
             volume: 0.25 * PI * mean * mean * rod.length,
@@ -81,6 +82,8 @@ impl Detail {
             facet: rod.narrowest.facet,
             whole: None,
             patches: vec![Patch { extent: rod.extent, across }],
+            places: vec![thinnest],
+            sides: vec![rod.narrowest.facet],
         }
     }
 
@@ -100,5 +103,8 @@ impl Detail {
         self.extent = hull(self.extent, other.extent);
         self.spans = [0, 1, 2].map(|i| self.spans[i].max(other.spans[i]));
         self.patches.extend(other.patches);
+        self.places.extend(other.places);
+        self.sides.extend(other.sides);
+        self.sides.sort_unstable();
     }
 }
