@@ -86,8 +86,6 @@ pub struct Detail {
     pub patches: Vec<Patch>,
     /// Its balls, those of sampled patches before others.
     pub places: Vec<Thin>,
-    /// Sampled facets of its sides, in increasing order.
-    pub sides: Vec<u32>,
 }
 
 /// A patch of surface and what lies opposite.
@@ -262,9 +260,6 @@ fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
     // What was passed over makes it longer; how wide it is is known where it was sampled.
     let places: Vec<Thin> = samples.iter().map(Thin::from).chain(passed.iter().map(|p| Thin::from(*p))).collect();
     let [longest, ..] = principal_extents(&places.iter().map(|t| t.centre).collect::<Vec<_>>());
-    let mut sides: Vec<u32> = samples.iter().flat_map(|s| [s.facet, s.opposite]).collect();
-    sides.sort_unstable();
-    sides.dedup();
     Some(Detail {
         thinnest: Thin::from(thinnest),
         low: samples.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
@@ -276,7 +271,6 @@ fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
         whole: None,
         patches,
         places,
-        sides,
     })
 }
 
@@ -296,7 +290,6 @@ impl From<&ThinBody> for Detail {
             whole: Some(b.body),
             patches: vec![Patch { extent: b.extent, across: thinnest.direction() }],
             places: vec![thinnest],
-            sides: vec![b.facet],
         }
     }
 }

@@ -280,6 +280,7 @@ pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::union::united;
     use crate::geometry::{TriangleMesh, cuboid};
     use crate::part::Up;
 
@@ -345,10 +346,11 @@ mod tests {
     fn a_stroke_has_room_only_if_it_has_it_all_along() {
         let advice = |blocks: &[TriangleMesh]| {
             let mesh = blocks.iter().fold(part(1.0, false), |m, b| m.joined(b));
+            let mesh = if blocks.is_empty() { mesh } else { united(&mesh, 1e-6).unwrap() };
             let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
             let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 1_000_000, spacing_mm: 0.1 });
             let Ok(Outcome::Measured(found)) = LostFeature.run(&part, &process, &context) else { panic!() };
-            let detail = found.findings.iter().find(|f| f.message.starts_with("raised detail 0.5 mm"));
+            let detail = found.findings.iter().find(|f| f.message.contains("raised detail"));
             detail.map(|f| f.fix.clone()).unwrap_or_default()
         };
         assert!(advice(&[]).contains("there is room"), "{}", advice(&[]));
@@ -356,5 +358,12 @@ mod tests {
             let block = cuboid([x, 10.47, 3.0], [x + 0.3, 12.0, top]);
             assert!(advice(&[block]).contains("it would meet its neighbour"), "{x} {top}");
         }
+        // A wide bar at an angle of 45 degrees that runs up to the stroke, and one whose corner is 0.3 mm beside it.
+        let bar = cuboid([0.0, -0.6, 3.0], [4.0, 0.6, 5.0]);
+        let c = 0.5f64.sqrt();
+        let aslant = |y: f64| bar.transformed([[c, -c, 0.0], [c, c, 0.0], [0.0, 0.0, 1.0]], [8.0, y, 0.0]);
+        assert!(advice(&[aslant(10.25)]).contains("there is room"), "{}", advice(&[aslant(10.25)]));
+        let apart = advice(&[aslant(10.55 + 0.6 * c)]);
+        assert!(apart.contains("it would meet its neighbour"), "{apart}");
     }
 }

@@ -76,25 +76,21 @@ impl Stroke<'_> {
     /// The same from a little before the face that it ends with, in the middle of how far it goes on as thin there, so that no place of a stroke
     /// says more than another; `None` if it is wider before that face, or no longer than thick.
     fn ending(self, up: Vec3) -> Option<Self> {
-        let stroke = Stroke { up, ..self };
-        let (rim, _) = stroke.rim()?;
-        let step = STEP * self.diameter;
-        let steps = (rim / step).ceil().max(1.0) as usize;
-        let centre = along(self.centre, up, rim - BELOW_RIM * self.diameter);
-        let on_the_way = (1..steps).map(|n| along(self.centre, up, n as f64 * step)).chain([centre]);
-        if on_the_way.into_iter().any(|p| !self.is_thin(p)) {
-            return None;
-        }
-        let stroke = Stroke { centre, ..stroke };
+        let level = Stroke { up, ..self }.rim()?.0 - BELOW_RIM * self.diameter;
+        let stroke = Stroke { centre: along(self.centre, up, level), up, ..self };
         let ways = [1.0, -1.0].map(|sign| scale(cross(self.between, up), sign));
         let free = ways.map(|way| stroke.free(way));
         if free.iter().sum::<f64>() < LONG * self.diameter {
             return None;
         }
+        // A place where it runs into another sees past the corner there on one side.
         let [forth, back] = [0, 1].map(|i| stroke.as_thin(ways[i], free[i]));
-        let place = along(centre, ways[0], 0.5 * (forth - back));
+        let place = along(stroke.centre, ways[0], 0.5 * (forth - back));
         let [ahead, behind] = stroke.reach(place);
-        Some(Stroke { centre: along(place, self.between, 0.5 * (ahead - behind)), ..stroke })
+        let centre = along(place, self.between, 0.5 * (ahead - behind));
+        let steps = (level / (STEP * self.diameter)).max(0.0) as usize;
+        let below = |n: usize| along(centre, up, n as f64 * -STEP * self.diameter);
+        (0..=steps).all(|n| stroke.is_thin(below(n))).then_some(Stroke { centre, ..stroke })
     }
 
     /// How far it goes in a direction, up to where it is long enough.

@@ -83,7 +83,6 @@ impl Detail {
             whole: None,
             patches: vec![Patch { extent: rod.extent, across }],
             places: vec![thinnest],
-            sides: vec![rod.narrowest.facet],
         }
     }
 
@@ -104,7 +103,5 @@ impl Detail {
         self.spans = [0, 1, 2].map(|i| self.spans[i].max(other.spans[i]));
         self.patches.extend(other.patches);
         self.places.extend(other.places);
-        self.sides.extend(other.sides);
-        self.sides.sort_unstable();
     }
 }
