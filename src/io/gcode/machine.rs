@@ -406,6 +406,7 @@ mod tests {
         }
         assert_eq!(read(b"G1 X1 E1\rG1 X1,5\r").unwrap_err().place(), Some("line 2".into()));
         assert_eq!(path("G1 X1 E1\nG1 X2 E2\rG1 X3 E3\n").length_mm(), 3.0);
+        assert_eq!(path("G1 X 1 E 1\ng 1\ty\t2e +2\n").strokes, [vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0]]]);
     }
 
     #[test]

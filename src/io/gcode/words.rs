@@ -40,7 +40,8 @@ impl Words {
 
 /// The commands and numbers of a line, without comments, line number and checksum.
 ///
-/// What does not look like letters with numbers (macros, messages) ends the line, unless it belongs to a motion.
+/// What does not look like letters with numbers (macros, messages) ends the line, unless it belongs to a motion. Blanks between a letter and its
+/// number say nothing (T. Kramer, F. Proctor, E. Messina, *The NIST RS274NGC interpreter*, 2000, section 3.3.1).
 pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
     let mut words = Words::default();
     let mut rest = bytes;
@@ -57,6 +58,7 @@ pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
             }
             _ => {}
         }
+        rest = rest.trim_ascii_start();
         let digits = rest.iter().position(|b| !b"+-.0123456789".contains(b)).unwrap_or(rest.len());
         let (text, after) = rest.split_at(digits);
         let value = Word { text, line }.number();
