@@ -78,8 +78,8 @@ impl Stroke<'_> {
     fn ending(self, up: Vec3) -> Option<Self> {
         let level = Stroke { up, ..self }.rim()?.0 - BELOW_RIM * self.diameter;
         let stroke = Stroke { centre: along(self.centre, up, level), up, ..self };
-        let ways = [1.0, -1.0].map(|sign| scale(cross(self.between, up), sign));
-        let free = ways.map(|way| stroke.free(way));
+        let ways = stroke.ways();
+        let free = ways.map(|way| stroke.clear(stroke.centre, way, LONG * self.diameter));
         if free.iter().sum::<f64>() < LONG * self.diameter {
             return None;
         }
@@ -93,10 +93,14 @@ impl Stroke<'_> {
         (0..=steps).all(|n| stroke.is_thin(below(n))).then_some(Stroke { centre, ..stroke })
     }
 
-    /// How far it goes in a direction, up to where it is long enough.
-    fn free(&self, way: Vec3) -> f64 {
-        let most = LONG * self.diameter;
-        self.part.distance().first_hit(self.centre, way, 0.0, most).map_or(most, |(at, _)| at)
+    /// Forth and back along it.
+    pub(super) fn ways(&self) -> [Vec3; 2] {
+        [1.0, -1.0].map(|sign| scale(cross(self.between, self.up), sign))
+    }
+
+    /// The distance from a point to the surface in a direction, or a length if that is less.
+    pub(super) fn clear(&self, from: Vec3, way: Vec3, most: f64) -> f64 {
+        self.part.distance().first_hit(from, way, 0.0, most).map_or(most, |(at, _)| at)
     }
 
     /// How far it goes on as thin in a direction, within a length.
@@ -155,10 +159,7 @@ impl Stroke<'_> {
 
     /// How far it reaches to both sides of a point, as far as that matters.
     pub(super) fn reach(&self, at: Vec3) -> [f64; 2] {
-        let most = WIDE * self.diameter;
-        [1.0, -1.0].map(|sign| {
-            self.part.distance().first_hit(at, scale(self.between, sign), 0.0, most).map_or(most, |(at, _)| at)
-        })
+        [1.0, -1.0].map(|sign| self.clear(at, scale(self.between, sign), WIDE * self.diameter))
     }
 }
 

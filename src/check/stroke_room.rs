@@ -2,11 +2,11 @@
 
 use super::detail::Detail;
 use super::relief::Stroke;
-use crate::geometry::vector::{Vec3, along, cross, dot, scale, sub};
+use crate::geometry::vector::{Vec3, along, dot, scale, sub};
 
-/// Steps along a stroke, as a share of the limit: nothing narrower is printed; and how many there are at most each way.
+/// Steps along a stroke, as a share of the limit: nothing narrower is printed; and so many limits it is followed each way at most.
 const STEP: f64 = 0.1;
-const STEPS: f64 = 2000.0;
+const MOST: f64 = 200.0;
 /// Heights at which it is looked beside a stroke, as shares of the way down to its foot.
 const LEVELS: [f64; 3] = [0.0, 0.35, 0.7];
 /// Facets whose normals have a greater cosine with the way to them face it; others may run up to the stroke.
@@ -22,7 +22,7 @@ const OWN: f64 = 0.01;
 /// its balls. What runs up to it at an angle, as strokes do where they meet, is no neighbour: the gap between them ends at any width.
 ///
 /// # Cost
-/// Twelve rays for each step along the stroke, and four for each ball.
+/// Some twelve rays for each step along the stroke, two for each sixteenth of its thickness, and four for each ball.
 pub fn has_room(stroke: &Stroke, detail: &Detail, limit: f64) -> bool {
     let room = Room { limit };
     // At the level of the stroke's own place: a ball may lie in the plane of what it stands on.
@@ -38,19 +38,14 @@ struct Room {
 impl Room {
     /// Whether there is room all along a stroke, as far as it is straight.
     fn is_along(&self, stroke: &Stroke) -> bool {
-        let long = cross(stroke.between, stroke.up);
-        let most = STEPS * STEP * self.limit;
-        let [forth, back] = [1.0, -1.0].map(|sign| {
-            let way = scale(long, sign);
-            let free = stroke.part.distance().first_hit(stroke.centre, way, 0.0, most).map_or(most, |(at, _)| at);
-            stroke.as_thin(way, free)
-        });
+        let (ways, most) = (stroke.ways(), MOST * self.limit);
+        let [forth, back] = ways.map(|way| stroke.as_thin(way, stroke.clear(stroke.centre, way, most)));
         let steps = ((forth + back) / (STEP * self.limit)).ceil().max(1.0);
         let foot = stroke.foot().unwrap_or(0.0);
         (0..=steps as usize).all(|n| {
             // Not quite to its ends.
             let share = 0.001 + 0.998 * n as f64 / steps;
-            let place = along(stroke.centre, long, share * (forth + back) - back);
+            let place = along(stroke.centre, ways[0], share * (forth + back) - back);
             LEVELS.iter().all(|level| self.is_at(&Stroke { centre: along(place, stroke.up, -level * foot), ..*stroke }))
         })
     }
@@ -70,7 +65,7 @@ impl Room {
 
     /// Whether the facet that is met straight across beyond a side runs up to that side: seen along the side from beside it.
     fn runs_up(&self, stroke: &Stroke, outward: Vec3, [side, at]: [f64; 2], facet: u32) -> bool {
-        let (surface, long) = (stroke.part.distance(), cross(stroke.between, stroke.up));
+        let (surface, [long, _]) = (stroke.part.distance(), stroke.ways());
         let [across, on] = [outward, long].map(|way| dot(surface.normal(facet), way));
         // How far on the plane of the facet meets the side.
         let ahead = (at - side) * across / on;

@@ -39,8 +39,8 @@ impl Wedge {
     /// towards each other.
     ///
     /// # Cost
-    /// A ball takes a nearest point and a walk over what it holds as it shrinks; a wedge of angle φ has ln(20) / sin(φ/2) of them. No step is longer than the ball's radius, so
-    /// that no surface is crossed unseen.
+    /// A ball takes a nearest point and a walk over what it holds as it shrinks; a wedge of angle φ that becomes as thick as asked has
+    /// ln(10 / sin(φ/2)) / sin(φ/2) of them, and 30 more. No step is longer than the ball's radius, so that no surface is crossed unseen.
     pub fn thinner_than(&self, surface: &MeshDistance, thick: f64) -> (f64, f64) {
         let sine = (0.5 * self.angle).sin().max(LEAST_SINE);
         let growth = GROWS.min(ENDED * sine);
@@ -55,17 +55,15 @@ impl Wedge {
         };
         let edge = Ball { centre: self.edge, radius: 0.0, onward: self.inward, growth: sine };
         let (mut last, mut p) = (edge, start);
+        let mut past = Ball::about(surface, p, thick);
         for _ in 0..STEPS {
-            match Ball::about(surface, p, thick).filter(|b| 2.0 * b.radius < thick && goes_on(&last, b)) {
-                Some(next) => {
-                    p = along(next.centre, next.onward, next.radius);
-                    last = next;
-                }
-                None => break,
-            }
+            let Some(next) = past.filter(|b| 2.0 * b.radius < thick && goes_on(&last, b)) else { break };
+            p = along(next.centre, next.onward, next.radius);
+            last = next;
+            past = Ball::about(surface, p, thick);
         }
         // In which step it becomes thick or ends is known; where is not.
-        let (mut thin, mut past) = (last, Ball::about(surface, p, thick));
+        let mut thin = last;
         let from = last.centre;
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..HALVINGS {
