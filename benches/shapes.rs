@@ -1,5 +1,6 @@
 //! Offsets, openings and general sums from mesh to mesh: `cargo bench --bench shapes`; `AMCHECK_BENCH_PART=part.stl`
-//! takes a part instead of the 20 mm cube. The spacing is the longest side over n − 4.
+//! takes a part instead of the 20 mm cube, `AMCHECK_BENCH_SAMPLES=64,84` other numbers n of samples. The spacing is the
+//! longest side over n − 4.
 
 use amcheck::geometry::{Primitive, TriangleMesh};
 use amcheck::io::{Salvage, read_path};
@@ -17,17 +18,26 @@ fn part() -> TriangleMesh {
     given.unwrap_or_else(|| Primitive::parse("box:20x20x20mm").expect("a box").mesh(Length::mm(1.0)))
 }
 
+/// Runs that processor seconds are the mean of.
+const AVERAGED: u32 = 5;
+
+fn samples() -> Vec<usize> {
+    let given = std::env::var("AMCHECK_BENCH_SAMPLES").unwrap_or_else(|_| "64,96,128,192,256".into());
+    given.split(',').map(|n| n.trim().parse().expect("numbers of samples, separated by commas")).collect()
+}
+
 fn measured(bencher: Bencher, n: usize, make: impl Fn(&TriangleMesh, Length) -> amcheck::Result<Operated>) {
     let mesh = part();
     let (lo, hi) = mesh.bounds().expect("a part has facets");
     let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
     let h = Length::mm(longest / (n as f64 - 4.0));
-    let before = processor_seconds();
     let made = make(&mesh, h).expect("an answer");
-    let spent = processor_seconds() - before;
+    let before = processor_seconds();
+    (0..AVERAGED).for_each(|_| drop(black_box(make(&mesh, h))));
+    let spent = (processor_seconds() - before) / f64::from(AVERAGED);
     let [low, high] = made.bracket.map(|v| v.as_mm3());
     let facets = made.mesh.triangles.len();
-    eprintln!("{n}: {spent:.2} CPU s, {:.3} in {low:.1} … {high:.1} mm³, {facets} facets", made.volume.as_mm3());
+    eprintln!("{n}: {spent:.3} CPU s, {:.3} in {low:.1} … {high:.1} mm³, {facets} facets", made.volume.as_mm3());
     bencher.bench_local(|| make(black_box(&mesh), h));
 }
 
@@ -42,17 +52,17 @@ fn ball(radius: f64) -> Element {
     Element::BuiltIn(Primitive::Ball { radius: Length::mm(radius) })
 }
 
-#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = samples(), sample_count = 3, sample_size = 1)]
 fn offset_by_2mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| offset(mesh, Length::mm(2.0), h));
 }
 
-#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = samples(), sample_count = 3, sample_size = 1)]
 fn open_by_half_a_mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| open(mesh, &ball(0.5), h));
 }
 
-#[divan::bench(args = [64, 96, 128, 192, 256], sample_count = 3, sample_size = 1)]
+#[divan::bench(args = samples(), sample_count = 3, sample_size = 1)]
 fn close_by_half_a_mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| close(mesh, &ball(0.5), h));
 }

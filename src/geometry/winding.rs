@@ -1,7 +1,7 @@
 //! The generalized winding number: inside and outside of surfaces that do not close.
 
 use super::TriangleMesh;
-use super::vector::{Vec3, add, along, cross, distance, dot, norm, norm2, scale, sub};
+use super::vector::{Vec3, add, along, cross, dot, norm, norm2, scale, sub};
 use std::f64::consts::PI;
 
 /// A node is far from a point that is more than this many of its radii away.
@@ -17,7 +17,7 @@ const PARALLEL: usize = 4096;
 /// in between where the surface has holes.
 ///
 /// # Cost
-/// O(m log m) to build for m facets; about O(log m) for a point.
+/// O(m log m) to build for m facets, the expansions O(m); about O(log m) for a point.
 ///
 /// # Limits
 /// Near facets are exact; a node farther than twice its radius is replaced by its second-order expansion, whose
@@ -42,7 +42,7 @@ pub struct Winding {
     facets: Vec<[Vec3; 3]>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Node {
     /// Area-weighted centre of the facets.
     centre: Vec3,
@@ -70,7 +70,8 @@ impl Winding {
     /// Prepares a mesh; any set of facets will do.
     pub fn new(mesh: &TriangleMesh) -> Self {
         let mut facets: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|f| mesh.corners(f)).collect();
-        let nodes = if facets.is_empty() { Vec::new() } else { build(&mut facets, 0) };
+        let mut nodes = vec![Node::default(); if facets.is_empty() { 0 } else { nodes_over(facets.len()) }];
+        build(&mut nodes, &mut facets, 0);
         Winding { nodes, facets }
     }
 
@@ -104,12 +105,20 @@ fn solid_angle(facet: &[Vec3; 3], point: Vec3) -> f64 {
     2.0 * numerator.atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
 }
 
-/// The subtree of a range of facets, which it reorders; `first` is the place of the range among all facets.
-fn build(facets: &mut [[Vec3; 3]], first: usize) -> Vec<Node> {
-    let mut root = Node::of(facets);
+/// How many nodes the tree over so many facets has.
+fn nodes_over(facets: usize) -> usize {
+    if facets <= LEAF { 1 } else { 1 + nodes_over(facets / 2) + nodes_over(facets - facets / 2) }
+}
+
+/// Fills the subtree of a range of facets, which it reorders, and returns their area; `first` is the place of the range among
+/// all facets, and `nodes` are as many as [`nodes_over`] tells.
+fn build(nodes: &mut [Node], facets: &mut [[Vec3; 3]], first: usize) -> f64 {
+    let size = nodes.len();
+    let Some((root, below)) = nodes.split_first_mut() else { return 0.0 };
     if facets.len() <= LEAF {
-        root.leaf = first..first + facets.len();
-        return vec![root];
+        let (node, area) = Node::of(facets);
+        *root = Node { leaf: first..first + facets.len(), ..node };
+        return area;
     }
     let twice_middle = |t: &[Vec3; 3], a: usize| t[0][a].min(t[1][a]).min(t[2][a]) + t[0][a].max(t[1][a]).max(t[2][a]);
     let extent = |a: usize| {
@@ -130,21 +139,21 @@ fn build(facets: &mut [[Vec3; 3]], first: usize) -> Vec<Node> {
     facets.select_nth_unstable_by(half, |a, b| twice_middle(a, axis).total_cmp(&twice_middle(b, axis)));
     let parallel = facets.len() >= PARALLEL;
     let (low, high) = facets.split_at_mut(half);
-    let (low, high) = if parallel {
-        rayon::join(|| build(low, first), || build(high, first + half))
+    let (of_low, of_high) = below.split_at_mut(nodes_over(half));
+    let areas = if parallel {
+        let (low, high) = rayon::join(|| build(of_low, low, first), || build(of_high, high, first + half));
+        [low, high]
     } else {
-        (build(low, first), build(high, first + half))
+        [build(of_low, low, first), build(of_high, high, first + half)]
     };
-    root.size = 1 + low.len() + high.len();
-    let mut nodes = Vec::with_capacity(root.size);
-    nodes.push(root);
-    nodes.extend(low);
-    nodes.extend(high);
-    nodes
+    let children = [&of_low[0], &of_high[0]];
+    *root = Node { size, ..Node::over(children, areas, facets) };
+    areas[0] + areas[1]
 }
 
 impl Node {
-    fn of(facets: &[[Vec3; 3]]) -> Self {
+    /// A leaf over facets, with their area.
+    fn of(facets: &[[Vec3; 3]]) -> (Self, f64) {
         let area_vector = |t: &[Vec3; 3]| scale(cross(sub(t[1], t[0]), sub(t[2], t[0])), 0.5);
         let middle = |t: &[Vec3; 3]| scale(add(add(t[0], t[1]), t[2]), 1.0 / 3.0);
         let (mut weight, mut centre) = (0.0, [0.0; 3]);
@@ -154,7 +163,6 @@ impl Node {
             centre = along(centre, middle(t), area);
         }
         centre = if weight > 0.0 { scale(centre, 1.0 / weight) } else { facets[0][0] };
-        let radius = facets.iter().flatten().map(|&p| distance(p, centre)).fold(0.0, f64::max);
         let mut expansion = Expansion::default();
         for t in facets {
             let n = area_vector(t);
@@ -171,11 +179,41 @@ impl Node {
                 *row = along(*row, n, if i == k { 0.5 * mean } else { mean });
             }
         }
-        Node { centre, far2: FAR * FAR * radius * radius, size: 1, leaf: 0..0, expansion }
+        (Node { centre, far2: far2(centre, facets), size: 1, leaf: 0..0, expansion }, weight)
+    }
+
+    /// The node over two with these areas and, together, these facets.
+    fn over(children: [&Node; 2], [low, high]: [f64; 2], facets: &[[Vec3; 3]]) -> Self {
+        let share = if low + high > 0.0 { high / (low + high) } else { 0.0 };
+        let [a, b] = children.map(|child| child.centre);
+        let centre = along(a, sub(b, a), share);
+        let mut expansion = Expansion::default();
+        for child in children {
+            expansion.add_from(&child.expansion, sub(child.centre, centre));
+        }
+        Node { centre, far2: far2(centre, facets), size: 0, leaf: 0..0, expansion }
     }
 }
 
+/// Greatest distance of a corner from a centre, squared and times [`FAR`] squared.
+fn far2(centre: Vec3, facets: &[[Vec3; 3]]) -> f64 {
+    FAR * FAR * facets.iter().flatten().map(|&p| norm2(sub(p, centre))).fold(0.0, f64::max)
+}
+
 impl Expansion {
+    /// Adds the moments taken about a centre that lies at `d` from this one's: y − c = (y − c′) + d under the integrals.
+    fn add_from(&mut self, other: &Expansion, d: Vec3) {
+        self.zeroth = add(self.zeroth, other.zeroth);
+        for (i, row) in self.first.iter_mut().enumerate() {
+            *row = along(add(*row, other.first[i]), other.zeroth, d[i]);
+        }
+        for ((row, of), (i, k)) in self.second.iter_mut().zip(other.second).zip(PAIRS) {
+            let share = if i == k { 0.5 } else { 1.0 };
+            let mixed = add(scale(other.first[k], share * d[i]), scale(other.first[i], share * d[k]));
+            *row = along(add(add(*row, of), mixed), other.zeroth, share * d[i] * d[k]);
+        }
+    }
+
     /// 4π times the winding number of the node about a point, with d from the point to the node's centre.
     ///
     /// Taylor series of f(d) = d/|d|³ contracted with the moments.
@@ -230,7 +268,7 @@ mod tests {
     fn far_expansions_converge_at_third_order() {
         let mesh = block([-0.3, -0.2, -0.1], [0.4, 0.3, 0.2]);
         let half: Vec<_> = (0..5).map(|f| mesh.corners(f)).collect();
-        let node = Node::of(&half);
+        let (node, _) = Node::of(&half);
         let open = TriangleMesh::weld(half);
         let error = |distance: f64| {
             let q = scale([0.6, -0.48, 0.64], distance);
@@ -239,6 +277,26 @@ mod tests {
         };
         // The first neglected term falls as distance^-5: a factor of 32 for a doubling, less what comes after it.
         assert!(error(4.0) < 1e-5 && error(8.0) < error(4.0) / 20.0, "{} {}", error(4.0), error(8.0));
+    }
+
+    #[test]
+    fn a_node_over_two_has_the_moments_of_all_their_facets() {
+        let mut r = Lcg(11);
+        let facets: Vec<[Vec3; 3]> = (0..13)
+            .map(|_| {
+                let p = r.point(-3.0, 3.0);
+                [p, add(p, r.point(-1.0, 1.0)), add(p, r.point(-1.0, 1.0))]
+            })
+            .collect();
+        let (whole, area) = Node::of(&facets);
+        let [(a, of_a), (b, of_b)] = [&facets[..5], &facets[5..]].map(Node::of);
+        let merged = Node::over([&a, &b], [of_a, of_b], &facets);
+        let numbers = |node: &Node| {
+            let Expansion { zeroth, first, second } = node.expansion.clone();
+            [&[node.centre, zeroth][..], &first, &second].concat().concat()
+        };
+        assert!((of_a + of_b - area).abs() < 1e-12 && (merged.far2 - whole.far2).abs() < 1e-12 * whole.far2);
+        assert!(numbers(&merged).iter().zip(numbers(&whole)).all(|(x, y)| (x - y).abs() < 1e-11));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! An opening lies in the part and a closing holds it: vertices that say otherwise are drawn back onto the part.
 
+use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, add, along, distance, dot, scale, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};
 use rayon::prelude::*;
@@ -42,9 +43,9 @@ pub(super) fn drawn_back(surface: &mut TriangleMesh, part: &TriangleMesh, exact:
         // another facet that lies on it faces the other way.
         let wrong = |least: f64, facet: u32| outward * dot(off, exact.normal(facet)) > least * nearest.distance;
         let doubled = || exact.nearest_where(p, nearest.distance * AS_NEAR, |facet, _| wrong(0.0, facet)).is_some();
-        (wrong(-0.999, nearest.facet) || doubled()).then_some(nearest.point)
+        (wrong(-0.999, nearest.facet) || doubled()).then_some(nearest)
     };
-    let suspected: Vec<(usize, Vec3)> =
+    let suspected: Vec<(usize, Nearest)> =
         surface.vertices.par_iter().enumerate().filter_map(|(at, p)| Some((at, behind(p)?))).collect();
     if suspected.is_empty() {
         return;
@@ -55,8 +56,11 @@ pub(super) fn drawn_back(surface: &mut TriangleMesh, part: &TriangleMesh, exact:
         .filter(|&(at, _)| (winding.at(surface.vertices[at]) > 0.5) == (side == Side::Outside))
         .map(|(at, nearest)| {
             let bounds = |facet: u32, q: Vec3| is_boundary(exact, &winding, facet, q, h);
+            if bounds(nearest.facet, nearest.point) {
+                return (at, nearest.point);
+            }
             let found = exact.nearest_where(surface.vertices[at], REACH * h, bounds);
-            (at, found.map_or(nearest, |n| n.point))
+            (at, found.unwrap_or(nearest).point)
         })
         .collect();
     for (at, q) in on_part {
@@ -72,8 +76,8 @@ fn is_boundary(exact: &MeshDistance, winding: &Winding, facet: u32, q: Vec3, h: 
     // A little into the facet, so that no side is missed at a sharp rim.
     let inwards = (0.01 * h).min(0.5 * distance(centre, q));
     let beside = along(q, unit(sub(centre, q)), inwards);
-    let [out, back] = [1e-3, -1e-3].map(|off| winding.at(along(beside, exact.normal(facet), off * h)) > 0.5);
-    !out && back
+    let in_material = |off: f64| winding.at(along(beside, exact.normal(facet), off * h)) > 0.5;
+    !in_material(1e-3) && in_material(-1e-3)
 }
 
 #[cfg(test)]
