@@ -328,7 +328,8 @@ impl<'a> Voids<'a> {
     /// Chambers with room for a ball of `room_mm` whose way out is narrower, each with the number of its mouths that let
     /// a ball of `ball_mm` out.
     ///
-    /// A mouth is a place where the void as wide as the ball goes on from the balls that fill the chamber to the outside.
+    /// A mouth is a place where the void as wide as the ball goes on from the balls that fill the chamber to the outside, or
+    /// where these balls themselves reach out of the grid.
     pub fn mouths(&self, clearance: &Field<u32>, room_mm: f64, ball_mm: f64) -> Result<Vec<(Trapped, u64)>> {
         let exits = border(&self.grid, &Side::ALL);
         let level = |diameter: f64| ((0.5 * diameter / self.grid.h()).powi(2).ceil() as u32).max(1);
@@ -351,7 +352,9 @@ impl<'a> Voids<'a> {
             let touches = |at: usize| {
                 let [i, j, k] = self.grid.index(at);
                 let near = |n: usize| beside.contains([i + n % 3, j + n / 3 % 3, k + n / 9]);
-                beyond.contains([i, j, k]) && (0..27).any(near) && parts.of([i, j, k]).is_some_and(|l| out[l as usize])
+                let goes_on = || (0..27).any(near) && parts.of([i, j, k]).is_some_and(|l| out[l as usize]);
+                let reaches_out = || own.contains([i, j, k]) && exits.contains([i, j, k]);
+                clearance.values()[at] >= least && (reaches_out() || beyond.contains([i, j, k]) && goes_on())
             };
             let contact = Indicator::from_predicate(self.grid, touches);
             found.push((self.trapped(&chamber, clearance)?, components(&contact, Adjacency::Corner).count() as u64));
@@ -490,6 +493,21 @@ pub(super) mod tests {
         }
         assert!(wrong.is_empty(), "{} of 10000: {:?}", wrong.len(), &wrong[..wrong.len().min(8)]);
         assert!(seen > 5000 && sealed == 1250, "{seen} {sealed}");
+    }
+
+    #[test]
+    fn a_hole_is_one_mouth_however_thin_its_wall() {
+        for (wall, neck) in [(0.6, 4.0), (1.0, 3.6), (1.0, 4.0), (1.0, 6.0), (1.5, 4.0), (2.0, 6.0), (3.0, 4.0)] {
+            for h in [0.15, 0.24] {
+                let part = part(flask(20.0, 20.0 - 2.0 * wall, neck), h, [0.2, -0.3, 0.1]);
+                let voids = Voids::of(&part).unwrap();
+                let counts = |ball: f64| {
+                    let found = voids.mouths(&voids.clearance().unwrap(), 10.0, ball).unwrap();
+                    found.iter().map(|(_, count)| *count).collect::<Vec<_>>()
+                };
+                assert_eq!((counts(3.0), counts(neck + 1.0)), (vec![1], vec![0]), "{wall} {neck} {h}");
+            }
+        }
     }
 
     #[test]
