@@ -6,6 +6,7 @@ use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, State
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
+use crate::geometry::vector::bounds;
 use crate::geometry::{TriangleMesh, health};
 use crate::grid::{Fitting, Grid};
 use crate::io::Loaded;
@@ -381,15 +382,13 @@ fn part_report(prepared: &Prepared) -> Result<PartReport> {
     let solid = part.solid()?;
     let (low, high) = (solid.inner.volume().as_mm3(), solid.outer.volume().as_mm3());
     let value = if part.is_plain() { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
-    let extent = part.extent();
-    let corners = [part.to_file([0.0; 3]), part.to_file(extent)];
+    let (lo, hi) = bounds(part.mesh().vertices.iter().map(|&p| part.to_file(p))).unwrap_or_default();
     Ok(PartReport {
         file: prepared.file.clone(),
         sha256: prepared.sha256.clone(),
         triangles: part.health_as_read().facet_body.len() as u64,
         bodies: part.health().bodies.len() as u64,
-        box_mm: [f64::min as fn(f64, f64) -> f64, f64::max]
-            .map(|end| [0, 1, 2].map(|a| report_digits(end(corners[0][a], corners[1][a])))),
+        box_mm: [lo, hi].map(|corner| corner.map(report_digits)),
         volume_mm3: Bracket::new(value, low, high).rounded(),
         area_mm2: report_digits(part.mesh().area()),
         units: prepared.units.0.clone(),

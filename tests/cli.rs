@@ -372,6 +372,28 @@ fn json_is_one_document_that_the_schema_accepts() {
 }
 
 #[test]
+fn boxes_are_those_of_the_file_however_the_part_is_turned() {
+    let s = Scratch::new();
+    let part = fixture("wall_111_024");
+    let boxes = |up: &str| {
+        let ran = s.run(&[&part, "--json", "--out", "r", "--only", "thin-wall", "--up", up]);
+        let report: serde_json::Value = serde_json::from_str(&ran.out).expect("JSON");
+        let mut checks = report["checks"].as_array().expect("a list").iter();
+        let wall = checks.find_map(|c| c["findings"].get(0)).expect("a finding");
+        [&report["part"]["box_mm"], &wall["box_mm"]]
+            .map(|b| serde_json::from_value::<[[f64; 3]; 2]>(b.clone()).expect("a box"))
+    };
+    let [whole, wall] = boxes("+z");
+    for up in ["+x", "-y", "0.36,0.48,0.8", "-0.639893,-0.195635,0.743145"] {
+        let [turned, found] = boxes(up);
+        let near = |a: f64, b: f64| (a - b).abs() < 2e-4;
+        assert!((0..3).all(|a| near(turned[0][a], whole[0][a]) && near(turned[1][a], whole[1][a])), "{up}: {turned:?}");
+        // Of a place the box is that in the build, as the file has it, which holds the place.
+        assert!((0..3).all(|a| found[0][a] < wall[0][a] + 0.1 && found[1][a] > wall[1][a] - 0.1), "{up}: {found:?}");
+    }
+}
+
+#[test]
 fn the_same_part_gives_the_same_bytes() {
     let s = Scratch::new();
     let formats = "json,html,png,glb,markdown,junit,sarif,badge";

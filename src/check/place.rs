@@ -2,7 +2,7 @@
 
 use super::contract::Context;
 use super::finding::{Finding, Spot};
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::vector::{Vec3, bounds, corners_of};
 use crate::part::Part;
 use crate::units::report_digits;
 use rustc_hash::FxHashMap;
@@ -18,7 +18,7 @@ pub fn reported(part: &Part, p: Vec3) -> Vec3 {
 /// extent (a power of two of millimetres).
 pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
     finding.at_mm = reported(part, at);
-    let corners = [extent.0, extent.1].map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
+    let corners = corners_of(extent).map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
     let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
     finding.box_mm = [lo, hi];
     let cell = 2.0 * context.spacing_mm;

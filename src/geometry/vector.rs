@@ -82,6 +82,11 @@ pub fn hull(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> (Vec3, Vec3) {
     (least(a.0, b.0), greatest(a.1, b.1))
 }
 
+/// The corners of a box.
+pub fn corners_of((lo, hi): (Vec3, Vec3)) -> [Vec3; 8] {
+    [0, 1, 2, 3, 4, 5, 6, 7].map(|n| [0, 1, 2].map(|a| if n >> a & 1 == 1 { hi[a] } else { lo[a] }))
+}
+
 /// The lesser of two in each component.
 #[inline]
 pub fn least(a: Vec3, b: Vec3) -> Vec3 {

@@ -2,6 +2,7 @@
 
 use super::thickness::ThicknessReport;
 use crate::check::{Bracket, Budget, Finding, Sense, State};
+use crate::geometry::vector::{bounds, corners_of};
 use crate::notice::Notice;
 use crate::process::{Bound, LimitBasis, Process, rule};
 use serde::{Deserialize, Serialize};
@@ -60,10 +61,11 @@ impl PartReport {
         })
     }
 
-    /// The box in the frame of the build, millimetres; poses turn by right angles.
+    /// A box in the frame of the build that holds the part, millimetres: its own where the pose turns by right angles.
     pub fn posed_box(&self) -> [Axis3; 2] {
-        let [a, b] = self.box_mm.map(|p| self.posed(p));
-        [[0, 1, 2].map(|k| a[k].min(b[k])), [0, 1, 2].map(|k| a[k].max(b[k]))]
+        let [lo, hi] = self.box_mm;
+        let (lo, hi) = bounds(corners_of((lo, hi)).map(|p| self.posed(p))).unwrap_or((lo, hi));
+        [lo, hi]
     }
 }
 

@@ -5,7 +5,7 @@ use super::surface::NEAREST;
 use crate::geometry::bvh::{Bounds, Bvh, bounds_of};
 use crate::geometry::health::{neighbours, triangles_cross};
 use crate::geometry::mesh::TriangleMesh;
-use crate::geometry::vector::{Vec3, add, bounds, distance, hull, scale};
+use crate::geometry::vector::{Vec3, add, bounds, corners_of, distance, hull, scale};
 use rustc_hash::FxHashMap;
 
 /// How far off its way back a vertex may go, in spacings.
@@ -195,11 +195,6 @@ impl Near<'_> {
     fn apart(&self, p: Vec3, q: Vec3) -> bool {
         distance(p, q) > 0.1 * NEAREST * self.h
     }
-}
-
-/// The corners of a box.
-fn corners_of((lo, hi): Bounds) -> impl Iterator<Item = Vec3> {
-    (0..8).map(move |n| [0, 1, 2].map(|a| if n >> a & 1 == 1 { hi[a] } else { lo[a] }))
 }
 
 /// The point so far on the way between two.
