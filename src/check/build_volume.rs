@@ -49,7 +49,8 @@ impl Check for BuildVolume {
             f.fix = if best <= 1.0 + tie {
                 format!("{turn}: then it takes {:.0} % of the worst side", 100.0 * best)
             } else {
-                format!("scale to {} % or cut the part; no turn by 90° fits", short(fitting_percent(best)))
+                let way = if turn == AS_IT_IS { String::new() } else { format!("{turn} and ") };
+                format!("{way}scale to {} %, or cut the part; no turn by 90° fits", short(fitting_percent(best)))
             };
             locate(&mut f, part, context, extent.map(|s| 0.5 * s), ([0.0; 3], extent));
             measured.findings.push(f);
@@ -70,10 +71,13 @@ fn fitting_percent(share: f64) -> f64 {
     (exact / unit + 1e-9).floor() * unit
 }
 
+/// The way that is no turn.
+const AS_IT_IS: &str = "leave it as it is";
+
 /// The best of the six ways to lay a box down, in words.
 fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, &'static str) {
     [
-        ([x, y, z], "leave it as it is"),
+        ([x, y, z], AS_IT_IS),
         ([y, x, z], "turn it 90° about z"),
         ([x, z, y], "turn it 90° about x"),
         ([z, y, x], "turn it 90° about y"),
@@ -88,6 +92,23 @@ fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_too_long_is_scaled_as_it_is_turned() {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 0, spacing_mm: 1.0 };
+        let fix = |sides| {
+            let mesh = crate::geometry::cuboid([0.0; 3], sides);
+            let part = Part::new(mesh, crate::part::Up::PlusZ, 1e-6, 1.0).unwrap();
+            let Ok(Outcome::Measured(found)) = BuildVolume.run(&part, &process, &context) else {
+                panic!("not measured")
+            };
+            found.findings[0].fix.clone()
+        };
+        // 250 mm are the height of the machine, 220 its sides.
+        assert!(fix([300.0, 10.0, 10.0]).starts_with("turn it 90° about y and scale to 83 %, or cut"));
+        assert!(fix([10.0, 10.0, 300.0]).starts_with("scale to 83 %, or cut"));
+    }
 
     #[test]
     fn the_best_turn_is_found() {

@@ -105,7 +105,7 @@ impl Cut {
         };
         let flush = if self.flush < self.holding { "" } else { ", flush with what stands behind it" };
         let round = match self.round == self.tried {
-            true => format!(", or round it with a radius of {} mm", plain(0.5 * wall)),
+            true => format!(", or round it with a radius of at least {} mm", plain(0.5 * wall)),
             false => String::new(),
         };
         let tried = match self.holding == self.tried {
@@ -224,10 +224,9 @@ mod tests {
             // The blunt face is as wide as the wedge there.
             let wide = 2.0 * cut.depths[0] * (0.5 * degrees.to_radians()).tan();
             assert!((cut.thickness - wide).abs() < 1e-9 && wide >= 0.8, "{cut:?}");
-            assert!(
-                cut.words(0.8)
-                    .ends_with("or round it with a radius of 0.4 mm: checked on the surface at 8 places along it")
-            );
+            assert!(cut.words(0.8).ends_with(
+                "or round it with a radius of at least 0.4 mm: checked on the surface at 8 places along it"
+            ));
         }
     }
 

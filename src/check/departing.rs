@@ -305,7 +305,8 @@ impl<'a> Seeker<'a> {
             }
             None => {
                 let needed = self.least.along(place.direction);
-                format!("less than {} mm across is {} here", rounded(needed), self.kind())
+                let round = if place.flat { "" } else { ", and of what is round somewhat more" };
+                format!("less than {} mm between flat sides is {} here{round}", rounded(needed), self.kind())
             }
         };
         Ok(f)

@@ -6,6 +6,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported};
 use super::vent::{Downward, Wanted, drilled, shortest_vent};
 use super::void::Voids;
+use crate::access::up_option;
 use crate::convolution::coarsened_any;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -167,7 +168,7 @@ impl Judge<'_> {
                 short(((at[2] - half).max(0.0) * 10.0).round() / 10.0),
                 short((b.rim_mm() * 10.0).round() / 10.0)
             );
-            f.fix = if found.len() < VENTED { self.vented(at, widest)? } else { no_vent() };
+            f.fix = if found.len() < VENTED { self.vented(at, widest, bracket)? } else { no_vent() };
             found.push(f);
             b.join_into(&mut self.shown);
         }
@@ -175,14 +176,14 @@ impl Judge<'_> {
         let tolerance = found.first().map_or(0.0, |f: &Finding| 0.03 * f.value);
         let mut grouped = group_equal(found, tolerance);
         for f in grouped.iter_mut().filter(|f| f.count > 1) {
-            f.message = format!("{} cups: {}", f.count, f.message);
+            f.message = format!("{} such cups, the first: {}", f.count, f.message);
         }
         self.measured.findings.extend(grouped);
         Ok(())
     }
 
     /// A vent at the bottom of a cup, with what the cup still closes once it is there.
-    fn vented(&self, at: Vec3, widest: f64) -> Result<String> {
+    fn vented(&self, at: Vec3, widest: f64, now: Bracket) -> Result<String> {
         let solid = self.voids.solid;
         let wanted = Wanted { ball_mm: VENT, wall_mm: self.wall_mm, downward: Downward::Closed };
         let Some(vent) = shortest_vent(solid, at, wanted) else {
@@ -201,7 +202,9 @@ impl Judge<'_> {
         let sets = parts.split(&labels, 0)?;
         let still = sets.iter().map(|(_, set)| greatest_layer(set, std::iter::repeat(1.0)));
         let still = still.fold(0.0, f64::max) * self.context.spacing_mm.powi(2);
-        Ok(if still <= widest {
+        Ok(if still >= now.low {
+            no_vent()
+        } else if still <= widest {
             format!("drill {}; measured again, {} mm² stay closed", vent.words(self.part), short(still.round()))
         } else {
             format!(
@@ -238,14 +241,8 @@ impl Judge<'_> {
         let best = measured?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(b.1[2].total_cmp(&a.1[2])));
         let (left, [x, y, z]) = best.unwrap_or((f64::INFINITY, [0.0, 0.0, -1.0]));
         let angle = z.clamp(-1.0, 1.0).acos().to_degrees().round();
-        let aside = self.part.direction_to_file([x, y, 0.0]);
-        let towards: String = ["x", "y", "z"].into_iter().zip(aside).map(|(axis, c)| sign(axis, c)).collect();
-        let words = if towards.is_empty() {
-            format!("turn it by {angle}°")
-        } else {
-            format!("tilt it by {angle}° so that its side towards {towards} goes down")
-        };
-        Ok((words, left))
+        let up = up_option(self.part.direction_to_file([x, y, z]));
+        Ok((format!("tilt it by {angle}°, with --up {up}"), left))
     }
 
     fn worst(&mut self, bracket: Bracket, unit: &'static str, at: Option<Vec3>, rule: &'static str) {
@@ -274,8 +271,4 @@ impl Judge<'_> {
 /// What is advised where no straight vent was tried, or none leads out.
 fn no_vent() -> String {
     format!("give it a hole of at least {} mm near the plate", short(VENT))
-}
-
-fn sign(axis: &str, c: f64) -> String {
-    if c.abs() < 1e-9 { String::new() } else { format!("{}{axis}", if c > 0.0 { '+' } else { '-' }) }
 }

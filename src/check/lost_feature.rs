@@ -12,6 +12,7 @@ use super::stroke_room::has_room;
 use super::thin_body::thin_bodies;
 use super::trial::Trial;
 use crate::error::Result;
+use crate::geometry::vector::Vec3;
 use crate::medial::Side;
 use crate::morphology::Bead;
 use crate::part::{Part, bead_of};
@@ -93,6 +94,7 @@ impl Check for LostFeature {
             let lost: Vec<f64> = findings.iter().map(|f| f.value).filter(|v| *v > 0.0).collect();
             let all = match lost.len() {
                 0 | 1 => String::new(),
+                _ if !lie_apart(&findings) => ", counted each with what it shares with others,".into(),
                 _ => format!(", {} mm³ in all,", rounded(lost.iter().sum())),
             };
             let places = lost.len();
@@ -269,12 +271,31 @@ pub fn one_by_state(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.retain(|f| f.state > State::Pass);
     findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
     let (decided, open): (Vec<_>, Vec<_>) = findings.into_iter().partition(|f| f.decided);
-    let mut grouped = [decided, open].map(|findings| group_equal(findings, f64::INFINITY)).concat();
+    [decided, open].map(joined).concat()
+}
+
+/// Findings as one, with their sum where no two count the same.
+fn joined(findings: Vec<Finding>) -> Vec<Finding> {
+    let apart = lie_apart(&findings);
+    let mut grouped = group_equal(findings, f64::INFINITY);
     for f in grouped.iter_mut().filter(|f| f.count > 1) {
-        let all = rounded(f.volume_mm3.unwrap_or(f.value));
-        f.message = format!("{} places, {all} mm³ in all; the largest: {}", f.count, f.message);
+        let sum =
+            if apart { format!(", {} mm³ in all", rounded(f.volume_mm3.unwrap_or(f.value))) } else { String::new() };
+        f.volume_mm3 = f.volume_mm3.filter(|_| apart);
+        f.message = format!("{} places{sum}; the largest: {}", f.count, f.message);
     }
     grouped
+}
+
+/// Whether the boxes of findings lie apart: what hangs together is counted with each place that it lies beside.
+fn lie_apart(findings: &[Finding]) -> bool {
+    let mut boxes: Vec<[Vec3; 2]> = findings.iter().map(|f| f.box_mm).collect();
+    boxes.sort_by(|a, b| a[0][0].total_cmp(&b[0][0]));
+    let meets = |a: &[Vec3; 2], b: &[Vec3; 2]| (0..3).all(|c| a[0][c] <= b[1][c] && b[0][c] <= a[1][c]);
+    boxes
+        .iter()
+        .enumerate()
+        .all(|(n, a)| boxes.iter().skip(n + 1).take_while(|b| b[0][0] <= a[1][0]).all(|b| !meets(a, b)))
 }
 
 #[cfg(test)]
@@ -283,6 +304,23 @@ mod tests {
     use crate::geometry::union::united;
     use crate::geometry::{TriangleMesh, cuboid};
     use crate::part::Up;
+
+    #[test]
+    fn places_that_count_the_same_have_no_sum() {
+        let of = |lo: f64, hi: f64| {
+            let limits = Limits { fail: None, warn: Some(0.1), sense: crate::check::Sense::Max };
+            let mut f = Finding::judged("AM106", "lost", Bracket::exact(1.0), Basis::Exact, limits, "mm3", 0.0);
+            (f.box_mm, f.volume_mm3) = ([[lo, 0.0, 0.0], [hi, 1.0, 1.0]], Some(1.0));
+            f
+        };
+        let apart = one_by_state(vec![of(0.0, 1.0), of(2.0, 3.0), of(1.2, 1.8)]);
+        assert!(
+            apart[0].message.starts_with("3 places, 3 mm³ in all") && apart[0].volume_mm3 == Some(3.0),
+            "{apart:?}"
+        );
+        let shared = one_by_state(vec![of(0.0, 1.0), of(2.0, 3.0), of(0.8, 1.8)]);
+        assert!(shared[0].message.starts_with("3 places; the largest") && shared[0].volume_mm3.is_none(), "{shared:?}");
+    }
 
     /// What AM106 calls raised or engraved in fdm.
     fn told(mesh: TriangleMesh) -> Vec<String> {

@@ -220,7 +220,7 @@ fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
     (f.message, f.fix) = match f.kind.as_str() {
         "merged" => (
             format!("growing by {offset} mm merges {}{pair}, {width} mm apart", many("bodies", "pairs of bodies")),
-            format!("{}, or {}", more, parted(part, &f, limits, &grow)),
+            format!("{}{}", more, or_else(&parted(part, &f, limits, &grow))),
         ),
         "closed" => (
             format!("growing by {offset} mm closes {} of {width} mm", many("a gap", "gaps")),

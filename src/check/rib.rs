@@ -5,7 +5,7 @@ use super::hanging::{LEDGE, respanned};
 use super::place::reported;
 use super::rods::plain;
 use crate::geometry::vector::{Vec3, along, distance, sub, unit};
-use crate::layer::{Ceiling, Reach, lifted, stretch};
+use crate::layer::{Ceiling, Reach, above, stretch};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;
@@ -38,6 +38,8 @@ pub enum Ribbing {
     TooTall { tall: f64, thick: f64 },
     /// So long is a span that is left with all ribs in place.
     StillSpans(f64),
+    /// One would stand on another body, or come nearer to one than the process keeps apart.
+    Joins,
 }
 
 /// Ribs under which a ceiling holds.
@@ -45,8 +47,8 @@ pub enum Ribbing {
 pub struct Held {
     ribs: Vec<Rib>,
     thick: f64,
-    /// Height of the tallest.
-    tall: f64,
+    /// Heights of the lowest and the tallest.
+    tall: [f64; 2],
     /// Whether all stand on the part, and none on the plate.
     on_part: bool,
     /// Whether one reaches from wall to wall over its whole height.
@@ -65,11 +67,11 @@ impl Ribbing {
         let first = Trying { part, process, ceiling, limit, thick: wall }.run();
         let slender = limits_of(process, "tall-feature").and_then(|l| l.warn.or(l.fail));
         match (&first, slender) {
-            (Ribbing::Holds(held), Some(most)) if held.tall > most * wall => {
+            (Ribbing::Holds(held), Some(most)) if held.tall[1] > most * wall => {
                 // Rounded up to tenths: a tall rib has to stand by itself before the ceiling reaches it.
-                let thick = (10.0 * held.tall / most - 1e-6).ceil() / 10.0;
+                let thick = (10.0 * held.tall[1] / most - 1e-6).ceil() / 10.0;
                 match (Trying { part, process, ceiling, limit, thick }).run() {
-                    Ribbing::NoPlace => Ribbing::TooTall { tall: held.tall, thick },
+                    Ribbing::NoPlace => Ribbing::TooTall { tall: held.tall[1], thick },
                     found => found,
                 }
             }
@@ -90,6 +92,7 @@ impl Ribbing {
                 format!("more than {MOST} ribs would be needed under it for spans of no more than {limit} mm")
             }
             Ribbing::NoPlace => "no rib has a place across it".into(),
+            Ribbing::Joins => "a rib under it would join it to another body".into(),
             Ribbing::TooTall { tall, thick } => format!(
                 "a rib under it would be {} mm tall and stand only if it were {} mm thick, which leaves no room beside it",
                 plain(*tall),
@@ -117,8 +120,9 @@ impl Held {
         let more = match self.ribs.len() {
             1 => String::new(),
             _ => {
-                let middles = self.ribs.iter().skip(1).map(|r| point(middle(r.ends)));
-                format!(", the others across {}", middles.collect::<Vec<_>>().join(" and across "))
+                let others = self.ribs.iter().skip(1).map(|r| r.ends.map(point));
+                let others: Vec<String> = others.map(|[from, to]| format!("from {from} to {to}")).collect();
+                format!(", the {} {}", if others.len() == 1 { "other" } else { "others" }, others.join(" and "))
             }
         };
         let stands = if self.on_part { "on the part" } else { "on the plate" };
@@ -127,10 +131,13 @@ impl Held {
             false => "nothing then spans freely".to_string(),
         };
         let closes = if self.closes { "; leave a way through it, for it reaches from wall to wall" } else { "" };
+        let tall = match self.tall.map(plain) {
+            [low, high] if low == high => high,
+            [low, high] => format!("{low} to {high}"),
+        };
         format!(
-            "put {ribs} of {} mm under it, {first}from {from} to {to}{more}, {} mm tall, {stands}: measured again, {left}{closes}",
+            "put {ribs} of {} mm under it, {first}from {from} to {to}{more}, {tall} mm tall, {stands}: measured again, {left}{closes}",
             plain(self.thick),
-            plain(self.tall),
         )
     }
 }
@@ -166,7 +173,7 @@ impl Trying<'_> {
             match span.filter(|s| s.high_mm > self.limit + 1e-6) {
                 Some(long) if long.low_mm > self.limit => longest = long,
                 Some(long) => return Ribbing::StillSpans(long.high_mm),
-                None => return Ribbing::Holds(self.standing(ribs, span.map_or(0.0, |s| s.high_mm))),
+                None => return self.standing(ribs, span.map_or(0.0, |s| s.high_mm)),
             }
         }
         Ribbing::StillSpans(longest.high_mm)
@@ -210,23 +217,43 @@ impl Trying<'_> {
         [[p, q, r], [p, r, s]]
     }
 
-    /// What ribs stand on, looked for below five places along the middle and both sides of each.
-    fn standing(&self, ribs: Vec<Rib>, span: f64) -> Held {
-        let mut held = Held { ribs, thick: self.thick, tall: 0.0, on_part: true, closes: false, span };
+    /// What ribs stand on, looked for below five places along the middle and both sides of each; and whether that is the ceiling's
+    /// body, and no other is near.
+    fn standing(&self, ribs: Vec<Rib>, span: f64) -> Ribbing {
+        let mut held = Held { ribs, thick: self.thick, tall: [f64::INFINITY, 0.0], on_part: true, closes: false, span };
         for rib in &held.ribs {
             let [a, b] = rib.ends;
             let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
             for (n, side) in (0..5).flat_map(|n| [-0.49, 0.0, 0.49].map(|side| (n, side))) {
                 let at = along(a, sub(b, a), 0.05 + 0.225 * f64::from(n));
                 let at = [at[0] - side * self.thick * way[1], at[1] + side * self.thick * way[0]];
-                let top = lifted(self.part.mesh(), &self.ceiling.facets, at);
+                // Beside the ceiling there is nothing to hold.
+                let Some(top) = above(self.part.mesh(), &self.ceiling.facets, at) else { continue };
                 let met = self.below(top);
+                let tall = met.unwrap_or(top[2]);
+                if self.joins(top, tall) {
+                    return Ribbing::Joins;
+                }
                 held.on_part &= met.is_some();
-                held.tall = held.tall.max(met.unwrap_or(top[2]));
+                held.tall = [held.tall[0].min(tall), held.tall[1].max(tall)];
             }
             held.closes |= self.closes(rib);
         }
-        held
+        Ribbing::Holds(held)
+    }
+
+    /// Whether material as tall, below a place of the ceiling, comes nearer to another body than the process keeps apart.
+    fn joins(&self, top: Vec3, tall: f64) -> bool {
+        let bodies = &self.part.health().facet_body;
+        let own = self.ceiling.facets.first().and_then(|&f| bodies.get(f as usize));
+        let apart = limits_of(self.process, "narrow-gap").and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
+        let is_other = |f: u32, _| bodies.get(f as usize) != own;
+        let within = apart.max(2.0 * self.part.tie());
+        self.part.health().bodies.len() > 1
+            && (0..=4).any(|n| {
+                let p = along(top, [0.0, 0.0, -0.25 * f64::from(n)], tall);
+                self.part.distance().nearest_where(p, within, is_other).is_some()
+            })
     }
 
     /// How far below a place of the ceiling the part is met; `None` where the plate is met first.
@@ -281,10 +308,36 @@ mod tests {
             let Ribbing::Holds(held) = &found else { panic!("{span}: {found:?}") };
             let free = (span - 1.2 * f64::from(ribs)) / (f64::from(ribs) + 1.0);
             assert_eq!((held.ribs.len(), held.on_part, held.closes), (ribs as usize, false, false), "{held:?}");
-            assert!((held.span - free).abs() < 1e-6 && (held.tall - 8.0).abs() < 1e-9 && held.thick == 1.2, "{held:?}");
+            assert!(
+                (held.span - free).abs() < 1e-6
+                    && held.tall.iter().all(|t| (t - 8.0).abs() < 1e-9)
+                    && held.thick == 1.2,
+                "{held:?}"
+            );
             assert!(found.words(&part, 10.0).contains("on the plate"), "{}", found.words(&part, 10.0));
         }
         assert!(matches!(tried(bench(120.0)).0, Ribbing::TooMany));
+    }
+
+    #[test]
+    fn no_rib_is_advised_that_would_join_a_body_under_the_ceiling() {
+        // A rail that slides between the legs, and one that is as far off as the process keeps apart.
+        for (top, joins) in [(7.4, true), (4.0, true)] {
+            let rail = cuboid([4.0, 0.0, 0.0], [20.0, 6.0, top]);
+            assert_eq!(tried(bench(18.0).joined(&rail)).0 == Ribbing::Joins, joins, "{top}");
+        }
+        let beside = cuboid([4.0, 7.0, 0.0], [20.0, 9.0, 7.0]);
+        assert!(tried(bench(18.0).joined(&beside)).0.holds());
+    }
+
+    #[test]
+    fn a_rib_over_a_step_is_as_tall_as_what_is_below_it() {
+        let step = cuboid([2.5, 3.0, -1.0], [22.0, 6.0, 2.0]);
+        let mesh = crate::geometry::union::united(&bench(18.0).joined(&step), 1e-6).unwrap();
+        let (found, part) = tried(mesh);
+        let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
+        assert!((held.tall[0] - 6.0).abs() < 1e-6 && (held.tall[1] - 9.0).abs() < 1e-6, "{held:?}");
+        assert!(found.words(&part, 10.0).contains("6 to 9 mm tall"), "{}", found.words(&part, 10.0));
     }
 
     #[test]
@@ -308,7 +361,10 @@ mod tests {
         };
         let (found, part) = tried(room(9.0));
         let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
-        assert!(held.on_part && held.closes && (held.tall - 9.0).abs() < 1e-9 && held.thick == 1.2, "{held:?}");
+        assert!(
+            held.on_part && held.closes && held.tall.iter().all(|t| (t - 9.0).abs() < 1e-9) && held.thick == 1.2,
+            "{held:?}"
+        );
         assert!(found.words(&part, 10.0).contains("on the part") && found.words(&part, 10.0).contains("leave a way"));
         let (found, _) = tried(room(16.0));
         let Ribbing::Holds(held) = &found else { panic!("{found:?}") };

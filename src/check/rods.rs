@@ -28,11 +28,17 @@ pub fn rule_of(side: Side) -> &'static str {
     }
 }
 
-/// What a process wants to know of the rods on a side, a quarter beyond its widest limit; `None` without a limit.
+/// Pins as wide as this are judged by their slenderness, mm, whatever the limit of their diameter.
+const SLENDER: f64 = 3.75;
+
+/// What a process wants to know of the rods on a side: a quarter beyond its widest limit, and of pins up to [`SLENDER`] where their
+/// slenderness is limited; `None` without a limit.
 fn wanted(process: &Process, side: Side) -> Option<Wanted> {
     let limits = limits_of(process, rule_of(side))?;
     let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max);
-    (widest > 0.0).then_some(Wanted { side, within: 1.25 * widest, elongation: elongation(side) })
+    let is_slender = side == Side::Material && limits_of(process, "thin-pin.slenderness").is_some();
+    let least = if is_slender { SLENDER } else { 0.0 };
+    (widest > 0.0).then_some(Wanted { side, within: least.max(1.25 * widest), elongation: elongation(side) })
 }
 
 fn elongation(side: Side) -> f64 {
@@ -176,7 +182,7 @@ const ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
 const ON_SIDE: f64 = 1.2;
 
 /// Whether a rod can grow on all sides and leave beside it what has to be left, with other rods grown as well.
-fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f64)]) -> Fit {
+pub fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f64)]) -> Fit {
     let stride = rod.line.len().div_ceil(12).max(1);
     let (within, most) = (by + beside, others.iter().map(|o| o.1).fold(0.0, f64::max));
     let tries = rod.line.windows(2).step_by(stride).flat_map(|w| {
@@ -221,6 +227,35 @@ mod tests {
     use super::*;
     use crate::geometry::{TriangleMesh, cuboid, revolved};
     use crate::part::Up;
+
+    /// The findings of AM102 on what is turned on a lathe.
+    fn pins(profile: &[[f64; 2]], process: &str) -> Vec<Finding> {
+        let part = Part::new(revolved(profile, 48), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let context = Context { refine: 0, spacing_mm: 0.1 };
+        let found = ThinPin.run(&part, &Process::named(process).unwrap(), &context);
+        let Ok(Outcome::Measured(found)) = found else { panic!("not measured") };
+        found.findings
+    }
+
+    #[test]
+    fn slender_pins_wider_than_the_limit_of_their_diameter_are_found() {
+        // A pin in the middle of a plate of 2 mm; in sls no wider than a tenth of their length.
+        let pin = |r: f64, tall: f64| {
+            let z = 2.0 + tall;
+            pins(&[[0.0, 0.0], [6.0, 0.0], [6.0, 2.0], [r, 2.0], [r, z], [0.0, z]], "sls")
+        };
+        for r in [0.45, 0.52, 0.8, 1.5] {
+            assert_eq!(pin(r, 19.0 * r), []);
+            let found = pin(r, 21.0 * r);
+            assert!(found.len() == 1 && found[0].kind == "slender-pin", "{r}: {found:?}");
+            assert!(found[0].fix.contains("there is room for it"), "{}", found[0].fix);
+        }
+        // In a well that leaves 0.35 mm beside it.
+        let well =
+            [[0.0, 0.0], [4.0, 0.0], [4.0, 14.0], [0.95, 14.0], [0.95, 2.0], [0.6, 2.0], [0.6, 15.0], [0.0, 15.0]];
+        let found = pins(&well, "sls");
+        assert!(found.len() == 1 && found[0].fix.starts_with(NO_ROOM), "{found:?}");
+    }
 
     #[test]
     fn pins_in_a_row_that_all_grow_leave_each_other_no_room() {

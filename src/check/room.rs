@@ -1,7 +1,7 @@
 //! Whether what is thickened or widened has room: such a hint is tried on the surface before it is given.
 
 use super::contract::limits_of;
-use crate::geometry::vector::{Vec3, along, sub, unit};
+use crate::geometry::vector::{Vec3, along, dot, sub, unit};
 use crate::medial::{Sample, Side};
 use crate::part::Part;
 use crate::process::Process;
@@ -13,6 +13,12 @@ const TRIED: usize = 64;
 
 /// Cubes that a patch may touch to be noted in each.
 const LARGE: i64 = 512;
+
+/// Surface that runs within 6° along a way is not in it: the floor that a wall stands on, the facets of a round face.
+const GRAZING: f64 = 0.1;
+
+/// Facets that a way grazes, at most.
+const GRAZED: usize = 16;
 
 /// How a hint begins that says that there is none.
 pub const NO_ROOM: &str = "there is no room";
@@ -167,10 +173,17 @@ impl<'a> Growth<'a> {
 
     /// How far it is to what lies beside, as far as that matters, and by how much that has to grow itself.
     fn free(&self, from: Vec3, way: Vec3, by: f64) -> (f64, f64) {
-        let (near, far) = (self.part.step(), by + self.beside + self.others.map_or(0.0, |(_, to)| to));
-        let Some((at, facet)) = self.part.distance().first_hit(from, way, near, far) else { return (far, 0.0) };
-        let met = along(from, way, at);
-        (at, self.others.map_or(0.0, |(thin, to)| thin.growth(facet, met, to)))
+        let (mut near, far) = (self.part.step(), by + self.beside + self.others.map_or(0.0, |(_, to)| to));
+        for _ in 0..GRAZED {
+            let Some((at, facet)) = self.part.distance().first_hit(from, way, near, far) else { break };
+            if dot(self.part.distance().normal(facet), way).abs() < GRAZING {
+                near = at + self.part.step();
+                continue;
+            }
+            let met = along(from, way, at);
+            return (at, self.others.map_or(0.0, |(thin, to)| thin.growth(facet, met, to)));
+        }
+        (far, 0.0)
     }
 
     /// The hint that asks for so much, with what trying it has shown: at how many places there is room, room as long as what is thin
@@ -234,6 +247,18 @@ mod tests {
         };
         // Half on both sides of both leaves as much less; one of them alone has more room.
         assert_eq!([0.41, 0.39, 0.31, 0.29].map(fit), [Fit::Roomy, Fit::Alone, Fit::Alone, Fit::Cramped]);
+    }
+
+    #[test]
+    fn the_floor_that_a_wall_stands_on_is_not_in_its_way() {
+        // A blind hole as deep as the wall round it is high, so that contacts lie on the floor's height.
+        let profile =
+            [[0.0, 4.0], [0.5, 4.0], [0.5, 12.0], [1.1, 12.0], [1.1, 4.0], [8.0, 4.0], [8.0, 0.0], [0.0, 0.0]];
+        let part = part(crate::geometry::revolved(&profile.map(|[r, z]| [r, z]), 32).flipped());
+        let part = if part.mesh().signed_volume() > 0.0 { part } else { panic!("inside out") };
+        let growth = Growth::new(&part, &Process::named("sls").unwrap(), Side::Material);
+        assert_eq!(growth.fits_between([[0.5, 0.0, 4.0], [1.1, 0.0, 4.0]], 0.1), Fit::Roomy);
+        assert_eq!(growth.fits_between([[0.5, 0.0, 8.0], [1.1, 0.0, 8.0]], 0.1), Fit::Roomy);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What is said of sheets: their places, what to change there, and how far the search went.
 
 use super::finding::{Finding, Limits};
-use super::room::{Fit, Growth, Thin};
+use super::room::{Fit, Growth, NO_ROOM, Thin};
 use super::sheet::{Kind, Sheets};
 use crate::geometry::vector::Vec3;
 use crate::medial::{Cover, Question, Sample, Side};
@@ -50,6 +50,7 @@ impl Sheets<'_> {
         });
         f.message = match f.count {
             1 => format!("{noun} of {value} mm {place}{area}"),
+            n if area.is_empty() => format!("{n} {noun}s of {value} mm, the first {place}"),
             n => format!("{n} {noun}s of {value} mm{area} in all, the first {place}"),
         };
         let to = |limit: f64| format!("{verb} by {} mm to {} mm", enough(limit - f.value), short(limit));
@@ -66,7 +67,8 @@ impl Sheets<'_> {
             (None, None) => format!("{} mm is as much as the limit asks", value),
         };
         if f.kind == "gap-between-bodies" {
-            f.fix.push_str(", or join the bodies on purpose");
+            let or = if f.fix.starts_with(NO_ROOM) { "; join" } else { ", or join" };
+            f.fix.push_str(&format!("{or} the bodies if that is meant"));
         }
     }
 

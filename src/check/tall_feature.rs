@@ -86,7 +86,7 @@ impl Check for TallFeature {
             let (wide, tall) = (t.height_mm / least, t.width_mm.0 * least);
             let share = t.at_most / t.slenderness();
             f.fix = format!(
-                "widen it to {} mm, shorten it to {} mm, or brace it",
+                "widen it to {} mm between its sides, shorten it to {} mm, or brace it",
                 short((100.0 * wide * share).ceil() / 100.0),
                 short((100.0 * tall / share).floor() / 100.0)
             );

@@ -3,7 +3,8 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, looked, placed, plain, remedy, search, worst};
+use super::rods::{diameter_finding, fit, is_judged, looked, placed, plain, remedy, search, worst};
+use super::room::{Fit, Growth, NO_ROOM};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -30,7 +31,7 @@ static META: Meta = Meta {
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
              held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
-             A pin on which no such place lies is not seen as one; below the wall limit it is then found as a wall.",
+             Pins wider than 3.75 mm and a quarter beyond the limit of their diameter are not looked for. A pin on which no such place lies is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
 };
 
@@ -49,7 +50,8 @@ impl Check for ThinPin {
         let mut findings: Vec<Finding> =
             pins.iter().map(|r| too_thin(part, context, r, limits)).filter(|f| f.state > State::Pass).collect();
         if let Some(most) = limits_of(process, "thin-pin.slenderness") {
-            findings.extend(pins.iter().filter_map(|r| too_slender(part, context, r, most)));
+            let thickened = Growth::new(part, process, Side::Material);
+            findings.extend(pins.iter().filter_map(|r| too_slender((part, context), r, most, &thickened)));
         }
         findings.sort_by(Finding::worst_first);
         let mut findings = group_equal(findings, 0.004);
@@ -84,7 +86,7 @@ fn too_thin(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Findin
 }
 
 /// A pin with a free end that is too high for its diameter.
-fn too_slender(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Option<Finding> {
+fn too_slender((part, context): (&Part, &Context), rod: &Rod, limits: Limits, thickened: &Growth) -> Option<Finding> {
     if !rod.ends.iter().any(|end| [End::Closed, End::Head].contains(end)) {
         return None;
     }
@@ -100,8 +102,14 @@ fn too_slender(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Opt
     placed(&mut f, part, context, rod);
     f.message = format!("{} mm in diameter, {}", plain(rod.mean_diameter()), form(rod));
     let limit = f.fail.filter(|l| rounder > *l).or(f.warn)?;
-    f.fix =
-        format!("thicken to {} mm, or shorten to {} mm", plain(rod.length / limit), plain(rod.mean_diameter() * limit));
+    // Rounded so that what was followed to the letter keeps the limit.
+    let [to, short_to] = [(1e2 * rod.length / limit).ceil() / 1e2, (1e2 * rod.mean_diameter() * limit).floor() / 1e2];
+    let by = 0.5 * (to - rod.narrowest.inscribed).max(0.0);
+    let thicken = match fit(part, rod, (by, thickened.beside), &[]) {
+        Fit::Roomy => format!("thicken to {} mm: there is room for it, checked on the surface; or ", plain(to)),
+        _ => format!("{NO_ROOM} to thicken it to {} mm; ", plain(to)),
+    };
+    f.fix = format!("{thicken}shorten to {} mm", plain(short_to));
     (f.state > State::Pass).then_some(f)
 }
 

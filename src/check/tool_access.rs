@@ -130,7 +130,7 @@ struct Obstructed {
     stops: f64,
     /// `, held off by its holder`.
     by: String,
-    /// `open a way at least 28 mm wide and 5.4 mm deep from +z`, where it is known what strikes.
+    /// `open a way to this place, at least 28 mm wide and 5.4 mm deep from +z`, where it is known what strikes.
     way: Option<String>,
     /// The touching tip, and where it strikes, in the frame of the file.
     points: Vec<Vec3>,
@@ -325,7 +325,10 @@ impl Judged<'_> {
             // What is still outside where it strikes has to get in.
             let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
             let [wide, deep] = [wide, stops].map(|v| short(round(v)));
-            found.way = Some(format!("open a way at least {wide} mm wide and {deep} mm deep from {}", found.from));
+            found.way = Some(format!(
+                "open a way to this place, at least {wide} mm wide and {deep} mm deep from {}",
+                found.from
+            ));
             found.points.push(reported(self.part, place));
         }
         Some(found)

@@ -100,9 +100,13 @@ fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -
         format!("the centre of mass lies only {} mm inside the footprint", short(round(depth)))
     };
     let volume = own.mesh.signed_volume();
-    f.fix = match broader_foot(&footprint, centre, volume, process.layer_height_mm, least + SPARE) {
+    // As thick as a wall, so that it is none that is too thin.
+    let wall = limits_of(process, "thin-wall").and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
+    let thick = wall.max(process.layer_height_mm);
+    f.fix = match broader_foot(&footprint, centre, volume, thick, least + SPARE) {
         Some((wider, inside)) => format!(
-            "give it a foot of one layer, {} mm broader on that side: measured again, the centre of mass lies {} mm inside",
+            "give it a foot {} mm thick, {} mm broader on that side: measured again, the centre of mass lies {} mm inside",
+            short(thick),
             short((100.0 * wider).ceil() / 100.0),
             short((100.0 * inside).floor() / 100.0)
         ),
@@ -116,9 +120,9 @@ pub(super) fn round(mm: f64) -> f64 {
     (100.0 * mm).round() / 100.0
 }
 
-/// How far a foot has to reach beyond the footprint, and how deep inside it the centre of mass lies then: a foot of one layer under
+/// How far a foot has to reach beyond the footprint, and how deep inside it the centre of mass lies then: a foot as thick, under
 /// all within some distance of the centre of mass, whose own mass is counted.
-fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, layer: f64, least: f64) -> Option<(f64, f64)> {
+fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, thick: f64, least: f64) -> Option<(f64, f64)> {
     let corners = || footprint.corners().iter().copied();
     let (area, middle) = centroid(footprint);
     let short_of = -footprint.depth([centre[0], centre[1]]);
@@ -133,8 +137,8 @@ fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, layer: f64, least: 
         let broader = Hull::of(corners().chain(round));
         let (whole, of_whole) = centroid(&broader);
         let moved = [0, 1].map(|a| {
-            let moment = volume * centre[a] + layer * (whole * of_whole[a] - area * middle[a]);
-            moment / (volume + layer * (whole - area))
+            let moment = volume * centre[a] + thick * (whole * of_whole[a] - area * middle[a]);
+            moment / (volume + thick * (whole - area))
         });
         let inside = broader.depth(moved);
         if inside >= least {

@@ -100,6 +100,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         context,
         voids: &voids,
         wall_mm: least_wall(process).unwrap_or(context.spacing_mm),
+        mouths: limits_of(process, "trapped-volume.mouths").and_then(|l| l.warn.or(l.fail)).unwrap_or(1.0),
         measured: Measured::default(),
         shapes: Vec::new(),
         doubtful_rooms: 0,
@@ -158,6 +159,8 @@ struct Judge<'a> {
     voids: &'a Voids<'a>,
     /// The wall that has to stay around a vent.
     wall_mm: f64,
+    /// Ways out that the process asks of a hollow.
+    mouths: f64,
     measured: Measured,
     shapes: Vec<(f64, TriangleMesh)>,
     /// Rooms narrower than the limit that may have a way out as wide as it.
@@ -180,7 +183,9 @@ impl Judge<'_> {
             (n, false) => format!("{n} voids that may be sealed, about {} mm³ in all", short(sum)),
         };
         f.fix = if certain {
-            self.vent_words(&order, if ball > 0.0 { ball } else { PLAIN_VENT })?
+            let vent = self.vent_words(&order, if ball > 0.0 { ball } else { PLAIN_VENT })?;
+            let more = format!("; to empty a hollow this process asks for {} ways out", short(self.mouths));
+            if self.mouths > 1.0 { vent + &more } else { vent }
         } else {
             let half = short(0.5 * self.context.spacing_mm);
             format!("look again with --voxel {half}mm, or close the mesh so that its shells tell")

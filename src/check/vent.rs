@@ -95,8 +95,8 @@ fn with(mut index: [usize; 3], axis: usize, at: usize) -> [usize; 3] {
     index
 }
 
-/// Whether a vent has a wall all round: halfway through each piece of material on its axis, everything as far beside it as the wall is thick is
-/// material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
+/// Whether a vent has a wall all round: a quarter, half and three quarters of the way through each piece of material on its axis,
+/// everything as far beside it as the wall is thick is material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
 fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
     let grid = solid.centres.grid();
     let (u, v, beside) = ((vent.axis + 1) % 3, (vent.axis + 2) % 3, 0.5 * vent.diameter_mm + wanted.wall_mm);
@@ -111,15 +111,16 @@ fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
             (is_notch && at[2] < 0.0) || grid.sample_at(at).is_some_and(|sample| solid.centres.contains(sample))
         })
     };
-    halfway(solid, vent, start).into_iter().all(is_walled)
+    along_walls(solid, vent, start).into_iter().all(is_walled)
 }
 
-/// The middles of the pieces of material on the axis of a vent, as indices along it.
-fn halfway(solid: &Solid, vent: &Vent, start: [usize; 3]) -> Vec<usize> {
+/// Places a quarter, half and three quarters through the pieces of material on the axis of a vent, as indices along it.
+fn along_walls(solid: &Solid, vent: &Vent, start: [usize; 3]) -> Vec<usize> {
     let last = solid.centres.grid().dims()[vent.axis].saturating_sub(1);
     let passed = if vent.upward { start[vent.axis]..=last } else { 0..=start[vent.axis] };
     let material: Vec<usize> = passed.filter(|&c| solid.centres.contains(with(start, vent.axis, c))).collect();
-    material.chunk_by(|a, b| a + 1 == *b).filter_map(|piece| piece.get(piece.len() / 2).copied()).collect()
+    let quarters = |piece: &[usize]| [1, 2, 3].map(|n| piece.get(n * piece.len() / 4).copied());
+    material.chunk_by(|a, b| a + 1 == *b).flat_map(quarters).flatten().collect()
 }
 
 /// Samples of the least piece that counts: what is smaller may be how the grid cuts an edge.

@@ -45,6 +45,12 @@ pub fn stretch(mesh: &TriangleMesh, facets: &[u32], at: Point, direction: Point)
 
 /// The point of the facets above a place; at the height of the lowest of them where none is.
 pub fn lifted(mesh: &TriangleMesh, facets: &[u32], p: Point) -> Vec3 {
+    let lowest = || facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
+    above(mesh, facets, p).unwrap_or_else(|| [p[0], p[1], lowest()])
+}
+
+/// The point of the facets above a place, if one is.
+pub fn above(mesh: &TriangleMesh, facets: &[u32], p: Point) -> Option<Vec3> {
     let over = |f: &&u32| {
         let [a, b, c] = mesh.corners(**f as usize);
         let turn = |a: Vec3, b: Vec3| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
@@ -57,8 +63,7 @@ pub fn lifted(mesh: &TriangleMesh, facets: &[u32], p: Point) -> Vec3 {
         let (n, a) = (mesh.area_vector(*f as usize), mesh.corners(*f as usize)[0]);
         a[2] - (n[0] * (p[0] - a[0]) + n[1] * (p[1] - a[1])) / n[2]
     };
-    let lowest = facets.iter().flat_map(|&f| mesh.corners(f as usize)).map(|p| p[2]).fold(f64::INFINITY, f64::min);
-    [p[0], p[1], facets.iter().find(over).map_or(lowest, on)]
+    facets.iter().find(over).map(|f| [p[0], p[1], on(f)])
 }
 
 #[cfg(test)]
