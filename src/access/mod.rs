@@ -30,7 +30,9 @@ pub use disc::Disc;
 pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
 pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio};
-pub use orient::{Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support};
+pub use orient::{
+    Footing, Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support,
+};
 pub use pose::{
     Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,
     super_fibonacci, within_tilt,

@@ -3,11 +3,11 @@
 use super::direction::{Facets, LEVEL, Score, Whole, candidates};
 use crate::error::{Error, Result};
 use crate::geometry::vector::{Vec3, angle, unit};
-use crate::geometry::{TriangleMesh, occupancy};
+use crate::geometry::{Hull, TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    Measuring, Search, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, support_volume,
-    supports,
+    Measuring, Search, SelfHolding, ceilings, downward_facets, hidden_from_outside, section_area, section_points,
+    support_volume, supports,
 };
 use crate::process::Process;
 use crate::topology::{Falls, Passage, retained};
@@ -36,6 +36,17 @@ pub struct Question {
     pub apart: Angle,
     /// Samples along the longest side for the full measure.
     pub samples: usize,
+    /// What is asked of a pose beside that.
+    pub footing: Footing,
+}
+
+/// Whether a part has to stand by itself while it is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Footing {
+    /// Its centre of mass has to lie over its first layer: poses that topple come after those that do not.
+    Needed,
+    /// Powder or supports hold it.
+    Any,
 }
 
 impl Question {
@@ -53,7 +64,16 @@ impl Question {
             given: None,
             apart: Angle::degrees(8.0),
             samples: 128,
+            footing: if process.limit("tall-feature.topple").is_some() { Footing::Needed } else { Footing::Any },
         }
+    }
+
+    /// Whether a part that stands on z = 0 may stand so.
+    pub(super) fn is_footed(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
+        self.footing == Footing::Any
+            || posed
+                .centre_of_mass(bounding)
+                .is_some_and(|[x, y, _]| Hull::of(section_points(posed, 0.5 * self.layer_mm)).depth([x, y]) >= 0.0)
     }
 
     /// Whether a box, turned about the vertical by 90° if that helps, fits the machine.
@@ -86,6 +106,9 @@ pub struct Orientation {
     pub box_mm: Vec3,
     /// Whether the box, turned about the vertical by 90° if that helps, fits the machine.
     pub fits: bool,
+    /// Whether it topples by itself, where the process minds.
+    #[serde(default)]
+    pub topples: bool,
     /// Support volume, mm³, with its bounds.
     pub support_mm3: f64,
     pub support_low_mm3: f64,
@@ -132,7 +155,8 @@ const HELD: f64 = 0.01;
 ///
 /// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·retained/V + steps/V + 0.2·height/diagonal + 1/(1 + first layer/0.01·A)
 ///
-/// with the part's volume V and area A: a convention. Poses that do not fit the machine come last. Only the directions listed are
+/// with the part's volume V and area A: a convention. Poses that do not fit the machine come last, and before them those that topple, where the
+/// process minds. Only the directions listed are
 /// compared. `bounding` says which facets bound the solid.
 ///
 /// # Errors
@@ -163,16 +187,20 @@ pub fn orientations(
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut chosen: Vec<Score> =
         question.given.map(|up| facets.score(unit(up), "given", question, &whole)).into_iter().collect();
-    for s in scores {
-        if chosen.len() < question.best && chosen.iter().all(|c| angle(c.up, s.up) > question.apart.as_radians()) {
-            chosen.push(s);
+    // Hardly anything stands on a curved side: where it has to stand, half of what is measured stands on an axis or a face.
+    let on_faces = if question.footing == Footing::Needed { question.best.div_ceil(2) } else { 0 };
+    let is_on_face = |s: &Score| s.from != "sphere";
+    let (flat, all) = (scores.iter().filter(|s| is_on_face(s)), scores.iter());
+    for (s, most) in flat.map(|s| (s, on_faces)).chain(all.map(|s| (s, question.best))) {
+        if chosen.len() < most && chosen.iter().all(|c| angle(c.up, s.up) > question.apart.as_radians()) {
+            chosen.push(*s);
         }
     }
     let list: Result<Vec<Orientation>> =
         chosen.par_iter().with_max_len(1).map(|s| measure(mesh, &bounding, s, question, &whole)).collect();
     let mut list = list?;
     mark_unbeaten(&mut list);
-    list.sort_by(|a, b| b.fits.cmp(&a.fits).then(a.cost.total_cmp(&b.cost)));
+    list.sort_by(|a, b| b.fits.cmp(&a.fits).then(a.topples.cmp(&b.topples)).then(a.cost.total_cmp(&b.cost)));
     Ok(Orientations { scored, list })
 }
 
@@ -236,6 +264,7 @@ fn measure(
         from: score.from.into(),
         box_mm: size.map(digits),
         fits: q.fits(size),
+        topples: !q.is_footed(&posed, bounding),
         support_mm3: digits(support),
         support_low_mm3: digits(found.volume_mm3[0]),
         support_high_mm3: digits(found.volume_mm3[1]),
@@ -288,11 +317,12 @@ fn mark_unbeaten(list: &mut [Orientation]) {
             o.box_mm[2],
             o.cusp_mm3,
             -o.bed_mm2,
+            f64::from(u8::from(o.topples)),
         ]
     };
-    let all: Vec<[f64; 7]> = list.iter().map(aims).collect();
+    let all: Vec<[f64; 8]> = list.iter().map(aims).collect();
     for (i, o) in list.iter_mut().enumerate() {
-        let beats = |other: &[f64; 7]| {
+        let beats = |other: &[f64; 8]| {
             let pairs = || other.iter().zip(&all[i]);
             pairs().all(|(a, b)| a <= b) && pairs().any(|(a, b)| a < b)
         };
@@ -325,6 +355,7 @@ mod tests {
             given: None,
             apart: Angle::degrees(8.0),
             samples: 48,
+            footing: Footing::Any,
         }
     }
 
@@ -380,6 +411,21 @@ mod tests {
             assert!(up[2] < -0.999 || up[1].abs() > 0.999, "{up:?}");
             assert!(found.list.windows(2).all(|w| !w[1].fits || w[0].cost <= w[1].cost));
         }
+    }
+
+    #[test]
+    fn what_topples_comes_after_what_stands() {
+        // A plate on the tip of a wedge: nothing hangs over there, but it does not stand.
+        let outline = [[0.0, 0.0], [20.0, 20.0], [20.0, 22.0], [-20.0, 22.0], [-20.0, 20.0]];
+        let mesh = crate::geometry::extruded(&outline, &[[0, 1, 4], [4, 1, 2], [4, 2, 3]], 30.0);
+        let fdm = Question { footing: Footing::Needed, ..question() };
+        let found = orientations(&mesh, |_| true, &fdm).unwrap().list;
+        assert!(!found[0].topples && found.iter().any(|o| o.topples), "{found:?}");
+        let first = found.iter().position(|o| o.topples).unwrap();
+        assert!(found[first..].iter().all(|o| o.topples || !o.fits));
+        assert!(orientations(&mesh, |_| true, &question()).unwrap().list.iter().all(|o| !o.topples));
+        let turn = super::super::least_hanging(&mesh, |_| true, &fdm).unwrap();
+        assert!(fdm.is_footed(&standing(&mesh, &upright(turn.up)), |_| true), "{turn:?}");
     }
 
     #[test]

@@ -19,13 +19,13 @@ pub struct Turn {
 }
 
 /// The turn with the least area that needs support, among the two most promising of the axes and the part's flat faces; `None`
-/// where none of them fits the machine.
+/// where none of them fits the machine and stands.
 ///
 /// The mesh stands with +z up; that direction and those within `question.apart` of it are not among them. Promise is the score of
 /// [`orientations`](super::orientations); the area is that of [`wanting_support`], so it is what a check of the turned part measures.
 ///
 /// # Cost
-/// O(directions·facets) for 30 directions at most, and twice the ceilings of a posed part.
+/// O(directions·facets) for 30 directions at most, posed one after the other until two stand, and twice the ceilings of a posed part.
 pub fn least_hanging(
     mesh: &TriangleMesh,
     bounding: impl Fn(usize) -> bool + Sync,
@@ -44,16 +44,16 @@ pub fn least_hanging(
     let mut scores: Vec<Score> =
         list.into_par_iter().with_max_len(1).map(|(up, from)| facets.score(up, from, question, &whole)).collect();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let measured =
-        scores.iter().take(MEASURED).collect::<Vec<_>>().into_par_iter().with_max_len(1).filter_map(|score| {
-            let posed = standing(mesh, &upright(score.up));
-            if !question.fits(posed.bounds()?.1) {
-                return None;
-            }
-            let hanging = wanting_support(&posed, &bounding, question);
-            let hanging_mm2 = hanging.iter().map(|&f| posed.facet_area(f as usize)).sum();
-            Some(Turn { up: score.up, hanging_mm2 })
-        });
+    let posed = |score: &Score| {
+        let posed = standing(mesh, &upright(score.up));
+        let (_, size) = posed.bounds()?;
+        (question.fits(size) && question.is_footed(&posed, &bounding)).then_some((score.up, posed))
+    };
+    let promising: Vec<(Vec3, TriangleMesh)> = scores.iter().filter_map(posed).take(MEASURED).collect();
+    let measured = promising.into_par_iter().with_max_len(1).map(|(up, posed)| {
+        let hanging = wanting_support(&posed, &bounding, question);
+        Turn { up, hanging_mm2: hanging.iter().map(|&f| posed.facet_area(f as usize)).sum() }
+    });
     measured.collect::<Vec<_>>().into_iter().min_by(|a, b| a.hanging_mm2.total_cmp(&b.hanging_mm2))
 }
 

@@ -3,7 +3,7 @@
 use super::contract::{Context, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::place::{group_equal, locate, reported};
-use crate::geometry::vector::{Vec3, bounds, cross, dot};
+use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{DisjointSets, Hull, TriangleMesh};
 use crate::layer::section_points;
 use crate::part::Part;
@@ -73,7 +73,7 @@ fn standing(part: &Part, process: &Process) -> Vec<Standing> {
 /// How far the centre of mass lies inside the footprint, if that is too little.
 fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -> Option<Finding> {
     let limits = limits_of(process, "tall-feature.topple")?;
-    let centre = centre_of_mass(&own.mesh)?;
+    let centre = own.mesh.centre_of_mass(|_| true)?;
     let footprint = Hull::of(section_points(&own.mesh, 0.5 * process.layer_height_mm));
     let depth = footprint.depth([centre[0], centre[1]]);
     if !depth.is_finite() {
@@ -160,18 +160,6 @@ fn centroid(hull: &Hull) -> (f64, [f64; 2]) {
         (0..2).for_each(|a| moment[a] += twice / 6.0 * (corners[0][a] + w[0][a] + w[1][a]));
     }
     (area, if area > 0.0 { moment.map(|m| m / area) } else { [x0, y0] })
-}
-
-/// ∫ x dV / V of a closed mesh; `None` where it holds nothing.
-fn centre_of_mass(mesh: &TriangleMesh) -> Option<Vec3> {
-    let (mut volume, mut moment) = (0.0, [0.0; 3]);
-    for f in 0..mesh.triangles.len() {
-        let [a, b, c] = mesh.corners(f);
-        let v = dot(a, cross(b, c)) / 6.0;
-        volume += v;
-        (0..3).for_each(|x| moment[x] += 0.25 * v * (a[x] + b[x] + c[x]));
-    }
-    (volume > 0.0).then(|| moment.map(|m| m / volume))
 }
 
 #[cfg(test)]

@@ -77,6 +77,20 @@ impl TriangleMesh {
             .sum()
     }
 
+    /// ∫ x dV / V of what some of the facets close, in mm; `None` where that has no volume.
+    pub fn centre_of_mass(&self, counts: impl Fn(usize) -> bool) -> Option<Vec3> {
+        let (lo, hi) = self.bounds()?;
+        let centre = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        let (mut volume, mut moment) = (0.0, [0.0; 3]);
+        for f in (0..self.triangles.len()).filter(|&f| counts(f)) {
+            let [a, b, c] = self.corners(f).map(|p| sub(p, centre));
+            let v = dot(a, cross(b, c)) / 6.0;
+            volume += v;
+            (0..3).for_each(|x| moment[x] += 0.25 * v * (a[x] + b[x] + c[x]));
+        }
+        (volume > 0.0).then(|| [0, 1, 2].map(|a| centre[a] + moment[a] / volume))
+    }
+
     /// Least and greatest corner of the vertices that facets use, or `None` without facets.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         // Each vertex once, in their order in memory: facets name most of them six times.

@@ -79,7 +79,7 @@ pub fn short_direction(up: [f64; 3]) -> String {
     }
 }
 
-/// The table for a terminal; `*` marks what no other row beats in everything, `!` what does not fit the machine.
+/// The table for a terminal; `*` marks what no other row beats in everything, `~` what topples, `!` what does not fit the machine.
 pub fn text(report: &OrientReport) -> String {
     let list = &report.orientations.list;
     let rows: Vec<[String; 10]> = std::iter::once(HEADS.map(str::to_string)).chain(list.iter().map(row)).collect();
@@ -89,6 +89,7 @@ pub fn text(report: &OrientReport) -> String {
     for (n, r) in rows.iter().enumerate() {
         let mark = match n.checked_sub(1).and_then(|n| list.get(n)) {
             Some(o) if !o.fits => '!',
+            Some(o) if o.topples => '~',
             Some(o) if o.pareto => '*',
             _ => ' ',
         };
@@ -99,7 +100,7 @@ pub fn text(report: &OrientReport) -> String {
         }
         out.push('\n');
     }
-    out.push_str("\n* no other is at least as good in everything   ! does not fit the machine\n");
+    out.push_str("\n* no other is at least as good in everything   ~ topples by itself   ! does not fit the machine\n");
     for notice in &report.warnings {
         let _ = writeln!(out, "note: {}", escaped(&notice.message));
     }

@@ -86,10 +86,11 @@ fn best(list: &[Orientation], file: &str) -> String {
 /// What is to be said of an orientation beside its numbers.
 fn mark(o: &Orientation) -> String {
     let this = (o.from == "given").then_some("this run");
-    let stands = match (o.fits, o.pareto) {
-        (false, _) => Some("does not fit the machine"),
-        (true, true) => Some("unbeaten"),
-        (true, false) => None,
+    let stands = match (o.fits, o.topples, o.pareto) {
+        (false, ..) => Some("does not fit the machine"),
+        (true, true, _) => Some("topples by itself"),
+        (true, false, true) => Some("unbeaten"),
+        (true, false, false) => None,
     };
     [this, stands].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
