@@ -21,7 +21,7 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>Orientations of {}</title>\n<style>\n{}\n</style>\n</head>\n<body>\n\
          <header class=\"top\"><span class=\"brand\">amcheck</span> <b class=\"name\">{}</b> <span>process: {}</span></header>\n<main>\n\
          <h2>Which way to print</h2>\n<p>{} directions were scored on the mesh, the best {} measured in full. Dark dots: no other \
-         orientation is at least as good in everything. Best by cost: <code>{}</code></p>\n{}<div class=\"wide card\">{}</div>\n\
+         orientation is at least as good in everything. Best by cost, what topples last: <code>{}</code></p>\n{}<div class=\"wide card\">{}</div>\n\
          <h2>Table</h2>\n{}\
          <h2>How they stand</h2>\n<p class=\"note\">Seen from the front and below; what needs support is hatched.</p>\n{}\
          </main>\n<footer>amcheck {} · {}</footer>\n</body>\n</html>\n",
@@ -61,8 +61,8 @@ pub(super) fn section(c: &Context) -> Markup {
     let found = &stances.orientations;
     let first = found.list.first().is_some_and(|o| o.from == "given");
     let best = match (first, best(&found.list, &file)) {
-        (true, _) => markup!("No other is better by cost than the pose of this run."),
-        (false, command) => markup!("Best by cost: <code>{}</code>.", command),
+        (true, _) => markup!("No other comes before the pose of this run, by cost and what topples last."),
+        (false, command) => markup!("Best by cost, what topples last: <code>{}</code>.", command),
     };
     markup!(
         "<section aria-label=\"Orientations\"><h2>Which way to print</h2><p>{} directions were scored on the mesh; the pose of this run and \
