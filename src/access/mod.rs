@@ -45,5 +45,5 @@ pub use stack::{Run, Sense, Stack};
 pub use station::{Stand, Station};
 pub use surface::{Patch, patches};
 pub use tool::{Basis, Body, SharpPoint, Tool};
-pub use turn::{Turn, least_hanging};
+pub use turn::{Turn, flattest, least_hanging};
 pub use up::{Up, up_option};

@@ -4,6 +4,7 @@ use super::direction::{Facets, Score, Whole, candidates};
 use super::orient::{Question, standing, upright, wanting_support};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, angle, distance};
+use crate::units::Angle;
 use rayon::prelude::*;
 
 /// Poses that are measured.
@@ -16,6 +17,8 @@ pub struct Turn {
     pub up: Vec3,
     /// Area of the facets that need support then, mm².
     pub hanging_mm2: f64,
+    /// The least angle of these facets from the horizontal; a right angle without any.
+    pub flattest: Angle,
 }
 
 /// The turn with the least area that needs support, among the two most promising of the axes and the part's flat faces; `None`
@@ -52,9 +55,19 @@ pub fn least_hanging(
     let promising: Vec<(Vec3, TriangleMesh)> = scores.iter().filter_map(posed).take(MEASURED).collect();
     let measured = promising.into_par_iter().with_max_len(1).map(|(up, posed)| {
         let hanging = wanting_support(&posed, &bounding, question);
-        Turn { up, hanging_mm2: hanging.iter().map(|&f| posed.facet_area(f as usize)).sum() }
+        Turn {
+            up,
+            hanging_mm2: hanging.iter().map(|&f| posed.facet_area(f as usize)).sum(),
+            flattest: flattest(&posed, &hanging),
+        }
     });
     measured.collect::<Vec<_>>().into_iter().min_by(|a, b| a.hanging_mm2.total_cmp(&b.hanging_mm2))
+}
+
+/// The least angle of facets that look down from the horizontal; a right angle without any.
+pub fn flattest(mesh: &TriangleMesh, facets: &[u32]) -> Angle {
+    let down = facets.iter().map(|&f| -mesh.normal(f as usize)[2]).fold(0.0, f64::max);
+    Angle::radians(down.min(1.0).acos())
 }
 
 #[cfg(test)]
@@ -72,7 +85,8 @@ mod tests {
         let now: f64 = standing_now.iter().map(|&f| mesh.facet_area(f as usize)).sum();
         assert!((now - 26.0 * 6.0).abs() < 1e-6, "{now}");
         let turn = least_hanging(&mesh, |_| true, &question).unwrap();
-        assert_eq!(turn.hanging_mm2, 0.0);
+        assert_eq!((turn.hanging_mm2, turn.flattest), (0.0, Angle::degrees(90.0)));
+        assert_eq!(flattest(&mesh, &standing_now), Angle::degrees(0.0));
         assert!(turn.up[2] < 0.99);
         let small = Question { build_volume_mm: [10.0; 3], ..question };
         assert_eq!(least_hanging(&mesh, |_| true, &small), None);

@@ -4,9 +4,8 @@ use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcom
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::hanging::{Supports, hanging_share, needing_support, plate_z, support_angle};
 use super::place::{group_equal, locate, reported};
-use crate::access::{Question, standing, up_option, upright, wanting_support};
+use crate::access::{Question, flattest, up_option};
 use crate::error::Result;
-use crate::geometry::TriangleMesh;
 use crate::layer::{DownwardRegion, downward_regions, support_volumes};
 use crate::part::Part;
 use crate::process::Process;
@@ -153,18 +152,10 @@ fn message(f: &Finding) -> String {
 /// A turn that more than halves what hangs over, in words, with what hangs over then; none that makes what only warns fail.
 fn better_turn(part: &Part, process: &Process, wanted: &[u32], limits: Limits) -> Option<String> {
     let now: f64 = wanted.iter().map(|&f| part.mesh().facet_area(f as usize)).sum();
-    let question = Question::of(process, part.step());
-    let turn = part.least_hanging(&question)?;
-    let fails = |mesh: &TriangleMesh, f: u32| {
-        let angle = (-mesh.normal(f as usize)[2]).clamp(-1.0, 1.0).acos().to_degrees();
-        limits.fail.is_some_and(|l| angle < l - 1e-6)
-    };
-    let becomes_worse = || {
-        let posed = standing(part.mesh(), &upright(turn.up));
-        let hanging = wanting_support(&posed, |f| part.bounds_solid(f), &question);
-        hanging.iter().any(|&f| fails(&posed, f)) && !wanted.iter().any(|&f| fails(part.mesh(), f))
-    };
-    (turn.hanging_mm2 < 0.5 * now && !becomes_worse()).then(|| {
+    let turn = part.least_hanging(&Question::of(process, part.step()))?;
+    let fails = |flattest: Angle| limits.fail.is_some_and(|l| flattest.as_degrees() < l - 1e-6);
+    let becomes_worse = fails(turn.flattest) && !fails(flattest(part.mesh(), wanted));
+    (turn.hanging_mm2 < 0.5 * now && !becomes_worse).then(|| {
         let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {
             left if left > 0.0 => format!("{} mm² hang over in all", short(left.ceil())),

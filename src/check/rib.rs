@@ -321,10 +321,10 @@ mod tests {
 
     #[test]
     fn no_rib_is_advised_that_would_join_a_body_under_the_ceiling() {
-        // A rail that slides between the legs, and one that is as far off as the process keeps apart.
-        for (top, joins) in [(7.4, true), (4.0, true)] {
+        // Rails that slide between the legs: a rib would stand on them.
+        for top in [7.4, 4.0] {
             let rail = cuboid([4.0, 0.0, 0.0], [20.0, 6.0, top]);
-            assert_eq!(tried(bench(18.0).joined(&rail)).0 == Ribbing::Joins, joins, "{top}");
+            assert_eq!(tried(bench(18.0).joined(&rail)).0, Ribbing::Joins, "{top}");
         }
         let beside = cuboid([4.0, 7.0, 0.0], [20.0, 9.0, 7.0]);
         assert!(tried(bench(18.0).joined(&beside)).0.holds());

@@ -31,7 +31,8 @@ static META: Meta = Meta {
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
              held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
-             Pins wider than 3.75 mm and a quarter beyond the limit of their diameter are not looked for. A pin on which no such place lies is not seen as one; below the wall limit it is then found as a wall.",
+             Pins wider than 3.75 mm and a quarter beyond the limit of their diameter are not looked for. A pin on which no such place lies \
+             is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
 };
 

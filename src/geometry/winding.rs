@@ -243,16 +243,19 @@ mod tests {
     use super::*;
     use crate::random::Lcg;
 
+    /// A facet whose corners lie about so far apart.
+    fn facet(r: &mut Lcg, reach: f64) -> [Vec3; 3] {
+        let p = r.point(-3.0, 3.0);
+        [p, add(p, r.point(-reach, reach)), add(p, r.point(-reach, reach))]
+    }
+
     #[test]
     fn the_tree_agrees_with_the_sum_of_all_facets() {
         let mut r = Lcg(5);
         let ball = sphere(2.0, 4);
         let mut open = ball.clone();
         open.triangles.retain(|_| r.below(10) < 7);
-        let soup = TriangleMesh::weld((0..500).map(|_| {
-            let p = r.point(-3.0, 3.0);
-            [p, add(p, r.point(-0.3, 0.3)), add(p, r.point(-0.3, 0.3))]
-        }));
+        let soup = TriangleMesh::weld((0..500).map(|_| facet(&mut r, 0.3)));
         for mesh in [&ball, &open, &soup] {
             let fast = Winding::new(mesh);
             let mut worst: f64 = 0.0;
@@ -282,12 +285,7 @@ mod tests {
     #[test]
     fn a_node_over_two_has_the_moments_of_all_their_facets() {
         let mut r = Lcg(11);
-        let facets: Vec<[Vec3; 3]> = (0..13)
-            .map(|_| {
-                let p = r.point(-3.0, 3.0);
-                [p, add(p, r.point(-1.0, 1.0)), add(p, r.point(-1.0, 1.0))]
-            })
-            .collect();
+        let facets: Vec<[Vec3; 3]> = (0..13).map(|_| facet(&mut r, 1.0)).collect();
         let (whole, area) = Node::of(&facets);
         let [(a, of_a), (b, of_b)] = [&facets[..5], &facets[5..]].map(Node::of);
         let merged = Node::over([&a, &b], [of_a, of_b], &facets);
