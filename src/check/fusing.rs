@@ -9,7 +9,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, along, distance, scale, sub, unit};
 use crate::geometry::{BodyPair, DisjointSets};
 use crate::medial::Side;
-use crate::morphology::Cells;
+use crate::morphology::{Cells, grown};
 use crate::part::Part;
 use crate::process::Process;
 
@@ -134,7 +134,9 @@ impl<'a> Fusing<'a> {
         {
             link(&designed.cells, pair, self.touches(pair)).for_each(|index| joining.set(index, true));
         }
-        let joining = joining.difference(&laid.designed)?;
+        // What beside such a gap is drawn and not printed is laid with what fills it: it would be a pit in the face, and is a void then.
+        let pits = laid.designed.difference(&laid.printed)?.intersection(&grown(&joining, 1))?;
+        let joining = joining.difference(&laid.designed)?.union(&pits)?;
         // What joins nothing is no link.
         laid.hanging(&joining.union(&laid.designed)?)?.intersection(&joining)
     }

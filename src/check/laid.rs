@@ -89,11 +89,9 @@ impl<'a> Laid<'a> {
         if let Some(lost) = lost {
             let left = self.printed.intersection(&self.designed)?.difference(lost)?;
             let coat = self.printed.difference(&self.designed)?;
-            let cells = &self.on_lattice.designed.cells;
-            let thick = self.on_lattice.spread.map_or(0, |spread| cells.whole(spread)).max(1);
+            let thick = self.coat_cells();
             let bare = coat.intersection(&grown(lost, thick + 1))?.difference(&grown(&left, thick))?;
-            // Threads that lattice positions have left along the rim.
-            let threads = left.intersection(&grown(lost, thick + 1))?.difference(&opened(&left, 2)?)?;
+            let threads = self.threads(&left, &grown(lost, thick + 1), &left)?;
             self.printed = left.difference(&threads)?.union(&coat.difference(&bare)?)?;
         }
         if let Some(filled) = filled {
@@ -101,6 +99,17 @@ impl<'a> Laid<'a> {
         }
         self.printed = self.hanging(&self.printed)?;
         Ok(())
+    }
+
+    /// How many cells thick the coat on a face is, where the process spreads.
+    pub fn coat_cells(&self) -> usize {
+        let cells = &self.on_lattice.designed.cells;
+        self.on_lattice.spread.map_or(0, |spread| cells.whole(spread)).max(1)
+    }
+
+    /// Threads that lattice positions have left along a rim: what of a set within it belongs to no block of 2 × 2 × 2 cells of a whole.
+    fn threads(&self, set: &Indicator, rim: &Indicator, whole: &Indicator) -> Result<Indicator> {
+        set.intersection(rim)?.difference(&opened(whole, 2)?)
     }
 
     /// A set without its pieces that hold nothing of the design.
@@ -129,7 +138,12 @@ impl<'a> Laid<'a> {
         let stays = least.staying(&self.on_lattice.designed, &self.designed)?;
         let kept = match side {
             Side::Material => self.printed.union(&stays)?,
-            Side::Void => self.printed.difference(&stays)?,
+            Side::Void => {
+                let open = self.printed.difference(&stays)?;
+                // The coats of both lips of its mouth may meet before it.
+                let coat = open.difference(&self.designed)?;
+                open.difference(&self.threads(&coat, &grown(&stays, self.coat_cells() + 1), &open)?)?
+            }
         };
         if kept == self.printed {
             return Ok(None);

@@ -275,6 +275,18 @@ mod tests {
     }
 
     #[test]
+    fn a_slanting_gap_that_closes_fuses_its_bodies_and_one_that_does_not_changes_nothing() {
+        let fused: &[(String, f64)] = &[("fused".into(), 1.0)];
+        for (gap, wanted) in [(0.22, &[][..]), (0.17, fused)] {
+            for [x, z] in [[27.0, 19.0], [8.0, 41.0], [63.0, 5.0]] {
+                let bodies = cuboid([0.0; 3], [4.0; 3]).joined(&cuboid([4.0 + gap, 0.3, -0.4], [7.0, 4.5, 5.0]));
+                let (found, cover, _) = told(turned(&bodies, x, z));
+                assert!(found == wanted, "{gap} at {x}, {z}: {found:?}, {cover}");
+            }
+        }
+    }
+
+    #[test]
     fn a_wedge_changes_nothing_and_a_void_behind_too_thin_a_wall_opens() {
         let wedge = extruded(&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.7]], &[[0, 1, 2]], 3.0);
         let (found, cover, notices) = told(turned(&wedge, 27.0, 19.0));
