@@ -291,7 +291,7 @@ fn finest(options: &Options, grid: Length) -> Length {
 fn best_up(mesh: TriangleMesh, step: f64, process: &Process) -> Result<Up> {
     let part = Part::new(mesh, Up::PlusZ, step, 0.0)?;
     let question = Question::of(process, part.step());
-    let best = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    let best = orientations(part.mesh(), &part, &question)?;
     Ok(best.list.first().map_or(Up::PlusZ, |o| Up::Along(o.up)))
 }
 

@@ -1,5 +1,6 @@
 //! Memory and time of judging, known before they are spent.
 
+use crate::access::poses_at_once;
 use crate::check::registry::{left_out, metas};
 use crate::error::{Error, Result};
 use crate::grid::Fitting;
@@ -12,6 +13,12 @@ use std::path::Path;
 /// What the process takes whatever the part: code, threads, fonts, pictures, the page, the lattice of the bead.
 const FIXED: u128 = 216 << 20;
 
+/// The same where the part is only turned and looked at.
+const FIXED_TURNING: u128 = 48 << 20;
+
+/// What each pose that is in work takes for each triangle: the mesh turned, its tree, its neighbours and its ceilings on as many threads.
+const PER_POSED_TRIANGLE: u128 = 1_100;
+
 /// A file larger than this is refused before it is read, whatever memory is allowed.
 const MOST_FILE_BYTES: u64 = 16 << 30;
 
@@ -21,7 +28,11 @@ const LIGHT: [&str; 2] = ["mesh", "build-volume"];
 /// What judging takes for each triangle and each sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
+    fixed: u128,
+    /// With two poses in work.
     per_triangle: u128,
+    /// For each further one.
+    per_posed_triangle: u128,
     per_sample: u128,
     per_setup_sample: u128,
     /// Bytes for the part turned before its tools.
@@ -46,7 +57,9 @@ impl Demand {
             || runs("tool-access") && limited(&["tool-access"]) && process.powder_supports;
         let searches = running().any(|name| !LIGHT.contains(&name));
         Demand {
+            fixed: FIXED,
             per_triangle: if searches { 1_600 } else { 900 },
+            per_posed_triangle: if searches { PER_POSED_TRIANGLE } else { 0 },
             per_sample: if voids { 18 } else { 10 },
             per_setup_sample: 2 * u128::from(
                 ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
@@ -54,6 +67,20 @@ impl Demand {
             setups: 0,
             maps: 0,
             seconds: if searches { [0.7, 130.0, 0.08] } else { [0.3, 8.0, 0.01] },
+        }
+    }
+
+    /// The demand of comparing orientations.
+    pub fn of_orienting() -> Self {
+        Demand {
+            fixed: FIXED_TURNING,
+            per_triangle: 1_600,
+            per_posed_triangle: PER_POSED_TRIANGLE,
+            per_sample: 0,
+            per_setup_sample: 0,
+            setups: 0,
+            maps: 0,
+            seconds: [0.0; 3],
         }
     }
 
@@ -71,7 +98,9 @@ impl Demand {
 
     /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
     pub fn bytes(&self, triangles: u64, samples: u128) -> u128 {
-        let own = FIXED + self.setups + self.maps + self.per_triangle * u128::from(triangles);
+        let further = poses_at_once(usize::try_from(triangles).unwrap_or(usize::MAX)).saturating_sub(2) as u128;
+        let per_triangle = self.per_triangle + self.per_posed_triangle * further;
+        let own = self.fixed + self.setups + self.maps + per_triangle * u128::from(triangles);
         own.saturating_add(samples.saturating_mul(self.per_sample))
     }
 
@@ -143,6 +172,16 @@ impl Allowance {
     pub fn admit_triangles(&self, demand: &Demand, triangles: u64) -> Result<()> {
         let remedy = "reduce the number of triangles in the export, or run only some checks with --only".to_string();
         self.admit(format!("judging {triangles} triangles"), demand.bytes(triangles, 0), remedy)
+    }
+
+    /// Whether there is memory to compare the orientations of so many triangles.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] with the need.
+    pub fn admit_orienting(&self, triangles: u64) -> Result<()> {
+        let need = Demand::of_orienting().bytes(triangles, 0);
+        let remedy = "reduce the number of triangles in the export".to_string();
+        self.admit(format!("comparing orientations of {triangles} triangles"), need, remedy)
     }
 
     /// The grid of a spacing, if there is memory for it and the triangles.

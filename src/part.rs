@@ -6,7 +6,7 @@ mod printed;
 pub use crate::access::Up;
 pub use printed::{bead_of, spread_of};
 
-use crate::access::{Question as Standing, Setup, Turn, Turns, axis_directions, lattice_directions, least_hanging};
+use crate::access::{Question as Asked, Setup, Turn, Turns, axis_directions, lattice_directions, least_hanging};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, Role};
 use crate::geometry::vector::{Vec3, add, dot, sub};
@@ -14,7 +14,7 @@ use crate::geometry::{
     Adjacency, BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize,
 };
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
-use crate::layer::Ceiling;
+use crate::layer::{Bounding, Ceiling};
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
@@ -56,7 +56,7 @@ pub struct Part {
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
     ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
-    turn: OnceLock<(Standing, Option<Turn>)>,
+    turn: OnceLock<(Asked, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
 }
 
@@ -124,7 +124,8 @@ impl Part {
             translation,
             step,
             notices,
-            reach: reach_mm,
+            // Bodies that touch are found whatever else is asked.
+            reach: reach_mm.max(2.0 * step),
             grid: None,
             distance: OnceLock::new(),
             winding: OnceLock::new(),
@@ -370,10 +371,20 @@ impl Part {
     }
 
     /// The turn of the part in which least hangs over, [`least_hanging`]; shared by all who ask the same.
-    pub fn least_hanging(&self, asked: &Standing) -> Option<Turn> {
-        let find = || least_hanging(&self.mesh, |f| self.bounds_solid(f), asked);
+    pub fn least_hanging(&self, asked: &Asked) -> Option<Turn> {
+        let find = || least_hanging(&self.mesh, self, asked);
         let (of, found) = self.turn.get_or_init(|| (asked.clone(), find()));
         if of == asked { *found } else { find() }
+    }
+}
+
+impl Bounding for Part {
+    fn bounds_solid(&self, facet: usize) -> bool {
+        Part::bounds_solid(self, facet)
+    }
+
+    fn is_covered(&self, facet: u32) -> bool {
+        !self.bounds_solid(facet as usize) || !self.is_plain() && self.is_inside_before(facet, 20.0 * self.step)
     }
 }
 

@@ -31,7 +31,8 @@ pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_tr
 pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio};
 pub use orient::{
-    Footing, Orientation, Orientations, Question, orientations, self_holding, standing, upright, wanting_support,
+    Footing, Liquid, Orientation, Orientations, Question, orientations, poses_at_once, self_holding, standing, stood,
+    upright,
 };
 pub use pose::{
     Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,

@@ -1,9 +1,10 @@
 //! A way to stand the part up in which less hangs over, measured.
 
 use super::direction::{Facets, Score, Whole, candidates};
-use super::orient::{Question, standing, upright, wanting_support};
+use super::orient::{Question, standing, stood, upright};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, angle, distance};
+use crate::layer::Bounding;
 use crate::units::Angle;
 use rayon::prelude::*;
 
@@ -25,36 +26,33 @@ pub struct Turn {
 /// where none of them fits the machine and stands.
 ///
 /// The mesh stands with +z up; that direction and those within `question.apart` of it are not among them. Promise is the score of
-/// [`orientations`](super::orientations); the area is that of [`wanting_support`], so it is what a check of the turned part measures.
+/// [`orientations`](super::orientations); the area is that of [`stood`], so it is what a check of the turned part measures.
 ///
 /// # Cost
 /// O(directions·facets) for 30 directions at most, posed one after the other until two stand, and twice the ceilings of a posed part.
-pub fn least_hanging(
-    mesh: &TriangleMesh,
-    bounding: impl Fn(usize) -> bool + Sync,
-    question: &Question,
-) -> Option<Turn> {
-    let facets = Facets::of(mesh, &bounding, 0);
+pub fn least_hanging(mesh: &TriangleMesh, facets: &impl Bounding, question: &Question) -> Option<Turn> {
+    let bounding = |f: usize| facets.bounds_solid(f);
+    let flats = Facets::of(mesh, &bounding, 0);
     let (lo, hi) = mesh.bounds()?;
-    let area: f64 = facets.size.iter().sum();
+    let area: f64 = flats.size.iter().sum();
     let whole = Whole { volume: mesh.signed_volume().abs(), area, diagonal: distance(lo, hi) };
     if !(whole.volume > 0.0 && whole.area > 0.0) {
         return None;
     }
     let apart = question.apart.as_radians();
     let turned = |(up, _): &(Vec3, &str)| angle(*up, [0.0, 0.0, 1.0]) > apart;
-    let list: Vec<(Vec3, &str)> = candidates(&facets, 0).into_iter().filter(turned).collect();
+    let list: Vec<(Vec3, &str)> = candidates(&flats, 0).into_iter().filter(turned).collect();
     let mut scores: Vec<Score> =
-        list.into_par_iter().with_max_len(1).map(|(up, from)| facets.score(up, from, question, &whole)).collect();
+        list.into_par_iter().with_max_len(1).map(|(up, from)| flats.score(up, from, question, &whole)).collect();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let posed = |score: &Score| {
         let posed = standing(mesh, &upright(score.up));
         let (_, size) = posed.bounds()?;
-        (question.fits(size) && question.is_footed(&posed, &bounding)).then_some((score.up, posed))
+        (question.fits(size) && question.is_footed(&posed, bounding)).then_some(score.up)
     };
-    let promising: Vec<(Vec3, TriangleMesh)> = scores.iter().filter_map(posed).take(MEASURED).collect();
-    let measured = promising.into_par_iter().with_max_len(1).map(|(up, posed)| {
-        let hanging = wanting_support(&posed, &bounding, question);
+    let promising: Vec<Vec3> = scores.iter().filter_map(posed).take(MEASURED).collect();
+    let measured = promising.into_par_iter().with_max_len(1).map(|up| {
+        let (posed, hanging) = stood(mesh, &upright(up), facets, question);
         Turn {
             up,
             hanging_mm2: hanging.iter().map(|&f| posed.facet_area(f as usize)).sum(),
@@ -81,14 +79,14 @@ mod tests {
         let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 16.0], [30.0, 16.0], [30.0, 20.0], [0.0, 20.0]];
         let mesh = extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0);
         let question = Question::of(&Process::named("fdm").unwrap(), 1e-6);
-        let standing_now = wanting_support(&mesh, |_| true, &question);
+        let standing_now = stood(&mesh, &upright([0.0, 0.0, 1.0]), &|_| true, &question).1;
         let now: f64 = standing_now.iter().map(|&f| mesh.facet_area(f as usize)).sum();
         assert!((now - 26.0 * 6.0).abs() < 1e-6, "{now}");
-        let turn = least_hanging(&mesh, |_| true, &question).unwrap();
+        let turn = least_hanging(&mesh, &|_| true, &question).unwrap();
         assert_eq!((turn.hanging_mm2, turn.flattest), (0.0, Angle::degrees(90.0)));
         assert_eq!(flattest(&mesh, &standing_now), Angle::degrees(0.0));
         assert!(turn.up[2] < 0.99);
         let small = Question { build_volume_mm: [10.0; 3], ..question };
-        assert_eq!(least_hanging(&mesh, |_| true, &small), None);
+        assert_eq!(least_hanging(&mesh, &|_| true, &small), None);
     }
 }

@@ -3,21 +3,15 @@
 use super::contract::limits_of;
 use crate::access::self_holding;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, add, along, bounds, sub};
-use crate::layer::{
-    Ceiling, FLAT, Ground, Measuring, Search, ceilings, clip_below, downward_facets, lies_below, share_below,
-};
+use crate::geometry::vector::{Vec3, add};
+use crate::layer::{Below, Bounding, Ceiling, Ground, Measuring, Search, ceilings, share_below};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Pairs of a line and a side that may tell whether a span with ribs under it is within its limit.
 const TELLING: u64 = 100_000_000;
-
-/// Pairs of a line and a side that may tell whether a ceiling reaches beyond a ledge.
-const OPEN: u64 = 20_000_000;
 
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
@@ -54,78 +48,18 @@ impl Supports {
     }
 }
 
-/// The facets of the solid that look down at less than the process' angle, off the plate, with no body right below them.
-fn hanging(part: &Part, process: &Process) -> Vec<u32> {
-    let Some(angle) = support_angle(process) else { return Vec::new() };
-    downward_facets(part.mesh(), plate_z(process), Angle::degrees(angle), part.step())
-        .into_par_iter()
-        .with_max_len(64)
-        .filter(|&f| !covered(part, f) && !rests(part, f, process.layer_height_mm))
-        .collect()
+/// What lies no more than a layer below a part's own facets, and the plate up to a height.
+fn below(part: &Part, layer_mm: f64, plate_z: f64) -> Below<'_, Part> {
+    Below::of((part.mesh(), part.distance()), part, layer_mm, (plate_z, part.step()))
 }
 
-/// Whether there is material no more than a layer below a whole facet: what is laid there rests on it, as on a support.
-fn rests(part: &Part, facet: u32, layer_mm: f64) -> bool {
-    let corners = part.mesh().corners(facet as usize);
-    let middle = part.mesh().centroid(facet as usize);
-    let below = |p: Vec3| {
-        let from = along(p, part.mesh().normal(facet as usize), 2.0 * part.step());
-        part.distance().first_hit(from, [0.0, 0.0, -1.0], 0.0, layer_mm + 4.0 * part.step()).is_some()
-    };
-    below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
-}
-
-/// What of the part lies no more than a layer below its own facets, and the plate.
-struct Below<'a> {
-    part: &'a Part,
-    layer_mm: f64,
-    plate_z: f64,
-}
-
-impl<'a> Below<'a> {
-    fn of(part: &'a Part, process: &Process) -> Self {
-        Below { part, layer_mm: process.layer_height_mm, plate_z: plate_z(process) }
-    }
-
-    /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.
-    fn on_plate(&self, facet: u32) -> impl Iterator<Item = [Vec3; 3]> {
-        let mesh = self.part.mesh();
-        let is_flat = mesh.normal(facet as usize)[2] <= -FLAT.cos();
-        let low = if is_flat { clip_below(mesh.corners(facet as usize), self.plate_z) } else { Vec::new() };
-        (1..low.len().saturating_sub(1)).map(move |n| [low[0], low[n], low[n + 1]])
-    }
-}
-
-impl Ground for Below<'_> {
-    fn holds(&self, facet: u32) -> bool {
-        // What looks up has its own material right below it.
-        let looks_down = self.part.mesh().normal(facet as usize)[2] < 0.0;
-        covered(self.part, facet) || looks_down && rests(self.part, facet, self.layer_mm)
-    }
-
-    fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
-        let (mesh, tie) = (self.part.mesh(), 4.0 * self.part.step());
-        let corners = mesh.corners(facet as usize);
-        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
-        let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
-        let mut found = Vec::new();
-        self.part.distance().tree().in_box(reach, |g| {
-            let carries = g != facet && mesh.normal(g as usize)[2] > 0.0 && self.part.bounds_solid(g as usize);
-            // The two sides of an upright wall that leans by its rounding overlap in plan by that.
-            let height = [-tie, self.layer_mm + tie];
-            if carries && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
-                found.push(g);
-            }
-        });
-        // In the order of the facets, whatever the tree.
-        found.sort_unstable();
-        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
-    }
+fn below_in<'a>(part: &'a Part, process: &Process) -> Below<'a, Part> {
+    below(part, process.layer_height_mm, plate_z(process))
 }
 
 /// A ceiling alone, with ribs under it that hold it up.
 struct Ribbed<'a> {
-    below: Below<'a>,
+    below: Below<'a, Part>,
     /// The numbers that its facets and their neighbours have in the part.
     numbers: Vec<u32>,
     /// What the ribs cover, in plan.
@@ -164,7 +98,7 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     let own = |f: &u32| numbers.binary_search(f).ok().map(|at| at as u32);
     let hanging: Vec<u32> = ceiling.facets.iter().filter_map(own).collect();
     let how = measuring(part, process, Search::Measure);
-    let ground = Ribbed { below: Below::of(part, process), numbers, ribs };
+    let ground = Ribbed { below: below_in(part, process), numbers, ribs };
     let quickly = ceilings(&mesh, &hanging, Measuring { search: Search::Judge, ..how }, &ground);
     // A quick search that finds nothing in its way has looked at all of it.
     let limit = self_holding(process).bridge_mm.unwrap_or(0.0);
@@ -185,7 +119,7 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
 ///
 /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
 pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
-    let ground = Below { part, layer_mm, plate_z: f64::NEG_INFINITY };
+    let ground = below(part, layer_mm, f64::NEG_INFINITY);
     let inside_another = |f: u32| {
         let [a, b, c] = part.mesh().corners(f as usize);
         let place = |i: usize, j: usize| {
@@ -198,7 +132,7 @@ pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
     };
     underside
         .iter()
-        .any(|&f| covered(part, f) || !ground.beneath(f).is_empty() || !part.is_plain() && inside_another(f))
+        .any(|&f| part.is_covered(f) || !ground.beneath(f).is_empty() || !part.is_plain() && inside_another(f))
 }
 
 /// Up to this height a layer lies on the plate: half a layer.
@@ -210,38 +144,15 @@ pub fn plate_z(process: &Process) -> f64 {
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let how = measuring(part, process, Search::Measure);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
-    part.ceilings(key, || {
-        let below = Below::of(part, process);
-        let found = ceilings(part.mesh(), &hanging(part, process), how, &below);
-        told_from_ledges(part, found, how, &below)
-    })
-}
-
-/// Ceilings of which a first look does not show whether they reach beyond a ledge, looked at again for that alone: overhang and
-/// bridge read the same answer.
-fn told_from_ledges(part: &Part, mut found: Vec<Ceiling>, how: Measuring, below: &Below) -> Vec<Ceiling> {
-    let is_open = |c: &Ceiling| c.cantilever.is_some_and(|r| r.low_mm == 0.0);
-    let mut open: Vec<u32> = found.iter().filter(|c| is_open(c)).flat_map(|c| c.facets.clone()).collect();
-    if open.is_empty() {
-        return found;
-    }
-    open.sort_unstable();
-    let search = Search::Tell { beyond: [f64::INFINITY, 0.0], pairs: OPEN };
-    let told = ceilings(part.mesh(), &open, Measuring { search, ..how }, below);
-    for c in found.iter_mut().filter(|c| is_open(c)) {
-        if let Some(again) = told.iter().find(|t| t.facets == c.facets) {
-            (c.cantilever, c.is_beside) = (again.cantilever, again.is_beside);
-            c.pairs += again.pairs;
-        }
-    }
-    found
+    let angle = Angle::degrees(key[0]);
+    part.ceilings(key, || below_in(part, process).ceilings(angle, how))
 }
 
 /// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that
 /// do not reach beyond `beyond` (bridge, ledge) are left as they are.
 pub fn looked_at_again(part: &Part, process: &Process, c: &Ceiling, beyond: [f64; 2], pairs: u64) -> Option<Ceiling> {
     let how = measuring(part, process, Search::Tell { beyond, pairs });
-    let below = Below::of(part, process);
+    let below = below_in(part, process);
     ceilings(part.mesh(), &c.facets, how, &below).into_iter().find(|again| again.facets == c.facets)
 }
 
@@ -263,14 +174,6 @@ pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
 
 /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
 pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
-    let under = Below::of(part, process).beneath(facet);
+    let under = below_in(part, process).beneath(facet);
     1.0 - share_below(part.mesh().corners(facet as usize), &under)
-}
-
-/// Whether material touches a facet from below, or the facet does not bound the solid.
-pub fn covered(part: &Part, facet: u32) -> bool {
-    if !part.bounds_solid(facet as usize) {
-        return true;
-    }
-    !part.is_plain() && part.is_inside_before(facet, 20.0 * part.step())
 }

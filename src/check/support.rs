@@ -4,7 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst
 use super::finding::{Basis, Bracket, Finding, State};
 use super::hanging::{needing_support, support_angle};
 use super::place::locate;
-use crate::access::{Question, standing, up_option, upright, wanting_support};
+use crate::access::{Question, stood, up_option, upright};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{TriangleMesh, contour, occupancy};
@@ -143,8 +143,7 @@ fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &Supp
     let bounding = |f: usize| part.bounds_solid(f);
     let asked = Question::of(process, part.step());
     let least_area = part.least_hanging(&asked).map(|turn| {
-        let mesh = standing(part.mesh(), &upright(turn.up));
-        let wanted = wanting_support(&mesh, bounding, &asked);
+        let (mesh, wanted) = stood(part.mesh(), &upright(turn.up), part, &asked);
         let found = support_volume(&mesh, bounding, &wanted, 0.0, columns);
         (found.volume_mm3[1], up_option(part.direction_to_file(turn.up)))
     });

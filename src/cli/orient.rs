@@ -9,7 +9,6 @@ use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};
 use crate::error::{Error, Result};
 use crate::io::stl;
-use crate::memory::Demand;
 use crate::notice::Notice;
 use crate::part::{Part, Up};
 use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
@@ -46,7 +45,7 @@ fn run(a: &Orienting) -> Result<String> {
     let delivery = Delivery::open(&folder)?;
     let memory = allowance(&a.memory)?;
     let loaded = memory.mesh(&a.part)?;
-    memory.admit_triangles(&Demand::of(&process, &[], &[]), loaded.mesh.triangles.len() as u64)?;
+    memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
     let mut warnings = loaded.notices;
     let known = scale.or(loaded.unit_mm);
     if known.is_none() {
@@ -59,7 +58,7 @@ fn run(a: &Orienting) -> Result<String> {
     warnings.extend(if scale == 1.0 { part.health_as_read().units_guess() } else { None });
     warnings.extend(part.notices());
     let question = Question { directions: a.directions, best: a.best, ..Question::of(&process, part.step()) };
-    let found = orientations(part.mesh(), |f| part.bounds_solid(f), &question)?;
+    let found = orientations(part.mesh(), &part, &question)?;
     let name = a.part.file_name().map_or_else(|| stem.clone(), |n| n.to_string_lossy().into_owned());
     let report = OrientReport {
         schema: ORIENT_SCHEMA.into(),

@@ -109,6 +109,17 @@ impl SelfHolding {
             (None, Some(b), None) => ceiling.is_level && within(b.high_mm, self.bridge_mm),
         }
     }
+
+    /// Whether it does not for certain: what was measured of it already is too much.
+    pub fn gives_way(&self, ceiling: &Ceiling) -> bool {
+        let beyond = |low: f64, limit: Option<f64>| limit.is_none_or(|l| low > l + ceiling.tie_mm);
+        match (ceiling.cantilever, ceiling.bridge, ceiling.crown) {
+            (Some(reach), _, _) => reach.low_mm > 0.0,
+            (None, None, _) => self.ledge_mm.is_none(),
+            (None, Some(_), Some(c)) => beyond(c.diameter_mm - c.sagitta_mm, self.crown_mm),
+            (None, Some(b), None) => !ceiling.is_level || beyond(b.low_mm, self.bridge_mm),
+        }
+    }
 }
 
 /// How ceilings are measured.

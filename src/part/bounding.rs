@@ -215,6 +215,8 @@ mod tests {
         let health = Health::of(&part_mesh);
         let united = Part::new(mesh.clone(), Up::PlusZ, 1e-6, 1.0).expect("a part");
         assert!(united.is_plain() && united.is_united());
+        let asked_for_no_gaps = Part::new(mesh.clone(), Up::PlusZ, 1e-6, 0.0).expect("a part");
+        assert_eq!(asked_for_no_gaps.mesh(), united.mesh());
         // What could not be united is judged as it is.
         let mut part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
         part.bounding = vec![true; part_mesh.triangles.len()];

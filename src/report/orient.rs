@@ -39,36 +39,38 @@ pub fn json(report: &OrientReport) -> String {
     serde_json::to_string_pretty(report).map_or_else(|_| String::new(), |text| text + "\n")
 }
 
-/// Heads of the table's columns, with units.
-pub const HEADS: [&str; 10] = [
-    "up",
-    "from",
-    "support cm³",
-    "contact mm²",
-    "on part mm²",
-    "hidden cm³",
-    "liquid cm³",
-    "height mm",
-    "first layer mm²",
-    "cost",
+/// A column of the table: its head with the unit, and what its cells say.
+pub type Column = (&'static str, fn(&Orientation) -> String);
+
+/// The columns that every table has before those of liquid, and behind them.
+const BEFORE: [Column; 6] = [
+    ("up", |o| up_option(o.up)),
+    ("from", |o| o.from.clone()),
+    ("support cm³", |o| cm3(o.support_mm3)),
+    ("contact mm²", |o| whole(o.contact_mm2)),
+    ("on part mm²", |o| whole(o.on_part_mm2)),
+    ("hidden cm³", |o| cm3(o.secluded_mm3)),
+];
+const BEHIND: [Column; 3] = [
+    ("height mm", |o| short((o.box_mm[2] * 10.0).round() / 10.0)),
+    ("first layer mm²", |o| whole(o.bed_mm2)),
+    ("cost", |o| short((o.cost * 1000.0).round() / 1000.0)),
 ];
 
-/// One row of the table: the cells under [`HEADS`].
-pub fn row(o: &Orientation) -> [String; 10] {
-    let cm3 = |v: f64| short((v / 10.0).round() / 100.0);
-    let whole = |v: f64| short(v.round());
-    [
-        up_option(o.up),
-        o.from.clone(),
-        cm3(o.support_mm3),
-        whole(o.contact_mm2),
-        whole(o.on_part_mm2),
-        cm3(o.secluded_mm3),
-        cm3(o.retained_mm3),
-        short((o.box_mm[2] * 10.0).round() / 10.0),
-        whole(o.bed_mm2),
-        short((o.cost * 1000.0).round() / 1000.0),
-    ]
+fn cm3(mm3: f64) -> String {
+    short((mm3 / 10.0).round() / 100.0)
+}
+
+fn whole(v: f64) -> String {
+    short(v.round())
+}
+
+/// The columns for some orientations: liquid that is kept and cups on the film where there are any.
+pub fn columns(list: &[Orientation]) -> Vec<Column> {
+    let any = |of: fn(&Orientation) -> f64| list.iter().any(|o| of(o) > 0.0);
+    let kept: Option<Column> = any(|o| o.retained_mm3).then_some(("liquid kept cm³", |o| cm3(o.retained_mm3)));
+    let cups: Option<Column> = any(|o| o.suction_mm3).then_some(("cups cm³", |o| cm3(o.suction_mm3)));
+    BEFORE.into_iter().chain(kept).chain(cups).chain(BEHIND).collect()
 }
 
 /// A direction for the eye: at three decimals.
@@ -82,8 +84,12 @@ pub fn short_direction(up: [f64; 3]) -> String {
 /// The table for a terminal; `*` marks what no other row beats in everything, `~` what topples, `!` what does not fit the machine.
 pub fn text(report: &OrientReport) -> String {
     let list = &report.orientations.list;
-    let rows: Vec<[String; 10]> = std::iter::once(HEADS.map(str::to_string)).chain(list.iter().map(row)).collect();
-    let widths: Vec<usize> = (0..10).map(|c| rows.iter().map(|r| r[c].chars().count()).max().unwrap_or(0)).collect();
+    let columns = columns(list);
+    let heads: Vec<String> = columns.iter().map(|c| c.0.to_owned()).collect();
+    let cells = list.iter().map(|o| columns.iter().map(|c| c.1(o)).collect());
+    let rows: Vec<Vec<String>> = std::iter::once(heads).chain(cells).collect();
+    let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
     let mut out =
         format!("{}: {} directions compared, {} in full\n\n", report.file, report.orientations.scored, list.len());
     for (n, r) in rows.iter().enumerate() {

@@ -43,7 +43,7 @@ pub fn stances(part: &Part, process: &Process, most: usize) -> Option<Stances> {
         samples: SAMPLES,
         ..Question::of(process, part.step())
     };
-    let mut orientations = orientations(mesh, |f| part.bounds_solid(f), &question).ok()?;
+    let mut orientations = orientations(mesh, part, &question).ok()?;
     let pictures = orientations.list.par_iter().enumerate().with_max_len(1);
     let pictures = pictures.map(|(n, o)| thumbnail(part, o, n + 1)).collect();
     for o in &mut orientations.list {

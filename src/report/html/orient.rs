@@ -5,7 +5,7 @@ use crate::access::{Orientation, up_option};
 use crate::geometry::vector::Vec3;
 use crate::report::chart;
 use crate::report::markup::{Markup, markup};
-use crate::report::orient::{HEADS, OrientReport, row, short_direction};
+use crate::report::orient::{OrientReport, columns, short_direction};
 use crate::report::render::Picture;
 
 /// The orientations of a part as one HTML file without script; `pictures` are thumbnails named `1`, `2`, … by rank.
@@ -97,9 +97,10 @@ fn mark(o: &Orientation) -> String {
 
 /// One row for each; `up` writes a direction.
 fn table(list: &[Orientation], up: fn(Vec3) -> String) -> Markup {
-    let heads = HEADS.iter().map(|h| markup!("<th scope=\"col\">{}</th>", *h));
+    let columns = columns(list);
+    let heads = columns.iter().map(|c| markup!("<th scope=\"col\">{}</th>", c.0));
     let rows = list.iter().enumerate().map(|(n, o)| {
-        let [_, rest @ ..] = row(o);
+        let rest = columns.iter().skip(1).map(|c| c.1(o));
         let cells = std::iter::once(up(o.up)).chain(rest).map(|c| markup!("<td>{}</td>", c));
         markup!("<tr><th scope=\"row\">{}</th>{}<td>{}</td></tr>\n", (n + 1).to_string(), Markup::all(cells), mark(o))
     });

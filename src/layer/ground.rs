@@ -1,0 +1,136 @@
+//! What of a part lies no more than a layer below its own surface, and what of that surface hangs over.
+
+use super::beneath::{Ground, lies_below};
+use super::bridge::{Ceiling, FLAT, Measuring, ceilings};
+use super::downward::downward_facets;
+use super::reading::Search;
+use super::section::clip_below;
+use crate::geometry::vector::{Vec3, along, bounds, sub};
+use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::units::Angle;
+use rayon::prelude::*;
+
+/// Pairs of a line and a side that may tell whether a ceiling reaches beyond a ledge.
+const OPEN: u64 = 20_000_000;
+
+/// What the facets of a mesh bound, however it is turned.
+pub trait Bounding: Sync {
+    /// Whether a facet bounds the solid.
+    fn bounds_solid(&self, facet: usize) -> bool;
+
+    /// Whether material touches a facet from outside, or the facet does not bound the solid.
+    fn is_covered(&self, facet: u32) -> bool {
+        !self.bounds_solid(facet as usize)
+    }
+}
+
+/// Facets that bound the solid where a function says so, and that nothing touches.
+impl<F: Fn(usize) -> bool + Sync> Bounding for F {
+    fn bounds_solid(&self, facet: usize) -> bool {
+        self(facet)
+    }
+}
+
+/// The material of a part no more than a layer below its own facets, and the plate.
+pub struct Below<'a, B> {
+    mesh: &'a TriangleMesh,
+    distance: &'a MeshDistance,
+    facets: &'a B,
+    layer_mm: f64,
+    plate_z: f64,
+    step_mm: f64,
+}
+
+impl<'a, B: Bounding> Below<'a, B> {
+    /// Of a mesh with the distances to its facets: what lies up to `plate_z` lies on the plate.
+    pub fn of(
+        (mesh, distance): (&'a TriangleMesh, &'a MeshDistance),
+        facets: &'a B,
+        layer_mm: f64,
+        (plate_z, step_mm): (f64, f64),
+    ) -> Self {
+        Below { mesh, distance, facets, layer_mm, plate_z, step_mm }
+    }
+
+    /// The facets of the solid that look down at less than an angle, off the plate, with no body right below them.
+    pub fn hanging(&self, angle: Angle) -> Vec<u32> {
+        downward_facets(self.mesh, self.plate_z, angle, self.step_mm)
+            .into_par_iter()
+            .with_max_len(64)
+            .filter(|&f| !self.facets.is_covered(f) && !self.rests(f))
+            .collect()
+    }
+
+    /// The ceilings that the facets make which hang over at less than an angle, measured between their anchors.
+    ///
+    /// # Cost
+    /// That of [`ceilings`], and a ray or a few for each facet that looks down. Where a search does not show whether a ceiling reaches
+    /// beyond a ledge, [`Search::Measure`] looks again for that alone: all who ask read the same answer.
+    pub fn ceilings(&self, angle: Angle, how: Measuring) -> Vec<Ceiling> {
+        let found = ceilings(self.mesh, &self.hanging(angle), how, self);
+        if how.search == Search::Measure { self.told_from_ledges(found, how) } else { found }
+    }
+
+    fn told_from_ledges(&self, mut found: Vec<Ceiling>, how: Measuring) -> Vec<Ceiling> {
+        let is_open = |c: &Ceiling| c.cantilever.is_some_and(|r| r.low_mm == 0.0);
+        let mut open: Vec<u32> = found.iter().filter(|c| is_open(c)).flat_map(|c| c.facets.clone()).collect();
+        if open.is_empty() {
+            return found;
+        }
+        open.sort_unstable();
+        let search = Search::Tell { beyond: [f64::INFINITY, 0.0], pairs: OPEN };
+        let told = ceilings(self.mesh, &open, Measuring { search, ..how }, self);
+        for c in found.iter_mut().filter(|c| is_open(c)) {
+            if let Some(again) = told.iter().find(|t| t.facets == c.facets) {
+                (c.cantilever, c.is_beside) = (again.cantilever, again.is_beside);
+                c.pairs += again.pairs;
+            }
+        }
+        found
+    }
+
+    /// Whether there is material no more than a layer below a whole facet: what is laid there rests on it, as on a support.
+    fn rests(&self, facet: u32) -> bool {
+        let corners = self.mesh.corners(facet as usize);
+        let middle = self.mesh.centroid(facet as usize);
+        let below = |p: Vec3| {
+            let from = along(p, self.mesh.normal(facet as usize), 2.0 * self.step_mm);
+            self.distance.first_hit(from, [0.0, 0.0, -1.0], 0.0, self.layer_mm + 4.0 * self.step_mm).is_some()
+        };
+        below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
+    }
+
+    /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.
+    fn on_plate(&self, facet: u32) -> impl Iterator<Item = [Vec3; 3]> {
+        let is_flat = self.mesh.normal(facet as usize)[2] <= -FLAT.cos();
+        let low = if is_flat { clip_below(self.mesh.corners(facet as usize), self.plate_z) } else { Vec::new() };
+        (1..low.len().saturating_sub(1)).map(move |n| [low[0], low[n], low[n + 1]])
+    }
+}
+
+impl<B: Bounding> Ground for Below<'_, B> {
+    fn holds(&self, facet: u32) -> bool {
+        // What looks up has its own material right below it.
+        let looks_down = self.mesh.normal(facet as usize)[2] < 0.0;
+        self.facets.is_covered(facet) || looks_down && self.rests(facet)
+    }
+
+    fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
+        let (mesh, tie) = (self.mesh, 4.0 * self.step_mm);
+        let corners = mesh.corners(facet as usize);
+        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
+        let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
+        let mut found = Vec::new();
+        self.distance.tree().in_box(reach, |g| {
+            let carries = g != facet && mesh.normal(g as usize)[2] > 0.0 && self.facets.bounds_solid(g as usize);
+            // The two sides of an upright wall that leans by its rounding overlap in plan by that.
+            let height = [-tie, self.layer_mm + tie];
+            if carries && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
+                found.push(g);
+            }
+        });
+        // In the order of the facets, whatever the tree.
+        found.sort_unstable();
+        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
+    }
+}
