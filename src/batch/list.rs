@@ -2,6 +2,7 @@
 
 use super::store::is_result;
 use crate::error::{Error, Result, escaped, printable};
+use crate::io::plain_text;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Read;
@@ -25,7 +26,7 @@ pub struct Entry {
 /// The parts that folders, files and lists name, sorted by name, each once.
 ///
 /// A folder stands for every STL, OBJ, PLY and 3MF file below it but what batches left as results; links to folders are not followed. A file with such a suffix
-/// is a part. Any other file, and `-` for standard input, is a list: one path on each line, empty lines and those that start with
+/// is a part. Any other file, and `-` for standard input, is a list in UTF-8 or UTF-16: one path on each line, empty lines and those that start with
 /// `#` left out. What cannot be looked into becomes an entry, so that it ends as a line of the table and not in silence.
 ///
 /// # Errors
@@ -89,7 +90,7 @@ fn listed(list: &Path, found: &mut Vec<Entry>) -> Result<()> {
         reason: printable(&e.to_string()),
         remedy: "name a folder, parts, or a file with one path on each line".into(),
     })?;
-    for line in bytes.split(|b| *b == b'\n') {
+    for line in plain_text(&bytes).split(|b| *b == b'\n') {
         let line = line.trim_ascii();
         if !line.is_empty() && !line.starts_with(b"#") {
             let path = path_of(line);
@@ -145,6 +146,10 @@ mod tests {
         };
         assert_eq!(names(&["a"]), ["b/two.STL", "one.3mf"]);
         assert_eq!(names(&["list.txt"]), ["missing.stl", "one.bin"]);
+        fs::write(dir.join("marked.txt"), "\u{feff}one.bin\r\ntwo.bin").unwrap();
+        let wide: Vec<u8> = "\u{feff}one.bin\r\ntwo.bin".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        fs::write(dir.join("wide.txt"), wide).unwrap();
+        assert_eq!([names(&["marked.txt"]), names(&["wide.txt"])], [["one.bin", "two.bin"]; 2]);
         assert_eq!(names(&["a", "a/one.3mf"]).len(), 2, "the same part twice is one entry");
         // What a batch left there is no part of the next one.
         let left = dir.join("a/out/parts/one.3mf-0123456789abcdef");

@@ -3,11 +3,21 @@
 use super::row::Row;
 use crate::error::{Error, Result, printable};
 use crate::io::Temporary;
+use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The line of a result, in its folder; a folder without it is no result.
 const ROW: &str = "row.json";
+
+/// What is kept of a result beside its files.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    #[serde(flatten)]
+    row: Row,
+    /// The files that belong to it.
+    files: Vec<String>,
+}
 
 /// The folder of a batch.
 #[derive(Debug, Clone)]
@@ -45,9 +55,11 @@ impl Store {
         format!("parts/{}-{digits}", word.trim_start_matches('.'))
     }
 
-    /// The line of a result that an earlier run left whole.
+    /// The line of a result that an earlier run left whole, and whose files are all still there.
     pub fn find(&self, folder: &str) -> Option<Row> {
-        serde_json::from_slice(&fs::read(self.out.join(folder).join(ROW)).ok()?).ok()
+        let place = self.out.join(folder);
+        let kept: Kept = serde_json::from_slice(&fs::read(place.join(ROW)).ok()?).ok()?;
+        kept.files.iter().all(|name| place.join(name).is_file()).then_some(kept.row)
     }
 
     /// Keeps a result: its files and its line, in a folder that takes its name when everything is written.
@@ -66,7 +78,9 @@ impl Store {
             for (name, bytes) in files {
                 fs::write(temporary.path().join(name), bytes)?;
             }
-            fs::write(temporary.path().join(ROW), serde_json::to_vec_pretty(row)?)
+            let names = files.iter().map(|(name, _)| name.clone()).collect();
+            let kept = Kept { row: row.clone(), files: names };
+            fs::write(temporary.path().join(ROW), serde_json::to_vec_pretty(&kept)?)
         };
         write().map_err(|e| cannot(&place, &e))?;
         if place.exists() {
@@ -125,6 +139,8 @@ mod tests {
         assert_eq!(store.find(&folder), None);
         store.keep(&folder, &row, &[("report.json".into(), b"{}".to_vec())]).unwrap();
         assert_eq!(store.find(&folder).as_ref(), Some(&row));
+        fs::remove_file(dir.join(&folder).join("report.json")).unwrap();
+        assert_eq!(store.find(&folder), None, "a file is gone");
         let other = Row { seconds: 2.0, ..row };
         store.keep(&folder, &other, &[]).unwrap();
         assert_eq!(store.find(&folder), Some(other));

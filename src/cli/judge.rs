@@ -68,7 +68,8 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let names = files.names();
     let written = delivery.deliver(files, &[&part])?;
     let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
-    leftover::remove(&folder, &names, leftover::of_judging, &read)?;
+    let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
+    leftover::remove(&folder, &names, known, &read)?;
     drop(progress);
     let seconds = Some(start.elapsed().as_secs_f64());
     let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };

@@ -6,7 +6,7 @@ use crate::error::Result;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays whatever is asked next.
+/// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays until a part is to be repaired again.
 const REPORTS: [&str; 7] =
     ["report.html", "report.json", "report.glb", "report.md", "report.junit.xml", "report.sarif", "badge.svg"];
 
@@ -23,11 +23,16 @@ pub fn of_judging(name: &str) -> bool {
     REPORTS.contains(&name) || name.strip_suffix(".png").is_some_and(picture)
 }
 
+/// Whether judging and repairing a part names a file like this.
+pub fn of_repairing(name: &str) -> bool {
+    of_judging(name) || name == "repaired.3mf"
+}
+
 /// Whether comparing orientations names a file like this.
 pub fn of_orienting(name: &str) -> bool {
     let rank = name.strip_prefix("orientation-").and_then(|rest| rest.strip_suffix(".png"));
     let numbered = rank.is_some_and(|rank| !rank.is_empty() && rank.bytes().all(|b| b.is_ascii_digit()));
-    ["orientations.html", "orientations.json"].contains(&name) || numbered
+    ["orientations.html", "orientations.json", "best.stl"].contains(&name) || numbered
 }
 
 /// Removes the files of a folder that are `known` and not among those just written; `read` is spared, because it was asked about.
@@ -62,6 +67,8 @@ mod tests {
         for name in ["repaired.3mf", "timings.json", "photo.png", "thumbnail.png", "my-report.html", "report.pdf"] {
             assert!(!of_judging(name) && !of_orienting(name), "{name}");
         }
-        assert!(of_orienting("orientation-12.png") && !of_orienting("orientation-.png") && !of_orienting("best.stl"));
+        assert!(of_repairing("repaired.3mf") && of_repairing("report.md") && !of_repairing("photo.png"));
+        assert!(of_orienting("orientation-12.png") && !of_orienting("orientation-.png"));
+        assert!(of_orienting("best.stl") && !of_orienting("my-best.stl"));
     }
 }

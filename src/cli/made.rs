@@ -9,7 +9,7 @@ use crate::geometry::TriangleMesh;
 use crate::io::glb::{self, Scene};
 use crate::io::{Content, npy, nrrd, obj, ply, stl, threemf, vti, write_together};
 use crate::notice::{Notice, number_of};
-use crate::operate::Operated;
+use crate::operate::{Operated, solid_volume};
 use crate::report::render::{Panel, side_by_side};
 use crate::units::enclosed;
 use std::path::{Path, PathBuf};
@@ -114,16 +114,15 @@ impl Outputs {
 fn picture(made: &Operated, before: &[Before]) -> Vec<u8> {
     let [volume, low, high] = enclosed(made.volume.as_mm3(), made.bracket.map(|v| v.as_mm3()));
     let after = format!("{volume} mm³, certified {low} to {high} mm³");
-    let caption = |b: &Before| format!("{}, {} facets", volume_of(&b.mesh), b.mesh.triangles.len());
+    let caption = |b: &Before| {
+        let volume = solid_volume(&b.mesh).map_or_else(String::new, |volume| format!("{volume}, "));
+        format!("{volume}{} facets", b.mesh.triangles.len())
+    };
     let captions: Vec<String> = before.iter().map(caption).collect();
     let mut panels: Vec<Panel> =
         (before.iter().zip(&captions)).map(|(b, caption)| Panel { mesh: &b.mesh, title: &b.title, caption }).collect();
     panels.push(Panel { mesh: &made.mesh, title: "result", caption: &after });
     side_by_side(&panels, PANEL)
-}
-
-fn volume_of(mesh: &TriangleMesh) -> crate::units::Volume {
-    crate::units::Volume::mm3(mesh.signed_volume())
 }
 
 /// A place for one file.

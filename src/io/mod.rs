@@ -42,4 +42,5 @@ pub use path::{content_of, read_path};
 pub use raster::Raster;
 pub use read::{read, reading_bytes};
 pub use salvage::Salvage;
+pub use sniff::plain_text;
 pub use temporary::{Temporary, abandon_temporaries};

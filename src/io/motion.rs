@@ -1,8 +1,8 @@
 //! Motions that a body is taken along: lists of points, or of poses.
 
 use super::accept;
-use super::rows::{first_row, strokes};
-use super::toolpath::read_points;
+use super::rows::{first_row, led, strokes};
+use super::toolpath::{TOGETHER, read_points};
 use crate::error::{Error, Place, Result};
 use crate::geometry::Waypoint;
 use crate::geometry::vector::Vec3;
@@ -35,7 +35,7 @@ pub enum Motion {
 /// ```
 pub fn read_motion(bytes: &[u8]) -> Result<Motion> {
     if first_row::<7>(bytes) == 7 {
-        return Ok(Motion::Poses(only(strokes(bytes, ONE_POSE, waypoint)?)?));
+        return Ok(Motion::Poses(only(led(strokes(bytes, ONE_POSE, waypoint)?, TOGETHER)?)?));
     }
     Ok(Motion::Points(only(read_points(bytes)?.strokes)?))
 }
@@ -58,7 +58,6 @@ fn waypoint([x, y, z, qw, qx, qy, qz]: [f64; 7]) -> std::result::Result<Waypoint
 
 /// The one stroke there is.
 fn only<T>(mut strokes: Vec<Vec<T>>) -> Result<Vec<T>> {
-    strokes.retain(|stroke| stroke.len() > 1);
     match (strokes.pop(), strokes.len()) {
         (Some(stroke), 0) => Ok(stroke),
         (None, _) => Err(Error::NoGeometry {
@@ -104,6 +103,8 @@ mod tests {
         }
         assert!(read_motion(b"0 0 0\n1 2 3 1 0 0 0\n").is_err());
         assert!(matches!(read_motion(first.as_bytes()), Err(Error::NoGeometry { .. })));
+        let alone = format!("{first}\n{first}{first}");
+        assert_eq!(read_motion(alone.as_bytes()).unwrap_err().place(), Some("line 1".into()));
         let two = format!("{first}{first}\n{first}{first}");
         assert!(matches!(read_motion(two.as_bytes()), Err(Error::Unsupported { .. })));
     }

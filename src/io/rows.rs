@@ -17,32 +17,60 @@ pub(super) fn strokes<const N: usize, T>(
     bytes: &[u8],
     what: &str,
     make: impl Fn([f64; N]) -> std::result::Result<T, String>,
-) -> Result<Vec<Vec<T>>> {
+) -> Result<Vec<Stroke<T>>> {
     let text = plain::<N>(bytes);
     let mut words = Words::new(&text);
-    let mut strokes: Vec<Vec<T>> = vec![Vec::new()];
-    let (mut last_line, mut rows) = (0, 0);
+    let mut strokes: Vec<Stroke<T>> = Vec::new();
+    // The first row begins a stroke wherever it stands.
+    let (mut last_line, mut rows) = (None, 0);
     while let Some(first) = words.peek() {
         let line = first.line;
         if first.text.starts_with(b"#") {
             words.next();
             words.skip_line();
-            last_line = line;
+            last_line = last_line.map(|_| line);
             continue;
         }
         let row = row::<N>(&mut words, line, what)?;
         let made = make(row).map_err(|problem| damaged(line, problem, what))?;
-        if line > last_line + 1 {
-            strokes.push(Vec::new());
+        if last_line.is_none_or(|last| line > last + 1) {
+            strokes.push(Stroke { line, rows: Vec::new() });
         }
-        last_line = line;
+        last_line = Some(line);
         rows += 1;
         rows_fit(rows, 8 * N)?;
         if let Some(stroke) = strokes.last_mut() {
-            stroke.push(made);
+            stroke.rows.push(made);
         }
     }
     Ok(strokes)
+}
+
+/// Rows that hang together, and the line of the first.
+pub(super) struct Stroke<T> {
+    pub line: u64,
+    pub rows: Vec<T>,
+}
+
+/// The rows of strokes of two or more each; none where there is a single row in all.
+///
+/// # Errors
+/// [`Error::Damaged`] naming the line of a row that stands alone: a path does not lead there.
+pub(super) fn led<T>(strokes: Vec<Stroke<T>>, what: &str) -> Result<Vec<Vec<T>>> {
+    if let [Stroke { rows, .. }] = strokes.as_slice()
+        && rows.len() < 2
+    {
+        return Ok(Vec::new());
+    }
+    let led = |s: Stroke<T>| match s.rows.len() {
+        1 => {
+            let problem =
+                "the line stands alone: an empty line ends a stroke, and a stroke takes two lines or more".to_owned();
+            Err(damaged(s.line, problem, what))
+        }
+        _ => Ok(s.rows),
+    };
+    strokes.into_iter().map(led).collect()
 }
 
 /// How many numbers the first row has, N to be tried first for rows parted by commas.

@@ -1,6 +1,7 @@
 //! What bytes are, told from the bytes alone.
 
 use super::stl;
+use std::borrow::Cow;
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +75,14 @@ pub(super) fn content(bytes: &[u8]) -> Content {
     }
     let head = text.get(..text.len().min(1 << 16)).unwrap_or_default();
     if is_text(head) { text_content(head) } else { binary_content(bytes) }
+}
+
+/// Text as UTF-8 without a mark before it, whichever way its writer marked or coded it.
+pub fn plain_text(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if is_utf16(bytes) {
+        return Cow::Owned(decode_utf16(bytes).into_bytes());
+    }
+    Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))
 }
 
 /// Whether the bytes begin with a UTF-16 mark, or their first four are two ASCII letters of 16 bits.

@@ -1,7 +1,7 @@
 //! Paths that a tool or a nozzle follows: what G-code and lists of points are read as.
 
 use super::accept;
-use super::rows::strokes;
+use super::rows::{led, strokes};
 use crate::error::{Error, Result};
 use crate::geometry::vector::Vec3;
 use crate::notice::Notice;
@@ -49,7 +49,7 @@ impl Toolpath {
 /// Numbers may be parted by spaces, tabs, semicolons or two commas; the decimal sign is a point.
 ///
 /// # Errors
-/// [`Error::Damaged`] naming the line; [`Error::NoGeometry`] without two points in a row.
+/// [`Error::Damaged`] naming the line, also of a point that stands alone among others; [`Error::NoGeometry`] without two points.
 ///
 /// ```
 /// let path = amcheck::io::toolpath::read_points(b"0 0 0\n3 0 0\n3 4 0\n\n9 9 9\n9 9 8\n")?;
@@ -58,12 +58,14 @@ impl Toolpath {
 /// ```
 pub fn read_points(bytes: &[u8]) -> Result<Toolpath> {
     let point = |point: Vec3| accept::point_problem(point).map_or(Ok(point), Err);
-    let mut strokes = strokes(bytes, ONE_POINT, point)?;
-    strokes.retain(|s| s.len() > 1);
+    let strokes = led(strokes(bytes, ONE_POINT, point)?, TOGETHER)?;
     Toolpath { strokes, ..Toolpath::default() }.with_strokes("the list of points")
 }
 
 const ONE_POINT: &str = "write x, y and z of one point on each line, in millimetres";
+
+/// What to do about a line that stands alone.
+pub(super) const TOGETHER: &str = "take the empty line out, or sweep along one stroke at a time";
 
 #[cfg(test)]
 mod tests {
@@ -77,7 +79,16 @@ mod tests {
             assert_eq!(read_points(text.as_bytes()).unwrap_err().place(), Some(format!("line {line}")), "{text}");
         }
         assert_eq!(read_points(b"0,0,0 # a, b\n1.5, 0,\t0\r\n").unwrap().length_mm(), 1.5);
+        for (text, line) in [("0 0 0\n\n5 0 0\n8 0 0\n", 1), ("0 0 0\n5 0 0\n\n\n8 0 0", 5), ("\n1 0 0\n\n2 0 0\n", 2)]
+        {
+            let refused = read_points(text.as_bytes()).unwrap_err();
+            assert!(
+                refused.place() == Some(format!("line {line}")) && refused.to_string().contains("alone"),
+                "{refused}"
+            );
+        }
+        assert!(matches!(read_points(b"\n\n1 0 0\n"), Err(Error::NoGeometry { .. })));
+        assert_eq!(read_points(b"\n# from\n0 0 0\n# to\n1 0 0\n").unwrap().length_mm(), 1.0);
         assert!(read_points(b"0 0 0\n1,5 2,5 3\n").is_err());
-        assert!(matches!(read_points(b"0 0 0\n\n1 1 1\n"), Err(Error::NoGeometry { .. })));
     }
 }

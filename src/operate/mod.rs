@@ -17,3 +17,4 @@ mod whole;
 pub use deposit::{Departure, Deposit, deposit};
 pub use motion::sweep_motion;
 pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};
+pub use whole::solid_volume;

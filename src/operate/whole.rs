@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::geometry::health::{Health, Role, meetings};
 use crate::geometry::union::united;
 use crate::geometry::{MeshDistance, TriangleMesh, body_pairs};
+use crate::units::Volume;
 use std::borrow::Cow;
 
 /// Facets that are nearer than this to those of another body, or pass through each other by more, mm: rounding in f32 is less.
@@ -63,6 +64,15 @@ impl<'a> Whole<'a> {
             (made, _) => made.map(|made| (whole, made)),
         }
     }
+}
+
+/// The volume of the solid that the facets of a part bound, bodies that overlap united; `None` where they bound none for certain.
+///
+/// # Cost
+/// Its health, pairs of facets that are near each other, and [`united`] where some meet.
+pub fn solid_volume(part: &TriangleMesh) -> Option<Volume> {
+    let whole = Whole::of(part);
+    whole.bounding.then(|| Volume::mm3(whole.mesh.signed_volume()))
 }
 
 /// The health of a mesh that bounds a solid, wound outwards, and holds no sheets.

@@ -11,8 +11,8 @@ use crate::io::toolpath::Toolpath;
 use crate::notice::Notice;
 use crate::units::Length;
 
-/// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling, the origin.
-const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 30.0, 31.0, 32.0, 92.0];
+/// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling and its trim, the origin.
+const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 29.1, 29.2, 30.0, 31.0, 32.0, 92.0];
 
 /// Modes that may stand before a move on its line and leave the path as it is.
 const MODES: &[f64] = &[
@@ -393,7 +393,7 @@ mod tests {
 
     #[test]
     fn probing_and_retraction_leave_the_path_alone() {
-        let p = path("G1 X1 E1\nG29 X50 Y50\nG30 X9\nG10 S1\nG4 P200\nG1 X2 E2\nG17 G90 X3 E3\n");
+        let p = path("G1 X1 E1\nG29 X50 Y50\nG29.1 Z0.02\nG30 X9\nG10 S1\nG4 P200\nG1 X2 E2\nG17 G90 X3 E3\n");
         assert_eq!(p.strokes, [vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]]);
     }
 
