@@ -81,6 +81,11 @@ impl Question {
         }
     }
 
+    /// Whether a part that stands on z = 0 fits the machine and may stand so while it is printed.
+    pub fn stands(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
+        posed.bounds().is_some_and(|(_, size)| self.fits(size)) && self.is_footed(posed, bounding)
+    }
+
     /// Whether a part that stands on z = 0 may stand so.
     pub(super) fn is_footed(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
         self.footing == Footing::Any

@@ -47,8 +47,7 @@ pub fn least_hanging(mesh: &TriangleMesh, facets: &impl Bounding, question: &Que
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let posed = |score: &Score| {
         let posed = standing(mesh, &upright(score.up));
-        let (_, size) = posed.bounds()?;
-        (question.fits(size) && question.is_footed(&posed, bounding)).then_some(score.up)
+        question.stands(&posed, bounding).then_some(score.up)
     };
     let promising: Vec<Vec3> = scores.iter().filter_map(posed).take(MEASURED).collect();
     let measured = promising.into_par_iter().with_max_len(1).map(|up| {

@@ -4,7 +4,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst
 use super::finding::{Basis, Bracket, Finding, State};
 use super::hanging::{needing_support, support_angle};
 use super::place::locate;
-use crate::access::{Question, stood, up_option, upright};
+use crate::access::{Question, standing, stood, up_option, upright};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{TriangleMesh, contour, occupancy};
@@ -128,7 +128,7 @@ fn shown(part: &Part, wanted: &[u32], found: &SupportVolume) -> Option<ShapeShow
     (!made.is_empty()).then(|| ShapeShown { name: "supports", title: format!("Supports, {}", amount(found)), mesh })
 }
 
-/// The turn that takes the least support, measured again in that pose: of those by 90°, where all that hangs over is held up, and the one in
+/// The turn that takes the least support, measured again in that pose: of those by 90° in which the part stands, where all that hangs over is held up, and the one in
 /// which the least area hangs over, which is told where no other takes less.
 fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &SupportVolume) -> String {
     let turns: [[Vec3; 3]; 5] = [
@@ -150,11 +150,13 @@ fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &Supp
     let by_quarters = turns
         .into_iter()
         .filter_map(|rotation| {
-            let mesh = part.mesh().transformed(rotation, [0.0; 3]);
-            let plate = mesh.bounds()?.0[2];
-            let facets = downward_facets(&mesh, plate, Angle::degrees(angle), part.step());
+            let mesh = standing(part.mesh(), &rotation);
+            if !asked.stands(&mesh, bounding) {
+                return None;
+            }
+            let facets = downward_facets(&mesh, 0.0, Angle::degrees(angle), part.step());
             let wanted: Vec<u32> = facets.into_iter().filter(|&f| bounding(f as usize)).collect();
-            let found = support_volume(&mesh, bounding, &wanted, plate, columns);
+            let found = support_volume(&mesh, bounding, &wanted, 0.0, columns);
             Some((found.volume_mm3[1], up_option(part.direction_to_file(rotation[2]))))
         })
         .min_by(|a, b| a.0.total_cmp(&b.0));
@@ -168,7 +170,7 @@ fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &Supp
             format!("with --up {up} it takes at most {cost} cm³, the least of the turns tried")
         }
         _ => format!(
-            "neither a turn by 90° nor the one with the least area hanging over takes less than {} cm³; `amcheck orient` tries all directions",
+            "neither a turn by 90° in which it stands nor the one with the least area hanging over takes less than {} cm³; `amcheck orient` tries all directions",
             short((0.8 * now.volume_mm3[0]).round() / 1000.0)
         ),
     }
