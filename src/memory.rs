@@ -1,6 +1,5 @@
 //! Memory and time of judging, known before they are spent.
 
-use crate::access::poses_at_once;
 use crate::check::registry::{left_out, metas};
 use crate::error::{Error, Result};
 use crate::grid::Fitting;
@@ -16,8 +15,8 @@ const FIXED: u128 = 216 << 20;
 /// The same where the part is only turned and looked at.
 const FIXED_TURNING: u128 = 48 << 20;
 
-/// What each pose that is in work takes for each triangle: the mesh turned, its tree, its neighbours and its ceilings on as many threads.
-const PER_POSED_TRIANGLE: u128 = 1_100;
+/// What turning takes for each triangle, and for each triangle and thread: measured from 1 to 16 threads on 225,240 triangles.
+const PER_TURNED_TRIANGLE: [u128; 2] = [1_200, 180];
 
 /// A file larger than this is refused before it is read, whatever memory is allowed.
 const MOST_FILE_BYTES: u64 = 16 << 30;
@@ -29,10 +28,7 @@ const LIGHT: [&str; 2] = ["mesh", "build-volume"];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Demand {
     fixed: u128,
-    /// With two poses in work.
     per_triangle: u128,
-    /// For each further one.
-    per_posed_triangle: u128,
     per_sample: u128,
     per_setup_sample: u128,
     /// Bytes for the part turned before its tools.
@@ -59,7 +55,6 @@ impl Demand {
         Demand {
             fixed: FIXED,
             per_triangle: if searches { 1_600 } else { 900 },
-            per_posed_triangle: if searches { PER_POSED_TRIANGLE } else { 0 },
             per_sample: if voids { 18 } else { 10 },
             per_setup_sample: 2 * u128::from(
                 ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
@@ -70,12 +65,12 @@ impl Demand {
         }
     }
 
-    /// The demand of comparing orientations.
-    pub fn of_orienting() -> Self {
+    /// The demand of comparing orientations on so many threads.
+    pub fn of_orienting(threads: usize) -> Self {
+        let [alone, for_each] = PER_TURNED_TRIANGLE;
         Demand {
             fixed: FIXED_TURNING,
-            per_triangle: 1_600,
-            per_posed_triangle: PER_POSED_TRIANGLE,
+            per_triangle: alone + for_each * threads as u128,
             per_sample: 0,
             per_setup_sample: 0,
             setups: 0,
@@ -98,9 +93,7 @@ impl Demand {
 
     /// Bytes that judging so many triangles on so many samples takes at its peak; a test measures that no more is taken.
     pub fn bytes(&self, triangles: u64, samples: u128) -> u128 {
-        let further = poses_at_once(usize::try_from(triangles).unwrap_or(usize::MAX)).saturating_sub(2) as u128;
-        let per_triangle = self.per_triangle + self.per_posed_triangle * further;
-        let own = self.fixed + self.setups + self.maps + per_triangle * u128::from(triangles);
+        let own = self.fixed + self.setups + self.maps + self.per_triangle * u128::from(triangles);
         own.saturating_add(samples.saturating_mul(self.per_sample))
     }
 
@@ -179,7 +172,7 @@ impl Allowance {
     /// # Errors
     /// [`Error::TooLarge`] with the need.
     pub fn admit_orienting(&self, triangles: u64) -> Result<()> {
-        let need = Demand::of_orienting().bytes(triangles, 0);
+        let need = Demand::of_orienting(rayon::current_num_threads()).bytes(triangles, 0);
         let remedy = "reduce the number of triangles in the export".to_string();
         self.admit(format!("comparing orientations of {triangles} triangles"), need, remedy)
     }
@@ -245,6 +238,21 @@ mod tests {
         let fitting = one_gib.admit_spacing(&all, [100.0; 3], fits, 1000).unwrap();
         assert!(fitting.bytes <= 1 << 30 && fitting.bytes > 7 << 27, "{fitting:?}");
         assert!(one_gib.admit_triangles(&all, 100_000).is_ok());
+    }
+
+    #[test]
+    fn a_part_to_be_turned_takes_little_and_more_on_more_threads() {
+        assert!(allowance(64 << 20, None).admit_orienting(28).is_ok());
+        let refused = allowance(1 << 20, None).admit_orienting(28).unwrap_err();
+        assert!(
+            !refused.remedy().contains("--only") && refused.to_string().contains("orientations of 28"),
+            "{refused}"
+        );
+        // Peaks measured of 225,240 triangles, kB.
+        for (threads, peak) in [(1, 305_904), (2, 309_760), (8, 625_148), (16, 852_932)] {
+            let need = Demand::of_orienting(threads).bytes(225_240, 0);
+            assert!((peak << 10..peak << 11).contains(&need), "{threads}: {need}");
+        }
     }
 
     #[test]

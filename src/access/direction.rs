@@ -1,6 +1,6 @@
 //! Directions to stand a part up, and a quick score of each from the mesh alone.
 
-use super::orient::Question;
+use super::question::Question;
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{Bvh, bounds_of};
 use crate::geometry::vector::{Vec3, add, angle, dot, norm, scale, unit};

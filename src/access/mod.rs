@@ -12,6 +12,7 @@ mod meridian;
 mod obstacle;
 mod orient;
 mod pose;
+mod question;
 mod reach;
 mod removal;
 mod rise;
@@ -30,14 +31,12 @@ pub use disc::Disc;
 pub use measure::{Measure, inaccessibility, overlap_counts, overlap_counts_by_transform};
 pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio};
-pub use orient::{
-    Footing, Liquid, Orientation, Orientations, Question, orientations, poses_at_once, self_holding, standing, stood,
-    upright,
-};
+pub use orient::{Orientation, Orientations, orientations, standing, stood, upright};
 pub use pose::{
     Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,
     super_fibonacci, within_tilt,
 };
+pub use question::{Footing, Liquid, Question, self_holding, support_angle};
 pub use reach::{Reach, Standing, State, reach, strike};
 pub use removal::{Columns, Keeper, Removal, Stuck, remove};
 pub use setup::Setup;

@@ -1,115 +1,19 @@
 //! Which way to print: many directions scored on the mesh, the best measured in full, and those that nothing beats.
 
 use super::direction::{Facets, LEVEL, Score, Whole, candidates};
+use super::question::{Footing, Liquid, Question};
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, angle, unit};
-use crate::geometry::{Hull, MeshDistance, TriangleMesh, occupancy};
+use crate::geometry::{MeshDistance, TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    Below, Bounding, Ceiling, Measuring, Search, SelfHolding, ceilings, hidden_from_outside, section_area,
-    section_points, support_volume, supports,
+    Below, Bounding, Ceiling, Measuring, Search, ceilings, hidden_from_outside, section_area, support_volume, supports,
 };
-use crate::process::{Limit, Process};
 use crate::topology::{Adjacency, Falls, Passage, components, retained};
-use crate::units::{Angle, Length, report_digits};
+use crate::units::{Length, report_digits};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// What is asked of the orientations of a part.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Question {
-    /// Downward surface below this angle from the horizontal needs support; `None` where nothing does.
-    pub support_angle: Option<Angle>,
-    /// What prints without support all the same.
-    pub self_holding: SelfHolding,
-    pub layer_mm: f64,
-    pub build_volume_mm: [f64; 3],
-    /// Resolution of the coordinates, mm.
-    pub step_mm: f64,
-    /// Directions spread over the sphere, beside the axes and the part's faces.
-    pub directions: usize,
-    /// How many of them are measured in full.
-    pub best: usize,
-    /// A direction that is among these whatever its score.
-    pub given: Option<Vec3>,
-    /// Directions nearer to each other are one.
-    pub apart: Angle,
-    /// Samples along the longest side for the full measure.
-    pub samples: usize,
-    /// What is asked of a pose beside that.
-    pub footing: Footing,
-    pub liquid: Liquid,
-}
-
-/// Whether a part has to stand by itself while it is printed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Footing {
-    /// Its centre of mass has to lie over its first layer: poses that topple come after those that do not.
-    Needed,
-    /// Powder or supports hold it.
-    Any,
-}
-
-/// Whether a part is made from liquid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Liquid {
-    None,
-    /// It hangs from its plate over a film: it keeps liquid upside down, and its cups suck on the film.
-    Vat,
-}
-
-impl Question {
-    /// What a process asks: 400 directions, the best 20 in full at 128 samples.
-    pub fn of(process: &Process, step_mm: f64) -> Self {
-        let stricter = |l: Limit| l.warn.into_iter().chain(l.fail).reduce(f64::max);
-        let angle = process.limit("overhang").and_then(stricter).filter(|_| !process.powder_supports);
-        let is_wet = ["drain", "drain.suction"].iter().any(|rule| process.limit(rule).is_some());
-        Question {
-            support_angle: angle.map(Angle::degrees),
-            self_holding: self_holding(process),
-            layer_mm: process.layer_height_mm,
-            build_volume_mm: process.build_volume_mm,
-            step_mm,
-            directions: 400,
-            best: 20,
-            given: None,
-            apart: Angle::degrees(8.0),
-            samples: 128,
-            footing: if process.limit("tall-feature.topple").is_some() { Footing::Needed } else { Footing::Any },
-            liquid: if is_wet { Liquid::Vat } else { Liquid::None },
-        }
-    }
-
-    /// Whether a part that stands on z = 0 fits the machine and may stand so while it is printed.
-    pub fn stands(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
-        posed.bounds().is_some_and(|(_, size)| self.fits(size)) && self.is_footed(posed, bounding)
-    }
-
-    /// Whether a part that stands on z = 0 may stand so.
-    pub(super) fn is_footed(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
-        self.footing == Footing::Any
-            || posed
-                .centre_of_mass(bounding)
-                .is_some_and(|[x, y, _]| Hull::of(section_points(posed, 0.5 * self.layer_mm)).depth([x, y]) >= 0.0)
-    }
-
-    /// Whether a box, turned about the vertical by 90° if that helps, fits the machine.
-    pub(super) fn fits(&self, [w, d, height]: Vec3) -> bool {
-        let [x, y, z] = self.build_volume_mm;
-        height <= z && ((w <= x && d <= y) || (d <= x && w <= y))
-    }
-}
-
-/// What prints without support in a process: the stricter limit of each rule.
-pub fn self_holding(process: &Process) -> SelfHolding {
-    let limit = |key: &str| process.limit(key).and_then(|l| l.warn.or(l.fail));
-    SelfHolding {
-        bridge_mm: limit("bridge"),
-        ledge_mm: limit("bridge.ledge"),
-        crown_mm: limit("bridge.horizontal-hole"),
-    }
-}
 
 /// One way to stand the part up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -170,16 +74,15 @@ const HELD: f64 = 0.01;
 
 /// The best ways to stand a part up for printing.
 ///
-/// Every direction, `directions` of a Fibonacci lattice, the six axes and the normals of the part's largest flat faces, gets a
-/// score from the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured: support
+/// Every direction, `directions` of a Fibonacci lattice, the six axes and the normals of the part's largest flat faces, gets a score from
+/// the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured: support
 /// volume by columns ([`support_volume`]), what of it cannot be seen from outside, liquid kept and cups on the film, first layer, steps.
 /// The cost of a pose is
 ///
 /// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·(retained + suction)/V + steps/V + 0.2·height/diagonal + 1/(1 + first layer/0.01·A)
 ///
-/// with the part's volume V and area A: a convention. Poses that do not fit the machine come last, and before them those that topple, where the
-/// process minds. Only the directions listed are
-/// compared. `facets` says what the facets bound.
+/// with the part's volume V and area A: a convention. Poses that do not fit the machine come last, and before them those that topple, where
+/// the process minds. Only the directions listed are compared. `facets` says what the facets bound.
 ///
 /// # Errors
 /// [`Error::NoGeometry`] without facets or volume.
@@ -229,7 +132,7 @@ pub fn orientations(mesh: &TriangleMesh, facets: &impl Bounding, question: &Ques
 }
 
 /// How many poses of so many facets are measured at a time, however many threads there are: half a million facets, but two poses at least.
-pub fn poses_at_once(facets: usize) -> usize {
+fn poses_at_once(facets: usize) -> usize {
     (500_000 / facets.max(1)).clamp(2, 20)
 }
 
@@ -401,6 +304,8 @@ mod tests {
     use super::super::direction::sphere;
     use super::*;
     use crate::geometry::vector::dot;
+    use crate::layer::SelfHolding;
+    use crate::units::Angle;
 
     /// Rows orthonormal, handedness kept.
     fn is_rotation(r: &[Vec3; 3]) -> bool {

@@ -1,7 +1,8 @@
 //! A way to stand the part up in which less hangs over, measured.
 
 use super::direction::{Facets, Score, Whole, candidates};
-use super::orient::{Question, standing, stood, upright};
+use super::orient::{standing, stood, upright};
+use super::question::Question;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, angle, distance};
 use crate::layer::Bounding;

@@ -1,8 +1,8 @@
 //! Chamfers put under a ledge before they are advised: whether its wall goes down far enough, and nothing is in the way.
 
 use super::contract::limits_of;
-use super::hanging::support_angle;
 use super::rods::plain;
+use crate::access::support_angle;
 use crate::geometry::Slab;
 use crate::geometry::triangle::closest_on_segments;
 use crate::geometry::vector::{Vec3, along, distance, scale, sub, unit};

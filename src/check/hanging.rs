@@ -1,7 +1,6 @@
 //! What hangs over in a process, and what of it holds itself: read by overhang, bridge, support and support-access.
 
-use super::contract::limits_of;
-use crate::access::self_holding;
+use crate::access::{self_holding, support_angle};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add};
 use crate::layer::{Below, Bounding, Ceiling, Ground, Measuring, Search, ceilings, share_below};
@@ -19,12 +18,6 @@ pub const BRIDGE: &str = "bridge";
 pub const LEDGE: &str = "bridge.ledge";
 /// The rule of the widest round passage that lies across the build direction.
 pub const CROWN: &str = "bridge.horizontal-hole";
-
-/// The angle from the horizontal below which downward surface needs support, degrees: the stricter of the overhang limits.
-pub fn support_angle(process: &Process) -> Option<f64> {
-    let limits = limits_of(process, "overhang")?;
-    Some(limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0)))
-}
 
 /// What supports can do for surface that hangs over, least first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

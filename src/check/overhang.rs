@@ -2,9 +2,9 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::hanging::{Supports, hanging_share, needing_support, plate_z, support_angle};
+use super::hanging::{Supports, hanging_share, needing_support, plate_z};
 use super::place::{group_equal, locate, reported};
-use crate::access::{Question, flattest, up_option};
+use crate::access::{Question, flattest, support_angle, up_option};
 use crate::error::Result;
 use crate::layer::{DownwardRegion, downward_regions, support_volumes};
 use crate::part::Part;

@@ -1,8 +1,9 @@
 //! Roofs for lying holes before they are advised: how much material there is above the crown for a teardrop or a flat roof.
 
 use super::contract::limits_of;
-use super::hanging::{BRIDGE, support_angle};
+use super::hanging::BRIDGE;
 use super::rods::plain;
+use crate::access::support_angle;
 use crate::geometry::vector::{Vec3, unit};
 use crate::layer::{Ceiling, Point, lifted, stretch};
 use crate::part::Part;

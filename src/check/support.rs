@@ -2,9 +2,9 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State};
-use super::hanging::{needing_support, support_angle};
+use super::hanging::needing_support;
 use super::place::locate;
-use crate::access::{Question, standing, stood, up_option, upright};
+use crate::access::{Question, standing, stood, support_angle, up_option, upright};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::geometry::{TriangleMesh, contour, occupancy};
@@ -128,8 +128,8 @@ fn shown(part: &Part, wanted: &[u32], found: &SupportVolume) -> Option<ShapeShow
     (!made.is_empty()).then(|| ShapeShown { name: "supports", title: format!("Supports, {}", amount(found)), mesh })
 }
 
-/// The turn that takes the least support, measured again in that pose: of those by 90° in which the part stands, where all that hangs over is held up, and the one in
-/// which the least area hangs over, which is told where no other takes less.
+/// The turn that takes the least support, measured again in that pose: of those by 90° in which the part stands, where all that hangs over
+/// is held up, and the one in which the least area hangs over, which is told where no other takes less.
 fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &SupportVolume) -> String {
     let turns: [[Vec3; 3]; 5] = [
         [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]],

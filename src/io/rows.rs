@@ -1,5 +1,6 @@
 //! Lists of rows of numbers, where an empty line parts what hangs together.
 
+use super::sniff::plain_text;
 use super::words::Words;
 use crate::error::{Error, Place, Result};
 
@@ -108,7 +109,7 @@ fn row<const N: usize>(words: &mut Words<'_>, line: u64, what: &str) -> Result<[
 
 /// The text with its separators as spaces, without a byte order mark.
 fn plain<const N: usize>(bytes: &[u8]) -> Vec<u8> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = plain_text(bytes);
     bytes.split_inclusive(|&b| b == b'\n').flat_map(separated::<N>).collect()
 }
 

@@ -53,7 +53,7 @@ impl<'a, B: Bounding> Below<'a, B> {
     }
 
     /// The facets of the solid that look down at less than an angle, off the plate, with no body right below them.
-    pub fn hanging(&self, angle: Angle) -> Vec<u32> {
+    fn hanging(&self, angle: Angle) -> Vec<u32> {
         downward_facets(self.mesh, self.plate_z, angle, self.step_mm)
             .into_par_iter()
             .with_max_len(64)

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::geometry::vector::Vec3;
 use crate::io::accept;
 use crate::io::rows::rows_fit;
+use crate::io::sniff::plain_text;
 use crate::io::toolpath::Toolpath;
 use crate::notice::Notice;
 use crate::units::Length;
@@ -53,7 +54,7 @@ enum Mode {
 /// ```
 pub fn read(bytes: &[u8]) -> Result<Toolpath> {
     let mut machine = Machine::new();
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let bytes = plain_text(bytes);
     // Lines end in a line feed, after a carriage return or not; or, throughout the file, in a carriage return alone.
     let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
     for (number, line) in bytes.split(|&b| b == end).enumerate() {
