@@ -14,7 +14,7 @@ use crate::geometry::{
     Adjacency, BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize,
 };
 use crate::grid::{BYTES_PER_SAMPLE, Fitting, Grid};
-use crate::layer::{Bounding, Ceiling};
+use crate::layer::{Bounding, Ceiling, Floors};
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
@@ -44,11 +44,17 @@ pub struct Part {
     /// How far a body is looked for around another, millimetres.
     reach: f64,
     grid: Option<Grid>,
+    kept: Kept,
+}
+
+/// What is made when first asked for.
+#[derive(Default)]
+struct Kept {
     distance: OnceLock<MeshDistance>,
+    floors: OnceLock<Floors>,
     winding: OnceLock<Winding>,
     bends: OnceLock<Bends>,
-    material: OnceLock<Features>,
-    void: OnceLock<Features>,
+    features: [OnceLock<Features>; 2],
     adjacency: OnceLock<Adjacency>,
     covers: [OnceLock<(Question, Cover)>; 2],
     rods: [OnceLock<(Wanted, Rods)>; 2],
@@ -127,20 +133,7 @@ impl Part {
             // Bodies that touch are found whatever else is asked.
             reach: reach_mm.max(2.0 * step),
             grid: None,
-            distance: OnceLock::new(),
-            winding: OnceLock::new(),
-            bends: OnceLock::new(),
-            material: OnceLock::new(),
-            void: OnceLock::new(),
-            adjacency: OnceLock::new(),
-            covers: [const { OnceLock::new() }; 2],
-            rods: [const { OnceLock::new() }; 2],
-            pairs: OnceLock::new(),
-            solid: OnceLock::new(),
-            printed: OnceLock::new(),
-            ceilings: OnceLock::new(),
-            turn: OnceLock::new(),
-            setups: OnceLock::new(),
+            kept: Kept::default(),
         };
         part.choose_bounding_facets()?;
         Ok(part)
@@ -250,24 +243,29 @@ impl Part {
 
     /// Exact distances to the facets that bound the solid.
     pub fn distance(&self) -> &MeshDistance {
-        self.distance.get_or_init(|| MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)))
+        self.kept.distance.get_or_init(|| MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)))
+    }
+
+    /// The facets that bound the solid and look up.
+    pub fn floors(&self) -> &Floors {
+        self.kept.floors.get_or_init(|| Floors::of(&self.mesh, self))
     }
 
     /// The generalized winding number.
     pub fn winding(&self) -> &Winding {
-        self.winding.get_or_init(|| Winding::new(&self.mesh))
+        self.kept.winding.get_or_init(|| Winding::new(&self.mesh))
     }
 
     /// The features a ball on one side can touch.
     pub fn features(&self, side: Side) -> &Features {
-        let cell = if side == Side::Material { &self.material } else { &self.void };
-        let bends = || self.bends.get_or_init(|| Bends::of(&self.mesh, |f| self.bounds_solid(f)));
-        cell.get_or_init(|| Features::of(&self.mesh, side, bends()).of_bodies(&self.health.facet_body))
+        let bends = || self.kept.bends.get_or_init(|| Bends::of(&self.mesh, |f| self.bounds_solid(f)));
+        self.kept.features[side as usize]
+            .get_or_init(|| Features::of(&self.mesh, side, bends()).of_bodies(&self.health.facet_body))
     }
 
     /// The facet across each edge, among those that bound the solid.
     pub fn adjacency(&self) -> &Adjacency {
-        self.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
+        self.kept.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
     }
 
     /// The thin sheets on one side, kept for the first question asked, and the evaluations that this answer cost.
@@ -278,7 +276,7 @@ impl Part {
             spent = cover.evaluations;
             cover
         };
-        let (kept_for, kept) = self.covers[side as usize].get_or_init(|| (question.clone(), search()));
+        let (kept_for, kept) = self.kept.covers[side as usize].get_or_init(|| (question.clone(), search()));
         let cover = if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) };
         (cover, spent)
     }
@@ -289,19 +287,19 @@ impl Part {
             let search = Search { mesh: &self.mesh, distance: self.distance(), next: self.adjacency(), wanted };
             search.run(|f| self.bounds_solid(f))
         };
-        let (kept_for, kept) = self.rods[wanted.side as usize].get_or_init(|| (wanted, search()));
+        let (kept_for, kept) = self.kept.rods[wanted.side as usize].get_or_init(|| (wanted, search()));
         if *kept_for == wanted { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
     }
 
     /// All pairs of bodies nearer than the part's reach, nearest points and exact distance.
     pub fn body_pairs(&self) -> &[BodyPair] {
-        self.pairs.get_or_init(|| body_pairs(&self.mesh, &self.health, self.reach))
+        self.kept.pairs.get_or_init(|| body_pairs(&self.mesh, &self.health, self.reach))
     }
 
     /// Sets the grid on which [`Part::solid`] is cast.
     pub fn cast_on(&mut self, grid: Grid) {
         self.grid = Some(grid);
-        self.solid = OnceLock::new();
+        self.kept.solid = OnceLock::new();
     }
 
     /// The part as tools see it from the directions between a cube's faces, edges and corners, from +z first: 26, or the six
@@ -321,7 +319,7 @@ impl Part {
             setups.iter_mut().filter(|s| !axes.contains(&s.direction)).for_each(|s| s.turns = Turns::Nowhere);
             Ok(setups)
         };
-        self.setups.get_or_init(cast).as_deref().map_err(Clone::clone)
+        self.kept.setups.get_or_init(cast).as_deref().map_err(Clone::clone)
     }
 
     /// The part on its grid: inner, centres, outer and density.
@@ -333,7 +331,7 @@ impl Part {
             let grid = self.grid.ok_or_else(|| Error::Internal { problem: "the part has no grid yet".into() })?;
             self.cast(&grid)
         };
-        self.solid.get_or_init(cast).as_ref().map_err(Clone::clone)
+        self.kept.solid.get_or_init(cast).as_ref().map_err(Clone::clone)
     }
 
     /// The part cast finer, or coarser, inside the box `[lo, hi]` of the build's frame only.
@@ -366,14 +364,14 @@ impl Part {
 
     /// The ceilings of the part as `measure` finds them; shared by all who ask with the same key.
     pub fn ceilings(&self, key: [f64; 4], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
-        let (of, found) = self.ceilings.get_or_init(|| (key, Arc::new(measure())));
+        let (of, found) = self.kept.ceilings.get_or_init(|| (key, Arc::new(measure())));
         if *of == key { found.clone() } else { Arc::new(measure()) }
     }
 
     /// The turn of the part in which least hangs over, [`least_hanging`]; shared by all who ask the same.
     pub fn least_hanging(&self, asked: &Asked) -> Option<Turn> {
         let find = || least_hanging(&self.mesh, self, asked);
-        let (of, found) = self.turn.get_or_init(|| (asked.clone(), find()));
+        let (of, found) = self.kept.turn.get_or_init(|| (asked.clone(), find()));
         if of == asked { *found } else { find() }
     }
 }

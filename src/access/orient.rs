@@ -5,10 +5,11 @@ use super::question::{Footing, Liquid, Question};
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, angle, unit};
-use crate::geometry::{MeshDistance, TriangleMesh, occupancy};
+use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    Below, Bounding, Ceiling, Measuring, Search, ceilings, hidden_from_outside, section_area, support_volume, supports,
+    Below, Bounding, Ceiling, Floors, Measuring, Search, ceilings, hidden_from_outside, section_area, support_volume,
+    supports,
 };
 use crate::topology::{Adjacency, Falls, Passage, components, retained};
 use crate::units::{Length, report_digits};
@@ -239,7 +240,7 @@ const TELLING: u64 = 20_000_000;
 /// not hold itself.
 ///
 /// # Cost
-/// The distances to the facets, [`Below::ceilings`] quickly, and a search for each ceiling of which that does not tell.
+/// The floors of the part, [`Below::ceilings`] quickly, and a search for each ceiling of which that does not tell.
 pub fn stood(
     mesh: &TriangleMesh,
     rotation: &[Vec3; 3],
@@ -254,8 +255,8 @@ pub fn stood(
 fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u32> {
     let Some(angle) = q.support_angle else { return Vec::new() };
     let plate_z = 0.5 * q.layer_mm;
-    let distance = MeshDistance::to_some(posed, |f| facets.bounds_solid(f));
-    let below = Below::of((posed, &distance), facets, q.layer_mm, (plate_z, q.step_mm));
+    let floors = Floors::of(posed, facets);
+    let below = Below::of((posed, &floors), facets, q.layer_mm, (plate_z, q.step_mm));
     let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
     let bridge_mm = q.self_holding.bridge_mm.unwrap_or(f64::INFINITY);
     let (layer_mm, step_mm) = (q.layer_mm, q.step_mm);

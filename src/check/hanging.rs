@@ -43,7 +43,7 @@ impl Supports {
 
 /// What lies no more than a layer below a part's own facets, and the plate up to a height.
 fn below(part: &Part, layer_mm: f64, plate_z: f64) -> Below<'_, Part> {
-    Below::of((part.mesh(), part.distance()), part, layer_mm, (plate_z, part.step()))
+    Below::of((part.mesh(), part.floors()), part, layer_mm, (plate_z, part.step()))
 }
 
 fn below_in<'a>(part: &'a Part, process: &Process) -> Below<'a, Part> {

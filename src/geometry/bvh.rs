@@ -153,15 +153,40 @@ impl Bvh {
     ///
     /// # Cost
     /// O(log n + items visited).
-    pub fn in_box(&self, (lo, hi): (Vec3, Vec3), mut visit: impl FnMut(u32)) {
-        let mut stack = vec![0];
-        while let Some(at) = stack.pop() {
-            let Some(node) = self.nodes.get(at).filter(|n| n.box_distance2(lo, hi) == 0.0) else { continue };
+    pub fn in_box(&self, reach: (Vec3, Vec3), mut visit: impl FnMut(u32)) {
+        self.any_in_box(reach, |item| {
+            visit(item);
+            false
+        });
+    }
+
+    /// Whether a predicate holds for an item of a leaf whose box overlaps a box, by its least and greatest corner.
+    ///
+    /// # Cost
+    /// As [`Bvh::in_box`], and nothing after the first for which it holds.
+    pub fn any_in_box(&self, (lo, hi): (Vec3, Vec3), mut is: impl FnMut(u32) -> bool) -> bool {
+        // Halves of halves of at most 2³² items: no more than one node waits on each level.
+        let mut waiting = [0usize; 64];
+        let mut count = usize::from(!self.nodes.is_empty());
+        while count > 0 {
+            count -= 1;
+            let node = &self.nodes[waiting[count]];
+            if node.box_distance2(lo, hi) > 0.0 {
+                continue;
+            }
             match node.children() {
-                Some(children) => stack.extend(children),
-                None => self.order[node.run()].iter().for_each(|&item| visit(item)),
+                Some([left, right]) => {
+                    (waiting[count], waiting[count + 1]) = (left, right);
+                    count += 2;
+                }
+                None => {
+                    if self.order[node.run()].iter().any(|&item| is(item)) {
+                        return true;
+                    }
+                }
             }
         }
+        false
     }
 
     /// Calls `visit(run, ball)` for the runs of primitives in leaves that meet an open ball given by centre and radius, nearest boxes

@@ -30,6 +30,19 @@ impl Ground for () {
 ///
 /// { (x, y) : in both in plan }: its corners are those of a convex polygon, and the height between two planes is greatest and least at corners.
 pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], narrow: f64) -> bool {
+    let limits = |t: [Vec3; 3], axis: usize| {
+        let along = t.map(|p| p[axis]);
+        [along.into_iter().fold(f64::INFINITY, f64::min), along.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+    };
+    // How far the facet is beyond the triangle along an axis, at least and at most.
+    let beyond = |axis: usize| {
+        let [over, below] = [limits(facet, axis), limits(under, axis)];
+        [over[0] - below[1], over[1] - below[0]]
+    };
+    let is_within = |[low, high]: [f64; 2], [least, most]: [f64; 2]| least <= high && low <= most;
+    if !(is_within(beyond(0), [0.0; 2]) && is_within(beyond(1), [0.0; 2]) && is_within(beyond(2), [least, most])) {
+        return false;
+    }
     let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return false };
     let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return false };
     let polygon = common(under, over);

@@ -3,10 +3,11 @@
 use super::beneath::{Ground, lies_below};
 use super::bridge::{Ceiling, FLAT, Measuring, ceilings};
 use super::downward::downward_facets;
+use super::floor::Floors;
 use super::reading::Search;
 use super::section::clip_below;
+use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, bounds, sub};
-use crate::geometry::{MeshDistance, TriangleMesh};
 use crate::units::Angle;
 use rayon::prelude::*;
 
@@ -34,7 +35,7 @@ impl<F: Fn(usize) -> bool + Sync> Bounding for F {
 /// The material of a part no more than a layer below its own facets, and the plate.
 pub struct Below<'a, B> {
     mesh: &'a TriangleMesh,
-    distance: &'a MeshDistance,
+    floors: &'a Floors,
     facets: &'a B,
     layer_mm: f64,
     plate_z: f64,
@@ -42,14 +43,14 @@ pub struct Below<'a, B> {
 }
 
 impl<'a, B: Bounding> Below<'a, B> {
-    /// Of a mesh with the distances to its facets: what lies up to `plate_z` lies on the plate.
+    /// Of a mesh with its floors: what lies up to `plate_z` lies on the plate.
     pub fn of(
-        (mesh, distance): (&'a TriangleMesh, &'a MeshDistance),
+        (mesh, floors): (&'a TriangleMesh, &'a Floors),
         facets: &'a B,
         layer_mm: f64,
         (plate_z, step_mm): (f64, f64),
     ) -> Self {
-        Below { mesh, distance, facets, layer_mm, plate_z, step_mm }
+        Below { mesh, floors, facets, layer_mm, plate_z, step_mm }
     }
 
     /// The facets of the solid that look down at less than an angle, off the plate, with no body right below them.
@@ -64,7 +65,7 @@ impl<'a, B: Bounding> Below<'a, B> {
     /// The ceilings that the facets make which hang over at less than an angle, measured between their anchors.
     ///
     /// # Cost
-    /// That of [`ceilings`], and a ray or a few for each facet that looks down. Where a search does not show whether a ceiling reaches
+    /// That of [`ceilings`], and a line or a few for each facet that looks down. Where a search does not show whether a ceiling reaches
     /// beyond a ledge, [`Search::Measure`] looks again for that alone: all who ask read the same answer.
     pub fn ceilings(&self, angle: Angle, how: Measuring) -> Vec<Ceiling> {
         let found = ceilings(self.mesh, &self.hanging(angle), how, self);
@@ -95,7 +96,7 @@ impl<'a, B: Bounding> Below<'a, B> {
         let middle = self.mesh.centroid(facet as usize);
         let below = |p: Vec3| {
             let from = along(p, self.mesh.normal(facet as usize), 2.0 * self.step_mm);
-            self.distance.first_hit(from, [0.0, 0.0, -1.0], 0.0, self.layer_mm + 4.0 * self.step_mm).is_some()
+            self.floors.lie_below(self.mesh, from, self.layer_mm + 4.0 * self.step_mm)
         };
         below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
     }
@@ -121,11 +122,10 @@ impl<B: Bounding> Ground for Below<'_, B> {
         let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
         let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
         let mut found = Vec::new();
-        self.distance.tree().in_box(reach, |g| {
-            let carries = g != facet && mesh.normal(g as usize)[2] > 0.0 && self.facets.bounds_solid(g as usize);
+        self.floors.in_box(reach, |g| {
             // The two sides of an upright wall that leans by its rounding overlap in plan by that.
             let height = [-tie, self.layer_mm + tie];
-            if carries && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
+            if g != facet && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
                 found.push(g);
             }
         });

@@ -77,7 +77,7 @@ impl Part {
             for (bounds, &body) in self.bounding.iter_mut().zip(&self.health.facet_body) {
                 *bounds = body != NO_LABEL;
             }
-            self.distance = OnceLock::from(labelled);
+            self.kept.distance = OnceLock::from(labelled);
             return Ok(());
         }
         self.judge_each_facet(&labelled)
@@ -142,7 +142,7 @@ impl Part {
         self.before_union = Some(std::mem::replace(&mut self.mesh, union));
         self.health = Health::of(&self.mesh);
         self.bounding = vec![true; self.mesh.triangles.len()];
-        (self.pairs, self.united) = (OnceLock::new(), true);
+        (self.kept.pairs, self.united) = (OnceLock::new(), true);
         true
     }
 
@@ -220,7 +220,7 @@ mod tests {
         // What could not be united is judged as it is.
         let mut part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).expect("a part");
         part.bounding = vec![true; part_mesh.triangles.len()];
-        (part.mesh, part.health, part.united, part.winding) = (part_mesh, health, false, OnceLock::new());
+        (part.mesh, part.health, part.united, part.kept.winding) = (part_mesh, health, false, OnceLock::new());
         let labelled = part.labelled();
         part.judge_each_facet(&labelled).expect("a solid");
         let mut known = 0;

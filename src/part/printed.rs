@@ -35,7 +35,7 @@ impl Part {
             };
             self.deposited(bead, cells)?.compensated(lambda, spread).map(|made| Some(Arc::new(made)))
         };
-        let (of, made) = self.printed.get_or_init(|| ((bead, lambda, spread), make()));
+        let (of, made) = self.kept.printed.get_or_init(|| ((bead, lambda, spread), make()));
         if *of == (bead, lambda, spread) { made.clone() } else { make() }
     }
 
