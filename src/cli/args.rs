@@ -106,7 +106,7 @@ pub struct Judging {
     #[arg(long, default_value = MEMORY, value_name = "BYTES")]
     pub memory: String,
 
-    /// Threads to use; the answer does not depend on it
+    /// Threads to use, no more than there is memory for; the answer does not depend on it
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

@@ -125,9 +125,13 @@ impl How<'_> {
         let name = entry.path.to_string_lossy();
         self.options.memory.admit_content(bytes)?;
         let loaded = read(&name, bytes, self.salvage)?;
-        let mut analysis = run(prepare(&name, bytes, loaded, &self.options)?, &self.options)?;
-        let mut files = print_all(&mut analysis, &self.formats, None);
-        files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
+        let prepared = prepare(&name, bytes, loaded, &self.options)?;
+        let (analysis, files) = judge::on_threads(prepared.threads(&self.options), || {
+            let mut analysis = run(prepared, &self.options)?;
+            let mut files = print_all(&mut analysis, &self.formats, None);
+            files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
+            Ok((analysis, files))
+        })??;
         let code = exit_code(analysis.report.verdict, self.fail_on, false);
         Ok(Finished { report: analysis.report, code, files: files.into_contents() })
     }

@@ -61,10 +61,14 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
     progress.note(&super::plan::need(&prepared, &options));
-    let mut analysis = run_told(prepared, &options, &told)?;
-    told("print");
-    let comparison = baseline.map(|old| compare(&old, &analysis.report));
-    let files = print_all(&mut analysis, &formats, comparison.as_ref());
+    let threads = prepared.threads(&options);
+    let (analysis, comparison, files) = on_threads(threads, || {
+        let mut analysis = run_told(prepared, &options, &told)?;
+        told("print");
+        let comparison = baseline.map(|old| compare(&old, &analysis.report));
+        let files = print_all(&mut analysis, &formats, comparison.as_ref());
+        Ok((analysis, comparison, files))
+    })??;
     let names = files.names();
     let written = delivery.deliver(files, &[&part])?;
     let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
@@ -312,6 +316,18 @@ pub(super) fn threads(a: &Judging) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// Does something on no more than so many threads.
+///
+/// # Errors
+/// [`Error::Usage`] where they cannot be started.
+pub(super) fn on_threads<T: Send>(most: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    if rayon::current_num_threads() <= most {
+        return Ok(work());
+    }
+    let refused = |e| usage(&format!("{most} threads cannot be started: {e}"), "allow more memory");
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(most).build().map_err(refused)?.install(work))
 }
 
 /// What turns the exit code to 1.

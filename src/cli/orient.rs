@@ -3,7 +3,7 @@
 use super::args::Orienting;
 use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
-use super::judge::process;
+use super::judge::{on_threads, process};
 use super::leftover;
 use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};
@@ -45,7 +45,7 @@ fn run(a: &Orienting) -> Result<String> {
     let delivery = Delivery::open(&folder)?;
     let memory = allowance(&a.memory)?;
     let loaded = memory.mesh(&a.part)?;
-    memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
+    let threads = memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
     let mut warnings = loaded.notices;
     let known = scale.or(loaded.unit_mm);
     if known.is_none() {
@@ -58,7 +58,7 @@ fn run(a: &Orienting) -> Result<String> {
     warnings.extend(if scale == 1.0 { part.health_as_read().units_guess() } else { None });
     warnings.extend(part.notices());
     let question = Question { directions: a.directions, best: a.best, ..Question::of(&process, part.step()) };
-    let found = orientations(part.mesh(), &part, &question)?;
+    let found = on_threads(threads, || orientations(part.mesh(), &part, &question))??;
     let name = a.part.file_name().map_or_else(|| stem.clone(), |n| n.to_string_lossy().into_owned());
     let report = OrientReport {
         schema: ORIENT_SCHEMA.into(),
