@@ -118,11 +118,6 @@ impl Prepared {
         self.demand
     }
 
-    /// On how many threads the part can be judged with the memory that is allowed.
-    pub fn threads(&self, options: &Options) -> usize {
-        options.memory.threads(self.fitting.bytes, self.part.mesh().triangles.len() as u64)
-    }
-
     /// The part.
     pub fn part(&self) -> &Part {
         &self.part

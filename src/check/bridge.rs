@@ -94,6 +94,17 @@ impl Check for Bridge {
             all.iter().flat_map(|c| told(c).into_iter().map(move |f| (f, c))).collect();
         measured.budget = (budget.looks > 0).then_some(budget);
         found.sort_by(|a, b| Finding::worst_first(&a.0, &b.0));
+        // What breaks a rule of its own, and worse than any bridge, is the worst there is.
+        let of_rule = found.first().and_then(|(f, c)| match f.kind.as_str() {
+            "ledge" => Some((f, LEDGE, c.cantilever?)),
+            "horizontal-hole" => Some((f, CROWN, c.bridge?)),
+            _ => None,
+        });
+        if let Some((f, rule, reach)) = of_rule {
+            let bracket = Bracket { value: f.value, low: f.low, high: f.high };
+            measured.worst = Some(Worst { bracket, unit: "mm", at: Some(reach.at) });
+            measured.rule = Some(rule);
+        }
         let remedies: Vec<Tried> = found.par_iter().take(TRIED).map(|(f, c)| Tried::of(part, process, f, c)).collect();
         let below: Vec<_> = found.iter().map(|(f, c)| (f.at_mm, Supports::below(part, process, &c.facets))).collect();
         measured.findings = group_equal(found.into_iter().map(|(f, _)| f).collect(), 0.05);

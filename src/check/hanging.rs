@@ -3,7 +3,7 @@
 use crate::access::{self_holding, support_angle};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add};
-use crate::layer::{Below, Bounding, Ceiling, Ground, Measuring, Search, ceilings, share_below};
+use crate::layer::{Below, Bounding, Ceiling, Ground, Island, Measuring, Search, ceilings, share_below};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -108,11 +108,12 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     ceilings(&mesh, &hanging, Measuring { search, ..how }, &ground)
 }
 
-/// Whether material lies no more than a layer below any of an underside, or around it.
+/// Whether other material lies no more than a layer below any of an island's underside, or around it.
 ///
 /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
-pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
+pub fn is_carried(part: &Part, island: &Island, layer_mm: f64) -> bool {
     let ground = below(part, layer_mm, f64::NEG_INFINITY);
+    let rests = |f: u32| ground.floors_under(f).iter().any(|g| island.own_floors.binary_search(g).is_err());
     let inside_another = |f: u32| {
         let [a, b, c] = part.mesh().corners(f as usize);
         let place = |i: usize, j: usize| {
@@ -123,9 +124,8 @@ pub fn is_carried(part: &Part, underside: &[u32], layer_mm: f64) -> bool {
         let below = [0.0, 0.0, -20.0 * part.step()];
         places.any(|(i, j)| part.winding().at(add(place(i, j), below)) >= 0.5)
     };
-    underside
-        .iter()
-        .any(|&f| part.is_covered(f) || !ground.beneath(f).is_empty() || !part.is_plain() && inside_another(f))
+    let is_carried = |f: u32| part.is_covered(f) || rests(f) || !part.is_plain() && inside_another(f);
+    island.underside.iter().any(|&f| is_carried(f))
 }
 
 /// Up to this height a layer lies on the plate: half a layer.

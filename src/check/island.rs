@@ -49,7 +49,7 @@ impl Check for Island {
         let found: Vec<Start> =
             islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
                 .into_iter()
-                .filter(|i| !is_carried(part, &i.underside, process.layer_height_mm))
+                .filter(|i| !is_carried(part, i, process.layer_height_mm))
                 .collect();
         let mut measured = Measured {
             cover: format!(
@@ -117,7 +117,25 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::access::Up;
-    use crate::geometry::cuboid;
+    use crate::geometry::{cuboid, extruded};
+
+    #[test]
+    fn what_floats_is_not_carried_by_a_lip_of_its_own() {
+        // A block with a slot 0.05 mm high above a lip of 0.1 mm, beside a plate and over one.
+        let outline =
+            [[0.0, 2.0], [10.0, 2.0], [10.0, 6.0], [0.0, 6.0], [0.0, 2.15], [5.0, 2.15], [5.0, 2.1], [0.0, 2.1]];
+        let caps = [[0, 1, 6], [0, 6, 7], [1, 5, 6], [1, 2, 5], [2, 4, 5], [2, 3, 4]];
+        let block = extruded(&outline, &caps, 8.0);
+        for (plate, is_held) in [([20.0, 0.0, 0.0], false), ([0.0, 0.0, 0.9], true)] {
+            let plate = cuboid(plate, [plate[0] + 10.0, 8.0, plate[2] + 1.0]);
+            let ground = cuboid([40.0, 0.0, 0.0], [50.0, 8.0, 1.0]);
+            let part = Part::new(block.clone().joined(&plate).joined(&ground), Up::PlusZ, 1e-6, 2.0).unwrap();
+            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
+            let highest = found.last().unwrap();
+            assert!((highest.lowest[2] - 2.0).abs() < 1e-9);
+            assert_eq!(is_carried(&part, highest, 0.2), is_held, "{found:?}");
+        }
+    }
 
     #[test]
     fn a_support_reaches_down_to_what_is_below() {

@@ -1,13 +1,15 @@
 //! Chambers with fewer mouths than a process needs to empty them.
 
 use super::contract::Context;
+use super::filling::Filling;
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::{group_equal, locate, reported};
 use super::vent::{Vent, Wanted, drilled, vents};
-use super::void::{Trapped, Voids};
+use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
-use crate::field::Field;
+use crate::field::{Field, Indicator};
 use crate::geometry::Solid;
+use crate::topology::{Adjacency, Side, border, chambers, components};
 use crate::units::{bulk, report_digits, short};
 
 /// Counts the mouths of chambers.
@@ -38,7 +40,7 @@ impl Mouths<'_> {
         let part = self.voids.part();
         let tried: Vec<([f64; 3], Option<Vent>)> =
             places.iter().zip(found).zip(enough).map(|((t, v), ok)| (reported(part, t.at), v.filter(|_| ok))).collect();
-        let located = |(t, count): &(Trapped, u64)| {
+        let located = |(t, count): &(Trapped, Bracket)| {
             let mut f = self.judged(*count);
             locate(&mut f, part, self.context, t.at, t.extent);
             f.volume_mm3 = Some(report_digits(t.volume_mm3.value));
@@ -49,9 +51,8 @@ impl Mouths<'_> {
         Ok((findings, rooms.into_iter().map(|(t, _)| t).collect()))
     }
 
-    fn judged(&self, count: u64) -> Finding {
-        let bracket = Bracket::exact(count as f64);
-        Finding::judged("AM301", "mouths", bracket, Basis::Estimated, self.limits, "1", 0.0)
+    fn judged(&self, count: Bracket) -> Finding {
+        Finding::judged("AM301", "mouths", count, Basis::Estimated, self.limits, "1", 0.0)
     }
 
     fn needed(&self) -> f64 {
@@ -71,13 +72,16 @@ impl Mouths<'_> {
         let clearance = after.clearance()?;
         let rooms = after.mouths(&clearance, self.room_mm, self.wanted.ball_mm)?;
         // What is wide open after drilling is no chamber any more.
-        let is_enough = |t: &&Trapped| rooms.iter().all(|(r, count)| !r.overlaps(t) || *count as f64 >= self.needed());
+        let is_enough = |t: &&Trapped| rooms.iter().all(|(r, count)| !r.overlaps(t) || count.value >= self.needed());
         Ok(places.iter().map(is_enough).collect())
     }
 
     fn describe(&self, f: &mut Finding, tried: &[([f64; 3], Option<Vent>)]) {
         let ball = short(self.wanted.ball_mm);
-        let mouths = format!("{} mouth{} of at least {ball} mm", f.value, if f.value == 1.0 { "" } else { "s" });
+        let mouths = match f.low == f.high {
+            true => format!("{} mouth{} of at least {ball} mm", f.value, if f.value == 1.0 { "" } else { "s" }),
+            false => format!("{} to {} mouths of about {ball} mm", f.low, f.high),
+        };
         let volume = bulk(f.volume_mm3.unwrap_or(0.0));
         f.message = match f.count {
             1 => format!("a chamber of about {volume} with {mouths}"),
@@ -94,5 +98,53 @@ impl Mouths<'_> {
             }
             (None, _) => format!("give it {needed} mouths of at least {ball} mm, far from each other"),
         };
+    }
+}
+
+impl Voids<'_> {
+    /// Chambers with room for a ball of `room_mm` whose way out is narrower, each with the number of its mouths that let
+    /// a ball of `ball_mm` out.
+    ///
+    /// A mouth is a place where the void as wide as the ball goes on from the balls that fill the chamber to the outside, or
+    /// where these balls themselves reach out of the grid. The bracket holds the numbers for balls that are smaller and larger by what the
+    /// samples do not tell.
+    pub fn mouths(&self, clearance: &Field<u32>, room_mm: f64, ball_mm: f64) -> Result<Vec<(Trapped, Bracket)>> {
+        let exits = border(&self.grid, &Side::ALL);
+        let level = |diameter: f64| ((0.5 * diameter / self.grid.h()).powi(2).ceil() as u32).max(1);
+        let mut found = Vec::new();
+        for chamber in chambers(clearance, &exits, level(room_mm), |at| self.is_sealed(at))? {
+            if self.is_sealed(chamber.deepest) || !self.rises(&chamber) {
+                continue;
+            }
+            let own = Filling::of(&chamber, clearance, self.solid)?.whole()?;
+            let untold = 4.0 * HALF_DIAGONAL * self.grid.h();
+            let of = |ball: f64| self.mouths_of(&own, clearance, &exits, level(ball));
+            let [told, narrow, wide] = [of(ball_mm)?, of((ball_mm - untold).max(0.0))?, of(ball_mm + untold)?];
+            let [least, most] = [told.min(narrow).min(wide), told.max(narrow).max(wide)];
+            let bracket = Bracket::new(told as f64, least as f64, most as f64);
+            found.push((self.trapped(&chamber, clearance)?, bracket));
+        }
+        Ok(found)
+    }
+
+    /// The places where the void of so much clearance goes on from what fills a chamber to the outside.
+    fn mouths_of(&self, own: &Indicator, clearance: &Field<u32>, exits: &Indicator, least: u32) -> Result<u64> {
+        let beyond = Indicator::from_predicate(self.grid, |at| {
+            clearance.values()[at] >= least && !own.contains(self.grid.index(at))
+        });
+        let parts = components(&beyond, Adjacency::Corner);
+        let mut out = vec![false; parts.count()];
+        for at in exits.intersection(&beyond)?.iter() {
+            parts.of(self.grid.index(at)).into_iter().for_each(|l| out[l as usize] = true);
+        }
+        let beside = own.window([-1; 3], self.grid.dims().map(|n| n + 2))?;
+        let touches = |at: usize| {
+            let [i, j, k] = self.grid.index(at);
+            let near = |n: usize| beside.contains([i + n % 3, j + n / 3 % 3, k + n / 9]);
+            let goes_on = || (0..27).any(near) && parts.of([i, j, k]).is_some_and(|l| out[l as usize]);
+            let reaches_out = || own.contains([i, j, k]) && exits.contains([i, j, k]);
+            clearance.values()[at] >= least && (reaches_out() || beyond.contains([i, j, k]) && goes_on())
+        };
+        Ok(components(&Indicator::from_predicate(self.grid, touches), Adjacency::Corner).count() as u64)
     }
 }

@@ -139,7 +139,7 @@ impl Sheets<'_> {
             let corners = |f: u32| self.part.mesh().triangles[f as usize];
             for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                match sheet_of(&samples, scale, |s| self.thins_out(s)) {
+                match sheet_of(&samples, from, scale, self) {
                     Some(sheet) => sheets.push((sheet, samples)),
                     None => *wedges += samples.len(),
                 }
@@ -147,7 +147,7 @@ impl Sheets<'_> {
             let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
             for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
                 let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                let waist = sheet_of(&samples, scale, |s| self.thins_out(s)).filter(|s| self.is_waist(s));
+                let waist = sheet_of(&samples, from, scale, self).filter(|s| self.is_waist(s));
                 sheets.extend(waist.map(|sheet| (sheet, samples)));
             }
         }
@@ -422,6 +422,37 @@ mod tests {
             let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
             let first = found.findings.first().unwrap_or_else(|| panic!("{limit}: passes"));
             assert!(first.state == State::Fail && first.value < limit, "{limit}: {first:?}");
+        }
+    }
+
+    /// A block of 12 × 12 × 6 mm with a blind pit from below, its four sides at 40° to the vertical, that ends `skin` under the top.
+    fn pitted(skin: f64) -> TriangleMesh {
+        let (deep, half) = (6.0 - skin, (6.0 - skin) * 40f64.to_radians().tan());
+        let ring = |h: f64, z: f64| [[-h, -h, z], [h, -h, z], [h, h, z], [-h, h, z]];
+        let (low, top, mouth, tip) = (ring(6.0, 0.0), ring(6.0, 6.0), ring(half, 0.0), [0.0, 0.0, deep]);
+        let mut facets = vec![[top[0], top[1], top[2]], [top[0], top[2], top[3]]];
+        for k in 0..4 {
+            let n = (k + 1) % 4;
+            facets.extend([[low[k], low[n], top[n]], [low[k], top[n], top[k]]]);
+            facets.extend([[low[k], mouth[k], mouth[n]], [low[k], mouth[n], low[n]], [mouth[k], tip, mouth[n]]]);
+        }
+        TriangleMesh::weld(facets)
+    }
+
+    #[test]
+    fn a_skin_over_a_pit_is_a_wall_however_thin_and_whatever_the_limits() {
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for skin in [0.002, 0.01, 0.03, 0.1, 0.4] {
+            for limits in ["0.5mm", "1mm", "0.7mm,1mm", "1mm,2mm", "3mm"] {
+                let mut process = Process::named("fdm").unwrap();
+                process.override_limit(&format!("thin-wall={limits}")).unwrap();
+                let part = Part::new(pitted(skin), Up::PlusZ, 1e-6, 4.0).unwrap();
+                assert!(part.health().is_solid());
+                let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+                let first = found.findings.first().unwrap_or_else(|| panic!("{skin} within {limits}: passes"));
+                let is_there = first.state >= State::Warn && first.low <= skin && skin <= first.high + 1e-9;
+                assert!(is_there && (first.value - skin).abs() < 0.02 * skin + 1e-6, "{skin}, {limits}: {first:?}");
+            }
         }
     }
 }

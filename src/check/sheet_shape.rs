@@ -47,29 +47,58 @@ pub struct Sheet {
     pub axis: Option<Vec3>,
 }
 
-/// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
-pub fn runs_out(sample: &Sample, scale: Scale) -> bool {
+/// Where a sheet ends.
+pub trait Ends {
+    /// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
+    fn runs_out(&self, sample: &Sample, scale: Scale) -> bool;
+
+    /// Whether a sheet goes on thinning beyond a sample until its sides meet, or to less than `from`.
+    fn thins_out(&self, sample: &Sample, from: f64) -> bool;
+
+    /// How thin it becomes where it thins most from a sample on; `None` if it ends there, at an edge or a rim.
+    fn least_beyond(&self, sample: &Sample) -> Option<f64>;
+}
+
+/// Whether a sample is as thin as a sheet that has run out.
+pub fn may_run_out(sample: &Sample, scale: Scale) -> bool {
     sample.diameter < RUN_OUT * scale.wide
 }
 
 /// Sums a group up, or says that it is a wedge: `None`.
-pub fn sheet_of(samples: &[Sample], scale: Scale, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
-    if samples.iter().any(|s| runs_out(s, scale)) {
-        return blunt_sheet(samples, scale, thins_out);
+///
+/// None of the samples is thinner than `from`.
+pub fn sheet_of(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
+    if samples.iter().any(|s| ends.runs_out(s, scale)) {
+        return blunt_sheet(samples, from, scale, ends);
     }
     summed(&samples.iter().collect::<Vec<_>>())
 }
 
 /// What is a sheet in a group that thins out to an edge: what of it tapers as a wall may and yet ends before, if that is no speck, or else what
-/// [`parallel_sheet`] says.
-pub fn blunt_sheet(samples: &[Sample], scale: Scale, thins_out: impl Fn(&Sample) -> bool) -> Option<Sheet> {
-    let ends_before = |s: &&Sample| s.separation >= WALL_SEPARATION && !runs_out(s, scale) && !thins_out(s);
+/// [`parallel_sheet`] says, or a skin.
+pub fn blunt_sheet(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
+    let ends_before =
+        |s: &&Sample| s.separation >= WALL_SEPARATION && !ends.runs_out(s, scale) && !ends.thins_out(s, from);
     let blunt: Vec<&Sample> = samples.iter().filter(ends_before).collect();
     let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
     let area = tapered().map(|s| s.area).sum::<f64>();
     let mean = tapered().map(|s| s.area * s.diameter).sum::<f64>() / area.max(f64::MIN_POSITIVE);
     let is_speck = 0.5 * area <= (LEAST_WIDTHS * mean).powi(2);
-    if is_speck { parallel_sheet(samples, scale) } else { summed(&blunt) }
+    if !is_speck {
+        return summed(&blunt);
+    }
+    parallel_sheet(samples, scale).or_else(|| skin(&blunt, from, ends))
+}
+
+/// What of a group thins to no less than `from` and leads nowhere, if its thinnest place is known and it is no speck: a skin between two rooms
+/// beside an edge.
+fn skin(samples: &[&Sample], from: f64, ends: &impl Ends) -> Option<Sheet> {
+    let stays = |s: &&&Sample| ends.least_beyond(s).is_some_and(|least| least >= from);
+    if !samples.iter().filter(|s| s.separation >= PARALLEL).any(|s| stays(&s)) {
+        return None;
+    }
+    let skin: Vec<&Sample> = samples.iter().filter(stays).copied().collect();
+    summed(&skin).filter(|s| s.thinnest.separation >= PARALLEL && s.area >= s.thinnest.diameter.powi(2))
 }
 
 /// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as half the tighter limit squared.
@@ -158,12 +187,29 @@ mod tests {
             .collect()
     }
 
+    /// No sheet ends.
+    struct Nowhere;
+
+    impl Ends for Nowhere {
+        fn runs_out(&self, _: &Sample, _: Scale) -> bool {
+            false
+        }
+
+        fn thins_out(&self, _: &Sample, _: f64) -> bool {
+            false
+        }
+
+        fn least_beyond(&self, sample: &Sample) -> Option<f64> {
+            Some(sample.diameter)
+        }
+    }
+
     #[test]
     fn a_sheet_below_a_limit_is_what_of_it_may_be() {
         for (thin, area, form) in [(1, 1.0, Form::Rod), (0, 0.0, Form::Spot), (10, 10.0, Form::Plate)] {
             let samples = plate(thin);
             let scale = Scale { wide: 1.2, tight: 0.8 };
-            let sheet = sheet_of(&samples, scale, |_| false).unwrap();
+            let sheet = sheet_of(&samples, 0.0, scale, &Nowhere).unwrap();
             assert!((sheet.area - 20.0).abs() < 1e-9 && sheet.form == Form::Plate);
             let part = below(&sheet, &samples, 0.8);
             assert!((part.area - area).abs() < 1e-9 && part.form == form, "{thin}: {part:?}");

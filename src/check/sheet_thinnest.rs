@@ -2,11 +2,11 @@
 
 use super::budget::Budget;
 use super::sheet::Sheets;
-use super::sheet_shape::{Scale, Sheet, below, blunt_sheet, parallel_sheet, runs_out};
+use super::sheet_shape::{Ends, Scale, Sheet, below, blunt_sheet, may_run_out, parallel_sheet};
 use crate::geometry::vector::{Vec3, add, distance, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::refine::thinnest_on;
-use crate::medial::{Own, Question, Sample};
+use crate::medial::{Own, Question, Sample, least_beyond};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::Cell;
@@ -45,6 +45,11 @@ pub(super) fn share_of_told(sheets: usize) -> u64 {
 impl Seeking<'_> {
     fn level(&self, diameter: f64) -> usize {
         self.levels.iter().filter(|limit| diameter >= **limit).count()
+    }
+
+    /// The limit that a diameter reaches, or 0.
+    fn least(&self, diameter: f64) -> f64 {
+        self.levels.into_iter().filter(|limit| diameter >= *limit).fold(0.0, f64::max)
     }
 
     /// Whether a limit lies within a sheet's bracket.
@@ -175,20 +180,21 @@ impl Sheets<'_> {
     ) -> Option<Sheet> {
         let looked = Looked { how, samples, rank, own_from };
         let other = |s: &Sample| own_from(s.centre, 0.0, s.diameter) <= s.diameter;
-        let known = if self.ends(&sheet.thinnest, how.scale) {
+        let known = if self.ends(&sheet.thinnest, how) {
             let mut first = Budget::of(budget.left / OF_ALL);
             let rim = self.thinnest(&looked, sheet.clone(), &mut first, &other);
             budget.note(first.looks, first.spent);
-            let blunt = || blunt_sheet(samples, how.scale, |s| self.thins_out(s));
-            Some(rim).filter(|s| !self.ends(&s.thinnest, how.scale)).or_else(blunt)?
+            let from = how.least(sheet.thinnest.diameter);
+            let blunt = || blunt_sheet(samples, from, how.scale, self);
+            Some(rim).filter(|s| !self.ends(&s.thinnest, how)).or_else(blunt)?
         } else {
             sheet.clone()
         };
         let (before, ran_out) = (known.clone(), Cell::new(false));
         let counts = |s: &Sample| {
             let own = other(s);
-            ran_out.set(ran_out.get() || own && runs_out(s, how.scale));
-            own && !self.ends(s, how.scale)
+            ran_out.set(ran_out.get() || own && self.runs_out(s, how.scale));
+            own && !self.ends(s, how)
         };
         let found = self.thinnest(&looked, known, budget, &counts);
         if !ran_out.get() || found.thinnest.diameter >= RUNNING_OUT * how.scale.wide {
@@ -244,15 +250,19 @@ impl Sheets<'_> {
     }
 
     /// Whether a sheet runs out to an edge at a sample.
-    fn ends(&self, s: &Sample, scale: Scale) -> bool {
-        runs_out(s, scale) || self.thins_out(s)
+    fn ends(&self, s: &Sample, how: &Seeking) -> bool {
+        self.runs_out(s, how.scale) || self.thins_out(s, how.least(s.diameter))
+    }
+}
+
+impl Ends for Sheets<'_> {
+    fn runs_out(&self, s: &Sample, scale: Scale) -> bool {
+        may_run_out(s, scale) && self.least_beyond(s).is_none()
     }
 
-    /// Whether a sheet goes on thinning beyond its thinnest ball until its sides meet.
-    ///
     /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
-    /// r, and in a wedge nothing until its edge.
-    pub(super) fn thins_out(&self, s: &Sample) -> bool {
+    /// r, and in a wedge nothing until its edge; nor does it in a skin between two rooms, which is thicker again beyond its thinnest place.
+    fn thins_out(&self, s: &Sample, from: f64) -> bool {
         if s.separation >= PARALLEL {
             return false;
         }
@@ -261,6 +271,11 @@ impl Sheets<'_> {
         let outward = s.contacts.map(|c| sub(c, s.centre));
         let towards = unit(add(outward[0], outward[1]));
         self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none()
+            && self.least_beyond(s).is_none_or(|least| least < from)
+    }
+
+    fn least_beyond(&self, s: &Sample) -> Option<f64> {
+        least_beyond(self.part.distance(), s.centre, s.diameter)
     }
 }
 

@@ -126,7 +126,7 @@ impl How<'_> {
         self.options.memory.admit_content(bytes)?;
         let loaded = read(&name, bytes, self.salvage)?;
         let prepared = prepare(&name, bytes, loaded, &self.options)?;
-        let (analysis, files) = judge::on_threads(prepared.threads(&self.options), || {
+        let (analysis, files) = judge::on_threads(judge::threads_for(&prepared, &self.options), || {
             let mut analysis = run(prepared, &self.options)?;
             let mut files = print_all(&mut analysis, &self.formats, None);
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);

@@ -5,7 +5,7 @@ use super::deliver::{Delivery, Files};
 use super::leftover;
 use super::progress::{Progress, Weights, Wished};
 use super::words::{allowance, count, length, one_of, units, up, usage};
-use crate::analyze::{Analysis, Options, Repair, Stage, prepare, run_told};
+use crate::analyze::{Analysis, Options, Prepared, Repair, Stage, prepare, run_told};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, Salvage, read, threemf};
@@ -61,7 +61,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
     progress.note(&super::plan::need(&prepared, &options));
-    let threads = prepared.threads(&options);
+    let threads = threads_for(&prepared, &options);
     let (analysis, comparison, files) = on_threads(threads, || {
         let mut analysis = run_told(prepared, &options, &told)?;
         told("print");
@@ -316,6 +316,11 @@ pub(super) fn threads(a: &Judging) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+/// On how many threads a part can be judged with the memory that is allowed.
+pub(super) fn threads_for(prepared: &Prepared, options: &Options) -> usize {
+    options.memory.threads(prepared.fitting().bytes, prepared.part().mesh().triangles.len() as u64)
 }
 
 /// Does something on no more than so many threads.

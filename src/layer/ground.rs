@@ -101,6 +101,24 @@ impl<'a, B: Bounding> Below<'a, B> {
         below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
     }
 
+    /// The facets that look up no more than a layer below some of a facet, in increasing order.
+    pub fn floors_under(&self, facet: u32) -> Vec<u32> {
+        let (mesh, tie) = (self.mesh, 4.0 * self.step_mm);
+        let corners = mesh.corners(facet as usize);
+        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
+        let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
+        let mut found = Vec::new();
+        self.floors.in_box(reach, |g| {
+            // The two sides of an upright wall that leans by its rounding overlap in plan by that.
+            let height = [-tie, self.layer_mm + tie];
+            if g != facet && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
+                found.push(g);
+            }
+        });
+        found.sort_unstable();
+        found
+    }
+
     /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.
     fn on_plate(&self, facet: u32) -> impl Iterator<Item = [Vec3; 3]> {
         let is_flat = self.mesh.normal(facet as usize)[2] <= -FLAT.cos();
@@ -117,20 +135,7 @@ impl<B: Bounding> Ground for Below<'_, B> {
     }
 
     fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
-        let (mesh, tie) = (self.mesh, 4.0 * self.step_mm);
-        let corners = mesh.corners(facet as usize);
-        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
-        let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
-        let mut found = Vec::new();
-        self.floors.in_box(reach, |g| {
-            // The two sides of an upright wall that leans by its rounding overlap in plan by that.
-            let height = [-tie, self.layer_mm + tie];
-            if g != facet && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
-                found.push(g);
-            }
-        });
-        // In the order of the facets, whatever the tree.
-        found.sort_unstable();
-        found.into_iter().map(|g| mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
+        let under = self.floors_under(facet).into_iter();
+        under.map(|g| self.mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
     }
 }

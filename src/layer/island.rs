@@ -20,6 +20,8 @@ pub struct Island {
     pub facet: u32,
     /// The facets of its first layer that look down, in increasing order.
     pub underside: Vec<u32>,
+    /// All of its facets that look up, as far as it rises, in increasing order: it does not rest on these.
+    pub own_floors: Vec<u32>,
 }
 
 /// The islands of a closed mesh, lowest first; what starts up to `plate_z` stands on the plate.
@@ -117,19 +119,24 @@ fn merge(into: &mut Vec<u32>, mut other: Vec<u32>) {
 fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Island> {
     let lowest = mesh.vertices[birth.lowest as usize];
     let top = lowest[2] + layer_mm;
-    let mut member = vec![false; mesh.vertices.len()];
-    birth.vertices.iter().filter(|&&v| mesh.vertices[v as usize][2] < top).for_each(|&v| member[v as usize] = true);
+    // Of the whole component, and of its first layer.
+    let mut member = vec![[false; 2]; mesh.vertices.len()];
+    birth.vertices.iter().for_each(|&v| member[v as usize] = [true, mesh.vertices[v as usize][2] < top]);
     let mut area = 0.0;
     let mut facet = None;
-    let (mut points, mut underside) = (Vec::new(), Vec::new());
+    let (mut points, mut underside, mut own_floors) = (Vec::new(), Vec::new(), Vec::new());
     for (f, t) in mesh.triangles.iter().enumerate() {
-        if !t.iter().any(|&v| member[v as usize]) {
+        let up = mesh.area_vector(f)[2];
+        if up > 0.0 && t.iter().any(|&v| member[v as usize][0]) {
+            own_floors.push(f as u32);
+        }
+        if !t.iter().any(|&v| member[v as usize][1]) {
             continue;
         }
         if facet.is_none() && t.contains(&birth.lowest) {
             facet = Some(f as u32);
         }
-        if mesh.area_vector(f)[2] < 0.0 {
+        if up < 0.0 {
             underside.push(f as u32);
         }
         let below = clip_below(mesh.corners(f), top);
@@ -140,7 +147,7 @@ fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Isla
     }
     let extent = bounds(points)?;
     let (rise_mm, facet) = (birth.rise, facet?);
-    (area > 0.0).then_some(Island { lowest, rise_mm, first_layer_area_mm2: area, extent, facet, underside })
+    (area > 0.0).then_some(Island { lowest, rise_mm, first_layer_area_mm2: area, extent, facet, underside, own_floors })
 }
 
 #[cfg(test)]

@@ -17,6 +17,14 @@ const GROWS: f64 = 0.0349;
 const AGREE: f64 = 1e-9;
 /// Halvings of the step in which a wedge becomes as thick as asked, or ends.
 const HALVINGS: usize = 30;
+/// Balls from a sheet outwards, at most: each step is half the way to where its sides would meet, or half the step before.
+const DESCENT: usize = 200;
+/// A ball so much smaller than the first lies where the sides meet.
+const MET: f64 = 0.01;
+/// The least step of a descent, and the least by which its ball has to shrink, as shares of the ball's radius.
+const SHRINKS: f64 = 1e-3;
+/// Where a sheet ends, the surface lies before its last ball within so many radii.
+const BEFORE: f64 = 3.0;
 
 /// An edge and the wedge of material behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,6 +89,41 @@ impl Wedge {
     }
 }
 
+/// The diameter that the balls of a sheet do not fall below, if one goes from a place where it thins most; `None` if one comes to an edge where
+/// its sides meet, or to a rim that joins them.
+///
+/// The balls that touch both sides shrink along u + v, with the unit vectors u, v from a centre to where its ball touches. At an edge they
+/// shrink to nothing, at a rim they are stopped by it; over the thinnest place of a skin between two rooms they grow again, and there is more
+/// of it beyond. From where the sides are parallel one goes nowhere.
+///
+/// # Cost
+/// At most 200 balls; of sides that lean by τ towards each other, log(100) / log(2) where they are flat.
+pub fn least_beyond(surface: &MeshDistance, centre: Vec3, diameter: f64) -> Option<f64> {
+    let within = 2.0 * diameter;
+    let mut last = Ball::about(surface, centre, within)?;
+    let (met, mut share) = (MET * last.radius, 0.5);
+    for _ in 0..DESCENT {
+        if last.growth <= SHRINKS {
+            return Some(2.0 * last.radius);
+        }
+        let way = scale(last.onward, -1.0);
+        let far = last.radius / last.growth;
+        let free = surface.first_hit(last.centre, way, 0.0, far).map_or(far, |(s, _)| s);
+        let step = share * free;
+        if step < SHRINKS * last.radius {
+            break;
+        }
+        let next = Ball::about(surface, along(last.centre, way, step), within).filter(|next| next.radius >= met)?;
+        if next.radius < (1.0 - SHRINKS) * last.radius {
+            (last, share) = (next, 0.5);
+        } else {
+            share *= 0.5;
+        }
+    }
+    let before = surface.first_hit(last.centre, scale(last.onward, -1.0), 0.0, BEFORE * last.radius);
+    before.is_none().then_some(2.0 * last.radius)
+}
+
 /// A ball within the material that cannot grow, with what its contacts tell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Ball {
@@ -107,5 +150,41 @@ impl Ball {
         let [u, v] = [near.point, stop.point].map(|q| unit(sub(q, centre)));
         let back = add(u, v);
         Some(Ball { centre, radius, onward: unit(scale(back, -1.0)), growth: 0.5 * norm(back) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::extruded;
+
+    /// A plate 10 mm wide and 0.2 mm thick at its left end, over a groove of which the sides lean by 30° up to a skin of `skin`; its
+    /// right end tapers from 0.2 mm to `rim`.
+    fn plate(skin: f64, rim: f64) -> MeshDistance {
+        let run = (0.2 - skin) * 3f64.sqrt();
+        let under = [[0.0, 0.0], [3.0 - run, 0.0], [3.0, 0.2 - skin], [3.0 + run, 0.0], [7.0, 0.0], [10.0, 0.2 - rim]];
+        let mut outline = under.to_vec();
+        outline.extend([[10.0, 0.2], [7.0, 0.2], [3.0 + run, 0.2], [3.0, 0.2], [3.0 - run, 0.2], [0.0, 0.2]]);
+        let caps: Vec<[usize; 3]> = (0..5).flat_map(|n| [[n, n + 1, 10 - n], [n, 10 - n, 11 - n]]).collect();
+        MeshDistance::new(&extruded(&outline, &caps, 4.0))
+    }
+
+    #[test]
+    fn a_wedge_leads_to_an_edge_and_a_groove_does_not() {
+        for (skin, rim) in [(0.05, 0.01), (0.01, 0.05), (0.002, 0.002)] {
+            let plate = plate(skin, rim);
+            let least = |x: f64, thick: f64| least_beyond(&plate, [x, 2.0, 0.2 - 0.5 * thick], thick);
+            // Over the groove, at its deepest place and on both sides, and along the taper.
+            for aside in [0.0, 0.01, 0.05] {
+                let thick = skin + aside / 3f64.sqrt();
+                for found in [3.0 + aside, 3.0 - aside].map(|x| least(x, thick)) {
+                    assert!(found.is_some_and(|d| (d - skin).abs() < 0.02 * skin), "{skin}, {aside}: {found:?}");
+                }
+            }
+            for x in [8.0, 9.0, 9.9] {
+                let thick = 0.2 - (0.2 - rim) * (x - 7.0) / 3.0;
+                assert_eq!(least(x, thick), None, "{rim}: {x}");
+            }
+        }
     }
 }
