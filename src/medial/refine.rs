@@ -49,15 +49,26 @@ pub fn thinnest_on(
         let left = budget.saturating_sub(known.spent);
         let cover = Seeker::new(mesh, features, &narrower, left).for_own(own).seek(feature, &mut opposite);
         known.spent += cover.evaluations;
-        let thin = cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below);
-        let sheets: Vec<&Sample> = thin.filter(|s| (own.counts)(s)).collect();
+        let mut thin: Vec<&Sample> =
+            cover.samples.iter().filter(|s| s.is_within_a_body(features) && s.low < below).collect();
+        // Whether a sample counts may take long: only of the first that does in each order it matters.
+        thin.sort_by(|a, b| a.low.total_cmp(&b.low));
         let open = cover.unresolved.iter().filter(|u| u.extent > question.finest);
-        let bound = |s: &&Sample| (own.from)(s.centre, narrower.resolution(s.low), s.low);
-        let left = sheets.iter().map(bound).chain(open.map(|u| u.low)).fold(below, f64::min);
+        let mut left = open.map(|u| u.low).fold(below, f64::min);
+        for s in &thin {
+            if s.low >= left {
+                break;
+            }
+            if (own.counts)(s) {
+                left = left.min((own.from)(s.centre, narrower.resolution(s.low), s.low));
+            }
+        }
         known.low = known.low.max(left);
         // One that is almost a wall bounds what is beside it and is none itself.
-        let walls = sheets.into_iter().filter(|s| s.diameter < least && s.separation >= WALL_SEPARATION);
-        let thinner = walls.min_by(|a, b| a.diameter.total_cmp(&b.diameter));
+        let is_wall = |s: &&Sample| s.diameter < least && s.separation >= WALL_SEPARATION;
+        let mut walls: Vec<&Sample> = thin.into_iter().filter(is_wall).collect();
+        walls.sort_by(|a, b| a.diameter.total_cmp(&b.diameter));
+        let thinner = walls.into_iter().find(|s| (own.counts)(s));
         if let Some(s) = thinner {
             least = s.diameter;
             known.sample = Some(*s);

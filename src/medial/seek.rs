@@ -385,8 +385,8 @@ impl<'a> Seeker<'a> {
     }
 
     pub(super) fn push(&mut self, sample: Sample) {
-        if self.counts(&sample) {
-            self.thinnest = self.thinnest.min(sample.diameter);
+        if sample.diameter < self.thinnest && self.counts(&sample) {
+            self.thinnest = sample.diameter;
         }
         self.cover.samples.push(sample);
     }

@@ -20,7 +20,7 @@ const HALVINGS: usize = 30;
 /// Balls from a sheet outwards, at most: each step is half the way to where its sides would meet, or half the step before.
 const DESCENT: usize = 200;
 /// A ball so much smaller than the first lies where the sides meet.
-const MET: f64 = 0.01;
+const MET: f64 = 0.02;
 /// The least step of a descent, and the least by which its ball has to shrink, as shares of the ball's radius.
 const SHRINKS: f64 = 1e-3;
 /// Where a sheet ends, the surface lies before its last ball within so many radii.
@@ -97,7 +97,7 @@ impl Wedge {
 /// of it beyond. From where the sides are parallel one goes nowhere.
 ///
 /// # Cost
-/// At most 200 balls; of sides that lean by τ towards each other, log(100) / log(2) where they are flat.
+/// At most 200 balls; six where the sides are flat.
 pub fn least_beyond(surface: &MeshDistance, centre: Vec3, diameter: f64) -> Option<f64> {
     let within = 2.0 * diameter;
     let mut last = Ball::about(surface, centre, within)?;
