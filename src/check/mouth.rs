@@ -59,7 +59,7 @@ impl Mouths<'_> {
         self.limits.warn.or(self.limits.fail).unwrap_or(2.0)
     }
 
-    /// Whether each place has as many mouths as are needed once all vents are drilled.
+    /// Whether each place has as many mouths as are needed for certain once all vents are drilled.
     fn counted_again(&self, found: &[Option<Vent>], places: &[&Trapped]) -> Result<Vec<bool>> {
         let all: Vec<Vent> = found.iter().flatten().copied().collect();
         if all.is_empty() {
@@ -72,7 +72,7 @@ impl Mouths<'_> {
         let clearance = after.clearance()?;
         let rooms = after.mouths(&clearance, self.room_mm, self.wanted.ball_mm)?;
         // What is wide open after drilling is no chamber any more.
-        let is_enough = |t: &&Trapped| rooms.iter().all(|(r, count)| !r.overlaps(t) || count.value >= self.needed());
+        let is_enough = |t: &&Trapped| rooms.iter().all(|(r, count)| !r.overlaps(t) || count.low >= self.needed());
         Ok(places.iter().map(is_enough).collect())
     }
 

@@ -55,8 +55,8 @@ pub trait Ends {
     /// Whether a sheet goes on thinning beyond a sample until its sides meet, or to less than `from`.
     fn thins_out(&self, sample: &Sample, from: f64) -> bool;
 
-    /// How thin it becomes where it thins most from a sample on; `None` if it ends there, at an edge or a rim.
-    fn least_beyond(&self, sample: &Sample) -> Option<f64>;
+    /// Whether it comes to no end and to no less than `from` where it thins most from a sample on.
+    fn stays(&self, sample: &Sample, from: f64) -> bool;
 }
 
 /// Whether a sample is as thin as a sheet that has run out.
@@ -93,11 +93,10 @@ pub fn blunt_sheet(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends
 /// What of a group thins to no less than `from` and leads nowhere, if its thinnest place is known and it is no speck: a skin between two rooms
 /// beside an edge.
 fn skin(samples: &[&Sample], from: f64, ends: &impl Ends) -> Option<Sheet> {
-    let stays = |s: &&&Sample| ends.least_beyond(s).is_some_and(|least| least >= from);
-    if !samples.iter().filter(|s| s.separation >= PARALLEL).any(|s| stays(&s)) {
+    if !samples.iter().any(|s| s.separation >= PARALLEL && ends.stays(s, from)) {
         return None;
     }
-    let skin: Vec<&Sample> = samples.iter().filter(stays).copied().collect();
+    let skin: Vec<&Sample> = samples.iter().filter(|s| ends.stays(s, from)).copied().collect();
     summed(&skin).filter(|s| s.thinnest.separation >= PARALLEL && s.area >= s.thinnest.diameter.powi(2))
 }
 
@@ -199,8 +198,8 @@ mod tests {
             false
         }
 
-        fn least_beyond(&self, sample: &Sample) -> Option<f64> {
-            Some(sample.diameter)
+        fn stays(&self, _: &Sample, _: f64) -> bool {
+            true
         }
     }
 

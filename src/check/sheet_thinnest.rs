@@ -6,7 +6,7 @@ use super::sheet_shape::{Ends, Scale, Sheet, below, blunt_sheet, may_run_out, pa
 use crate::geometry::vector::{Vec3, add, distance, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::refine::thinnest_on;
-use crate::medial::{Own, Question, Sample, least_beyond};
+use crate::medial::{Own, Question, Sample, stays};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::Cell;
@@ -193,8 +193,9 @@ impl Sheets<'_> {
         let (before, ran_out) = (known.clone(), Cell::new(false));
         let counts = |s: &Sample| {
             let own = other(s);
-            ran_out.set(ran_out.get() || own && self.runs_out(s, how.scale));
-            own && !self.ends(s, how)
+            let is_out = own && self.runs_out(s, how.scale);
+            ran_out.set(ran_out.get() || is_out);
+            own && !is_out && !self.thins_out(s, how.least(s.diameter))
         };
         let found = self.thinnest(&looked, known, budget, &counts);
         if !ran_out.get() || found.thinnest.diameter >= RUNNING_OUT * how.scale.wide {
@@ -257,7 +258,7 @@ impl Sheets<'_> {
 
 impl Ends for Sheets<'_> {
     fn runs_out(&self, s: &Sample, scale: Scale) -> bool {
-        may_run_out(s, scale) && self.least_beyond(s).is_none()
+        may_run_out(s, scale) && !self.stays(s, 0.0)
     }
 
     /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about
@@ -270,12 +271,11 @@ impl Ends for Sheets<'_> {
         let apex = 0.5 * s.diameter / (0.5 * taper).sin();
         let outward = s.contacts.map(|c| sub(c, s.centre));
         let towards = unit(add(outward[0], outward[1]));
-        self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none()
-            && self.least_beyond(s).is_none_or(|least| least < from)
+        self.part.distance().first_hit(s.centre, towards, 0.0, 0.6 * apex).is_none() && !self.stays(s, from)
     }
 
-    fn least_beyond(&self, s: &Sample) -> Option<f64> {
-        least_beyond(self.part.distance(), s.centre, s.diameter)
+    fn stays(&self, s: &Sample, from: f64) -> bool {
+        stays(self.part.distance(), s.centre, s.diameter, from)
     }
 }
 

@@ -1,10 +1,11 @@
 //! `amcheck PART --plan`: what judging would take, before it is spent.
 
 use super::args::Arguments;
-use super::judge::{loaded, options, threads};
+use super::judge::{loaded, options, threads, threads_for};
 use super::words::usage;
 use crate::analyze::{Options, Prepared, prepare};
 use crate::error::{Result, byte_count, printable};
+use crate::memory::on_threads;
 use crate::units::{report_digits, short};
 
 /// Reads the part and chooses its grid; the lines that say what the rest would take. Nothing is judged and nothing written.
@@ -31,11 +32,13 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
 /// What the part's fields take, in two lines: nothing of it is taken yet.
 pub(super) fn need(prepared: &Prepared, options: &Options) -> String {
     let fitting = prepared.fitting();
+    let threads = threads_for(prepared, options).min(rayon::current_num_threads());
+    let taken = on_threads(fitting.bytes, prepared.part().mesh().triangles.len() as u64, threads);
     format!(
         "grid    {} mm, {} samples\nmemory  at most {} of {} allowed",
         report_digits(fitting.spacing.as_mm()),
         fitting.samples,
-        byte_count(fitting.bytes),
+        byte_count(taken),
         byte_count(options.memory.bytes)
     )
 }

@@ -31,4 +31,4 @@ mod wedge;
 
 pub use cover::{Cover, Own, Passed, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};
-pub use wedge::least_beyond;
+pub use wedge::stays;
