@@ -36,7 +36,7 @@ impl Mouths<'_> {
         let places: Vec<&Trapped> = rooms.iter().map(|(t, _)| t).collect();
         let found: Vec<Option<Vent>> =
             vents(self.voids.solid, &places, self.wanted)?.into_iter().map(|v| v.vent()).collect();
-        let enough = self.counted_again(&found, &places)?;
+        let enough = self.counted_again(&found, &rooms)?;
         let part = self.voids.part();
         let tried: Vec<([f64; 3], Option<Vent>)> =
             places.iter().zip(found).zip(enough).map(|((t, v), ok)| (reported(part, t.at), v.filter(|_| ok))).collect();
@@ -59,21 +59,25 @@ impl Mouths<'_> {
         self.limits.warn.or(self.limits.fail).unwrap_or(2.0)
     }
 
-    /// Whether each place has as many mouths as are needed for certain once all vents are drilled.
-    fn counted_again(&self, found: &[Option<Vent>], places: &[&Trapped]) -> Result<Vec<bool>> {
+    /// Whether each chamber has as many mouths as are needed once all vents are drilled: its own that are certain and the vent, which is
+    /// wider than the ball by its diameter, are enough, and when they are counted again none of them has run into another.
+    fn counted_again(&self, found: &[Option<Vent>], rooms: &[(Trapped, Bracket)]) -> Result<Vec<bool>> {
         let all: Vec<Vent> = found.iter().flatten().copied().collect();
         if all.is_empty() {
-            return Ok(vec![false; places.len()]);
+            return Ok(vec![false; rooms.len()]);
         }
         let Solid { inner, centres, outer, density, doubt } = self.voids.solid;
         let [inner, centres, outer] = [inner, centres, outer].map(|set| drilled(set, &all));
         let open = Solid { inner, centres, outer, density: density.clone(), doubt: *doubt };
-        let after = Voids::within(self.voids.part(), &open)?;
-        let clearance = after.clearance()?;
-        let rooms = after.mouths(&clearance, self.room_mm, self.wanted.ball_mm)?;
-        // What is wide open after drilling is no chamber any more.
-        let is_enough = |t: &&Trapped| rooms.iter().all(|(r, count)| !r.overlaps(t) || count.low >= self.needed());
-        Ok(places.iter().map(is_enough).collect())
+        let opened = Voids::within(self.voids.part(), &open)?;
+        let clearance = opened.clearance()?;
+        let after = opened.mouths(&clearance, self.room_mm, self.wanted.ball_mm)?;
+        let is_enough = |(t, own): &(Trapped, Bracket)| {
+            // What is wide open after drilling is no chamber any more.
+            let counted = after.iter().all(|(r, count)| !r.overlaps(t) || count.value >= self.needed());
+            counted && own.low + 1.0 >= self.needed()
+        };
+        Ok(rooms.iter().map(is_enough).collect())
     }
 
     fn describe(&self, f: &mut Finding, tried: &[([f64; 3], Option<Vent>)]) {
