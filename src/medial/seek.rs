@@ -94,9 +94,13 @@ impl<'a> Seeker<'a> {
                 }
             }
         }
-        let sheets = self.cover.samples.iter().enumerate().filter(|(_, s)| self.counts(s));
-        let thinnest = sheets.min_by(|a, b| a.1.diameter.total_cmp(&b.1.diameter)).map(|(at, _)| at);
-        if let Some(thinnest) = thinnest.and_then(|at| self.cover.samples.get_mut(at)) {
+        // Whether a sample counts may take long: it is asked of the thinnest first, until one does.
+        let mut by_diameter: Vec<(f64, usize)> =
+            self.cover.samples.iter().enumerate().map(|(at, s)| (s.diameter, at)).collect();
+        by_diameter.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let counts = |&(_, at): &(f64, usize)| self.cover.samples.get(at).is_some_and(|s| self.counts(s));
+        let thinnest = by_diameter.into_iter().find(counts);
+        if let Some(thinnest) = thinnest.and_then(|(_, at)| self.cover.samples.get_mut(at)) {
             // Its bound takes in what was passed over because of it.
             thinnest.low = self.cover.passed.iter().map(|p| p.low).fold(thinnest.low, f64::min);
         }
