@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
 use super::finding::Limits;
-use super::rods::judged;
+use super::rods::round_void;
 use super::room::Beside;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
@@ -23,7 +23,7 @@ static META: Meta = Meta {
     how: "Within a body as AM101, on the void. Between two bodies the exact least distance of their surfaces is taken, by a \
           search over both box trees. Equal gaps are one finding with a count.",
     limits: "Bodies that touch or cross are one piece and are noted, not judged. A groove that tapers by more than 30 degrees is no \
-             slot. The gap to the plate is not judged.",
+             slot, and round void is none however deep: holes and dimples are small-hole's. The gap to the plate is not judged.",
     source: "Limits: see the profile.",
 };
 
@@ -44,7 +44,7 @@ impl Check for NarrowGap {
         let Some(widest) = kinds.iter().map(|k| k.limits).reduce(wider) else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let rods = judged(part, process, Side::Void);
+        let rods = round_void(part, process);
         let (code, side, beside) = (META.code, Side::Void, Beside::Limit);
         let sheets = Sheets { part, process, context, code, side, kinds, rods, necks: Vec::new(), beside };
         let (mut measured, facets) = sheets.measure();

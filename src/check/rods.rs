@@ -89,6 +89,22 @@ pub fn judged(part: &Part, process: &Process, side: Side) -> Vec<Rod> {
     found.map_or(Vec::new(), |r| r.rods.iter().filter(|r| is_judged(side, r)).cloned().collect())
 }
 
+/// A hole as its rule judges it: at its narrowest section, and at its mouth if it runs out to a point and is no dimple there.
+pub fn hole(rod: &Rod) -> Option<Rod> {
+    let at_mouth = || {
+        let mouth = rod.mouth.clone().filter(|m| rod.length >= m.diameter())?;
+        Some(Rod { narrowest: mouth, ..rod.clone() })
+    };
+    if is_judged(Side::Void, rod) { Some(rod.clone()) } else { at_mouth() }
+}
+
+/// Void that is no slot, as it is about as wide in every direction across an axis: holes, and what is blind however deep.
+pub fn round_void(part: &Part, process: &Process) -> Vec<Rod> {
+    let is_blind = |r: &Rod| r.ends.iter().any(|e| matches!(e, End::Closed | End::Point));
+    let found = search(part, process, Side::Void);
+    found.map_or(Vec::new(), |r| r.rods.iter().filter(|r| is_blind(r) || is_judged(Side::Void, r)).cloned().collect())
+}
+
 /// Rods of material between two wider pieces, however short: they carry whatever hangs on them.
 pub fn necks(part: &Part, process: &Process) -> Vec<Rod> {
     let found = search(part, process, Side::Material);

@@ -81,7 +81,11 @@ impl Sheets<'_> {
             short((q.finest * 1e3).ceil() / 1e3)
         );
         if !self.rods.is_empty() {
-            text.push_str(&format!(" {} rods are judged by their diameter.", self.rods.len()));
+            let rods = match self.side {
+                Side::Material => "rods are judged by their diameter",
+                Side::Void => "round holes and dimples are no slots",
+            };
+            text.push_str(&format!(" {} {rods}.", self.rods.len()));
         }
         if wedges > 0 {
             text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));

@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Finding, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, is_judged, looked, plain, remedy, search, worst};
+use super::rods::{diameter_finding, hole, looked, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -19,7 +19,7 @@ static META: Meta = Meta {
     name: "small-hole",
     title: "Diameter of holes",
     what: "Measures rod-like void: round, square or hexagonal passages, through and blind. The diameter is that of the circle of equal area \
-           at the narrowest section; the depth is the length over which the section stays alike.",
+           at the narrowest section, and at the mouth of a hole that runs out to a point; the depth is the length over which the section stays alike.",
     why: "A hole below the limit closes: beads and cured resin shrink inwards, powder sinters in it or cannot be blown out.",
     how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
           and circumscribed circle about the centroid. Closed loops of edges beyond which the void widens on both sides, such as where two countersinks meet, are \
@@ -38,7 +38,8 @@ impl Check for SmallHole {
         let (Some(limits), Some(found)) = (limits_of(process, "small-hole"), search(part, process, Side::Void)) else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let (holes, dimples): (Vec<&Rod>, Vec<&Rod>) = found.rods.iter().partition(|r| is_judged(Side::Void, r));
+        let judged: Vec<Rod> = found.rods.iter().filter_map(hole).collect();
+        let (holes, dimples): (Vec<&Rod>, usize) = (judged.iter().collect(), found.rods.len() - judged.len());
         let mut findings: Vec<Finding> = holes
             .iter()
             .map(|r| {
@@ -59,8 +60,8 @@ impl Check for SmallHole {
             f.fix = remedy(part, process, Side::Void, &holes, f);
         }
         let mut cover = looked(&found, holes.len(), "holes");
-        if !dimples.is_empty() {
-            cover.push_str(&format!(" {} dimples less deep than wide were left aside.", dimples.len()));
+        if dimples > 0 {
+            cover.push_str(&format!(" {dimples} dimples less deep than wide were left aside."));
         }
         Ok(Outcome::Measured(Box::new(Measured {
             worst: worst(holes),
@@ -78,6 +79,9 @@ fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
     if rod.is_orifice && rod.length == 0.0 {
         return format!("an orifice between wider passages, along ({x}, {y}, {z})");
+    }
+    if rod.ends.contains(&End::Point) {
+        return format!("at its mouth, running out to a point over {} mm, along ({x}, {y}, {z})", plain(rod.length));
     }
     let kind = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",

@@ -26,6 +26,9 @@ const POINTED: f64 = 4.0;
 const BEFORE: [f64; 3] = [0.25, 0.5, 0.75];
 const DRAWN_IN: f64 = 0.8 * TAPER;
 
+/// Half the tangent of half a rod's steepest taper: how far before a mouth the balls are that touch its rim, in diameters.
+const BEFORE_MOUTH: f64 = 0.134;
+
 /// Planes that are tried for a section.
 const TURNS: usize = 10;
 /// Where the facets of a bend meet, a section this near across its grain, in radians, is one: its area is 0.05 % too large.
@@ -53,6 +56,8 @@ pub enum End {
 pub struct Rod {
     /// The section of least area.
     pub narrowest: Section,
+    /// The section at the other end of what runs out to a point.
+    pub mouth: Option<Section>,
     /// Centres of sections from end to end, with their equal-area diameters.
     pub line: Vec<(Vec3, f64)>,
     /// Length of that line, caps included.
@@ -100,7 +105,9 @@ impl Rod {
             // A little beyond both ends, so that a bent line has no gaps; what follows an end is another rod.
             (-0.1..=1.1).contains(&t) && distance(p, along(w[0].0, d, t)) <= 0.25 * w[0].1.max(w[1].1)
         };
-        self.line.windows(2).any(near)
+        // A ball that touches the rim of a mouth from within has its centre before it.
+        let before = |m: &Section| distance(p, m.centre) <= BEFORE_MOUTH * m.diameter();
+        self.line.windows(2).any(near) || self.mouth.as_ref().is_some_and(before)
     }
 }
 
@@ -235,6 +242,11 @@ impl Search<'_> {
         let (back, first) = self.march(&seed, -1.0);
         let (ahead, last) = if first == End::Ring { (Vec::new(), End::Ring) } else { self.march(&seed, 1.0) };
         let sections: Vec<Section> = back.into_iter().rev().chain([seed.clone()]).chain(ahead).collect();
+        let mouth = match [first, last] {
+            [End::Point, End::Open] => sections.last().cloned(),
+            [End::Open, End::Point] => sections.first().cloned(),
+            _ => None,
+        };
         let run = sections.windows(2).map(|w| distance(w[0].centre, w[1].centre)).sum();
         let mut line: Vec<(Vec3, f64)> = sections.iter().map(|s| (s.centre, s.diameter())).collect();
         let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)]
@@ -263,7 +275,8 @@ impl Search<'_> {
         let length = line.windows(2).map(|w| distance(w[0].0, w[1].0)).sum();
         let radius = 0.5 * line.iter().map(|s| s.1).fold(0.0, f64::max);
         let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
-        Rod { narrowest, line, length, run, ends, is_orifice, extent: (lo.map(|x| x - radius), hi.map(|x| x + radius)) }
+        let extent = (lo.map(|x| x - radius), hi.map(|x| x + radius));
+        Rod { narrowest, mouth, line, length, run, ends, is_orifice, extent }
     }
 
     /// Whether a rod that stops being alike goes on with a narrower section.

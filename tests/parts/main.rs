@@ -5,6 +5,7 @@ mod exhibit;
 mod false_alarms;
 mod fixtures;
 mod golden;
+mod holes;
 mod judged;
 mod judged_fields;
 mod lost;

@@ -1,0 +1,62 @@
+//! Round void: holes by their narrowest section, what runs out to a point by its mouth, and none of it a slot.
+
+use crate::shapes::facing;
+use crate::{findings, judge_mesh, process};
+use amcheck::analyze::Options;
+use amcheck::check::{Finding, State};
+use amcheck::geometry::{TriangleMesh, revolved};
+use amcheck::units::Length;
+
+/// A round plate with a pit in its top, so wide at its mouth and at its floor, and its facets quartered so often.
+fn pit(mouth: f64, floor: f64, depth: f64, sides: usize, quartered: usize) -> TriangleMesh {
+    let top = depth + 2.0;
+    let mesh =
+        revolved(&[[0.0, 0.0], [4.0, 0.0], [4.0, top], [0.5 * mouth, top], [0.5 * floor, 2.0], [0.0, 2.0]], sides);
+    (0..quartered).fold(mesh, |mesh, _| {
+        let quarters = (0..mesh.triangles.len()).flat_map(|t| {
+            let [a, b, c] = mesh.corners(t);
+            let middle = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|x| 0.5 * (p[x] + q[x]));
+            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        });
+        TriangleMesh::weld(quarters.collect::<Vec<_>>())
+    })
+}
+
+/// What narrow-gap and small-hole find in it, turned, with a limit of 1.3 mm for both.
+fn told(mesh: TriangleMesh, code: &str) -> Vec<Finding> {
+    let mut options = Options::new(process("mjf", &["narrow-gap=1.3mm", "small-hole=1.3mm"]));
+    options.only = vec![code.into()];
+    options.voxel = Some(Length::mm(0.4));
+    findings(&judge_mesh(mesh.transformed(facing([1.0, 2.0, 3.0]), [0.1, 0.2, 0.3]), &options), code).to_vec()
+}
+
+#[test]
+fn a_pit_that_runs_out_to_a_point_is_a_hole_by_its_mouth_and_no_slot() {
+    for (mouth, sides, quartered) in
+        [(1.0, 48, 1), (0.95, 16, 2), (0.45, 24, 2), (0.8, 32, 1), (1.16, 48, 0), (0.3, 12, 0)]
+    {
+        let turn = std::f64::consts::TAU / sides as f64;
+        let diameter = mouth * (turn.sin() / turn).sqrt();
+        // The sides lean by so much: up to 15 degrees they are a rod's.
+        for (degrees, is_hole) in [(3.0f64, true), (9.0, true), (14.0, true), (19.0, false), (40.0, false)] {
+            let mesh = || pit(mouth, 0.0, 0.5 * mouth / degrees.to_radians().tan(), sides, quartered);
+            let holes = told(mesh(), "AM104");
+            let is_told =
+                |f: &Finding| (f.value - diameter).abs() < 2e-3 * mouth && f.low <= diameter && diameter <= f.high;
+            assert_eq!(holes.iter().map(is_told).collect::<Vec<_>>(), vec![true; usize::from(is_hole)], "{holes:?}");
+            assert!(holes.iter().all(|f| f.state == State::Fail && f.message.contains("running out to a point")));
+            assert_eq!(told(mesh(), "AM103"), [], "{mouth}, {degrees}");
+        }
+    }
+}
+
+#[test]
+fn a_dimple_is_neither_a_hole_nor_a_slot() {
+    for (mouth, sides, quartered) in [(1.15, 16, 0), (1.0, 24, 1), (0.9, 48, 2), (0.5, 6, 0)] {
+        let mesh = || pit(mouth, mouth, 0.75 * mouth, sides, quartered);
+        for code in ["AM103", "AM104"] {
+            assert_eq!(told(mesh(), code), [], "{mouth}, {sides}");
+        }
+    }
+}
