@@ -69,7 +69,7 @@ pub fn looked(found: &Rods, count: usize, kind: &str) -> String {
 ///
 /// A pin has a free end, with a head or without, or is a ring, and is at least as high as wide; a strut held at both ends is a wall, unless no
 /// two of its sides face each other, as in one of three or five sides. A blind hole is at least as deep
-/// as wide; a passage may be short, and without length where it is an orifice. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither.
+/// as wide; a passage may be short, and without length where it is an orifice. Over half of that the sections are alike, so that a ball is no pin. What runs out to a point is neither: [`as_judged`].
 pub fn is_judged(side: Side, rod: &Rod) -> bool {
     let held = side == Side::Material && rod.ends == [End::Open; 2] && rod.narrowest.is_faced;
     !held && is_passage(side, rod)
@@ -83,19 +83,19 @@ pub fn is_passage(side: Side, rod: &Rod) -> bool {
     !rod.ends.contains(&End::Point) && (is_long || rod.is_orifice)
 }
 
+/// A rod as its rule judges it: at its narrowest section, and where it runs out to a point at its base, if it is at least as long as wide there.
+pub fn as_judged(side: Side, rod: &Rod) -> Option<Rod> {
+    let at_base = || {
+        let base = rod.base.clone().filter(|b| rod.length >= b.diameter())?;
+        Some(Rod { narrowest: base, ..rod.clone() })
+    };
+    if is_judged(side, rod) { Some(rod.clone()) } else { at_base() }
+}
+
 /// The rods that the rule for their diameter judges, and no other rule does.
 pub fn judged(part: &Part, process: &Process, side: Side) -> Vec<Rod> {
     let found = search(part, process, side);
-    found.map_or(Vec::new(), |r| r.rods.iter().filter(|r| is_judged(side, r)).cloned().collect())
-}
-
-/// A hole as its rule judges it: at its narrowest section, and at its mouth if it runs out to a point and is no dimple there.
-pub fn hole(rod: &Rod) -> Option<Rod> {
-    let at_mouth = || {
-        let mouth = rod.mouth.clone().filter(|m| rod.length >= m.diameter())?;
-        Some(Rod { narrowest: mouth, ..rod.clone() })
-    };
-    if is_judged(Side::Void, rod) { Some(rod.clone()) } else { at_mouth() }
+    found.map_or(Vec::new(), |r| r.rods.iter().filter_map(|r| as_judged(side, r)).collect())
 }
 
 /// Void that is no slot, as it is about as wide in every direction across an axis: holes, and what is blind however deep.

@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Finding, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, hole, looked, plain, remedy, search, worst};
+use super::rods::{as_judged, diameter_finding, looked, plain, remedy, search, worst};
 use crate::error::Result;
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
@@ -38,7 +38,7 @@ impl Check for SmallHole {
         let (Some(limits), Some(found)) = (limits_of(process, "small-hole"), search(part, process, Side::Void)) else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let judged: Vec<Rod> = found.rods.iter().filter_map(hole).collect();
+        let judged: Vec<Rod> = found.rods.iter().filter_map(|r| as_judged(Side::Void, r)).collect();
         let (holes, dimples): (Vec<&Rod>, usize) = (judged.iter().collect(), found.rods.len() - judged.len());
         let mut findings: Vec<Finding> = holes
             .iter()

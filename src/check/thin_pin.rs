@@ -3,7 +3,7 @@
 use super::contract::{Check, Context, Measured, Meta, Outcome, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::group_equal;
-use super::rods::{diameter_finding, fit, is_judged, looked, placed, plain, remedy, search, worst};
+use super::rods::{as_judged, diameter_finding, fit, looked, placed, plain, remedy, search, worst};
 use super::room::{Fit, Growth, NO_ROOM};
 use crate::error::Result;
 use crate::medial::Side;
@@ -20,7 +20,7 @@ static META: Meta = Meta {
     name: "thin-pin",
     title: "Diameter of pins",
     what: "Measures rod-like material: pins and wires with a free end, with a head or without, that are about as wide in every direction across an axis and at least as \
-           long as wide. The diameter is that of the circle of equal area at the narrowest section; height over diameter is the slenderness, with the mean diameter where \
+           long as wide. The diameter is that of the circle of equal area at the narrowest section, and at the root of what runs out to a point; height over diameter is the slenderness, with the mean diameter where \
            a pin tapers.",
     why: "A thin pin has a handful of beads or spots in each layer: it is bent by the next pass, burnt for want of cooling time, or snaps off \
           when it is cleaned.",
@@ -30,7 +30,7 @@ static META: Meta = Meta {
           What is judged here is not judged as a wall.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
-             held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees, and what runs out to a point, are no pins. \
+             held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees are no pin's, and what runs out to a point is not judged by its slenderness. \
              Pins wider than 3.75 mm and a quarter beyond the limit of their diameter are not looked for. A pin on which no such place lies \
              is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
@@ -46,8 +46,8 @@ impl Check for ThinPin {
         else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let pins: Vec<&Rod> = found.rods.iter().filter(|r| is_judged(Side::Material, r)).collect();
-        let points = found.rods.iter().filter(|r| r.ends.contains(&End::Point)).count();
+        let judged: Vec<Rod> = found.rods.iter().filter_map(|r| as_judged(Side::Material, r)).collect();
+        let pins: Vec<&Rod> = judged.iter().collect();
         let mut findings: Vec<Finding> =
             pins.iter().map(|r| too_thin(part, context, r, limits)).filter(|f| f.state > State::Pass).collect();
         if let Some(most) = limits_of(process, "thin-pin.slenderness") {
@@ -65,9 +65,6 @@ impl Check for ThinPin {
         let struts = found.rods.iter().filter(is_wall).count();
         if struts > 0 {
             cover.push_str(&format!(" {struts} struts held at both ends are judged as walls."));
-        }
-        if points > 0 {
-            cover.push_str(&format!(" {points} run out to a point, which is no pin."));
         }
         Ok(Outcome::Measured(Box::new(Measured {
             worst: worst(pins),
@@ -88,7 +85,7 @@ fn too_thin(part: &Part, context: &Context, rod: &Rod, limits: Limits) -> Findin
 
 /// A pin with a free end that is too high for its diameter.
 fn too_slender((part, context): (&Part, &Context), rod: &Rod, limits: Limits, thickened: &Growth) -> Option<Finding> {
-    if !rod.ends.iter().any(|end| [End::Closed, End::Head].contains(end)) {
+    if rod.ends.contains(&End::Point) || !rod.ends.iter().any(|end| [End::Closed, End::Head].contains(end)) {
         return None;
     }
     let widest = rod.line.iter().map(|s| s.1).fold(rod.narrowest.circumscribed, f64::max);
@@ -119,6 +116,7 @@ fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
     let held = match rod.ends.iter().filter(|e| **e == End::Closed).count() {
         _ if rod.ends.contains(&End::Ring) => "a closed ring",
+        _ if rod.ends.contains(&End::Point) => "running out to a point",
         _ if rod.ends.contains(&End::Head) => "with a head that nothing else holds",
         _ if rod.ends.contains(&End::Narrower) => "stepped",
         0 => "held at both ends",

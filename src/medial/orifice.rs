@@ -163,7 +163,7 @@ impl Rod {
             ends: [End::Open; 2],
             is_orifice: true,
             extent: (centre.map(|x| x - radius), centre.map(|x| x + radius)),
-            mouth: None,
+            base: None,
             narrowest,
         }
     }

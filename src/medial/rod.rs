@@ -15,9 +15,11 @@ const TAPER: f64 = 0.2588;
 const STATIONS: usize = 2000;
 /// Two ways across a round section differ by at most this share.
 const ALIKE: f64 = 0.05;
-/// A rod that thins to this share of the width searched for, and of the section it was found at, runs out to a point.
+/// A rod that thins to this share of the width searched for, and of its widest section, runs out to a point.
 const POINT: f64 = 0.05;
 const SHRUNK: f64 = 0.5;
+/// It is followed no further than to this share of the section it was found at.
+const VANISHED: f64 = 0.02;
 /// An end this near, in diameters, closes the rod.
 const CLOSED: f64 = 0.75;
 /// A point so far, in diameters, does if the sides draw together all the way, more steeply than a rod's.
@@ -26,8 +28,8 @@ const POINTED: f64 = 4.0;
 const BEFORE: [f64; 3] = [0.25, 0.5, 0.75];
 const DRAWN_IN: f64 = 0.8 * TAPER;
 
-/// Half the tangent of half a rod's steepest taper: how far before a mouth the balls are that touch its rim, in diameters.
-const BEFORE_MOUTH: f64 = 0.134;
+/// Half the tangent of half a rod's steepest taper: how far before a base the balls are that touch its rim, in diameters.
+const BEFORE_BASE: f64 = 0.134;
 
 /// Planes that are tried for a section.
 const TURNS: usize = 10;
@@ -56,8 +58,8 @@ pub enum End {
 pub struct Rod {
     /// The section of least area.
     pub narrowest: Section,
-    /// The section at the other end of what runs out to a point.
-    pub mouth: Option<Section>,
+    /// The section at the other end of what runs out to a point: the mouth of a pit, the root of a spike.
+    pub base: Option<Section>,
     /// Centres of sections from end to end, with their equal-area diameters.
     pub line: Vec<(Vec3, f64)>,
     /// Length of that line, caps included.
@@ -105,9 +107,9 @@ impl Rod {
             // A little beyond both ends, so that a bent line has no gaps; what follows an end is another rod.
             (-0.1..=1.1).contains(&t) && distance(p, along(w[0].0, d, t)) <= 0.25 * w[0].1.max(w[1].1)
         };
-        // A ball that touches the rim of a mouth from within has its centre before it.
-        let before = |m: &Section| distance(p, m.centre) <= BEFORE_MOUTH * m.diameter();
-        self.line.windows(2).any(near) || self.mouth.as_ref().is_some_and(before)
+        // A ball that touches the rim of a mouth or a root from within has its centre before it.
+        let before = |m: &Section| distance(p, m.centre) <= BEFORE_BASE * m.diameter();
+        self.line.windows(2).any(near) || self.base.as_ref().is_some_and(before)
     }
 }
 
@@ -239,10 +241,15 @@ impl Search<'_> {
 
     /// The whole rod that a section belongs to.
     fn follow(&self, seed: Section) -> Rod {
-        let (back, first) = self.march(&seed, -1.0);
-        let (ahead, last) = if first == End::Ring { (Vec::new(), End::Ring) } else { self.march(&seed, 1.0) };
+        let (mut back, first) = self.march(&seed, -1.0);
+        let (mut ahead, last) = if first == End::Ring { (Vec::new(), End::Ring) } else { self.march(&seed, 1.0) };
+        // What is as thin all along is a wire, wherever it was found.
+        let widest = back.iter().chain(&ahead).map(Section::diameter).fold(seed.diameter(), f64::max);
+        let point = (POINT * self.wanted.within).min(SHRUNK * widest);
+        let [first, last] =
+            [(&mut back, first), (&mut ahead, last)].map(|(way, kind)| run_out(way, point).unwrap_or(kind));
         let sections: Vec<Section> = back.into_iter().rev().chain([seed.clone()]).chain(ahead).collect();
-        let mouth = match [first, last] {
+        let base = match [first, last] {
             [End::Point, End::Open] => sections.last().cloned(),
             [End::Open, End::Point] => sections.first().cloned(),
             _ => None,
@@ -276,7 +283,7 @@ impl Search<'_> {
         let radius = 0.5 * line.iter().map(|s| s.1).fold(0.0, f64::max);
         let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
         let extent = (lo.map(|x| x - radius), hi.map(|x| x + radius));
-        Rod { narrowest, mouth, line, length, run, ends, is_orifice, extent }
+        Rod { narrowest, base, line, length, run, ends, is_orifice, extent }
     }
 
     /// Whether a rod that stops being alike goes on with a narrower section.
@@ -324,10 +331,8 @@ impl Search<'_> {
         let mut sections: Vec<Section> = Vec::new();
         let mut heading = scale(seed.axis, direction);
         let mut last = seed.clone();
-        // What is as thin all along is a wire.
-        let point = (POINT * self.wanted.within).min(SHRUNK * seed.diameter());
         while sections.len() < STATIONS {
-            if last.diameter() < point {
+            if last.diameter() < VANISHED * seed.diameter() {
                 return (sections, End::Point);
             }
             let step = 0.25 * last.diameter();
@@ -367,6 +372,15 @@ impl Search<'_> {
             && change <= 0.54 * step + 0.01 * last.diameter();
         (alike && dot(sub(next.centre, last.centre), heading) > 0.0).then_some(next)
     }
+}
+
+/// Ends a way at its first section from which on all are thinner than that, if there is one.
+fn run_out(way: &mut Vec<Section>, point: f64) -> Option<End> {
+    let thick = way.iter().rposition(|s| s.diameter() >= point).map_or(0, |at| at + 1);
+    (thick < way.len()).then(|| {
+        way.truncate(thick + 1);
+        End::Point
+    })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Round void: holes by their narrowest section, what runs out to a point by its mouth, and none of it a slot.
+//! What is round: holes and pins by their narrowest section, what runs out to a point by its mouth or its root, and none of it a slot or a wall.
 
 use crate::shapes::facing;
 use crate::{findings, judge_mesh, process};
@@ -10,8 +10,17 @@ use amcheck::units::Length;
 /// A round plate with a pit in its top, so wide at its mouth and at its floor, and its facets quartered so often.
 fn pit(mouth: f64, floor: f64, depth: f64, sides: usize, quartered: usize) -> TriangleMesh {
     let top = depth + 2.0;
-    let mesh =
-        revolved(&[[0.0, 0.0], [4.0, 0.0], [4.0, top], [0.5 * mouth, top], [0.5 * floor, 2.0], [0.0, 2.0]], sides);
+    let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, top], [0.5 * mouth, top], [0.5 * floor, 2.0], [0.0, 2.0]];
+    divided(revolved(&outline, sides), quartered)
+}
+
+/// A round plate with a spike on it.
+fn spike(root: f64, height: f64, sides: usize, quartered: usize) -> TriangleMesh {
+    let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [0.5 * root, 2.0], [0.0, 2.0 + height]];
+    divided(revolved(&outline, sides), quartered)
+}
+
+fn divided(mesh: TriangleMesh, quartered: usize) -> TriangleMesh {
     (0..quartered).fold(mesh, |mesh, _| {
         let quarters = (0..mesh.triangles.len()).flat_map(|t| {
             let [a, b, c] = mesh.corners(t);
@@ -23,9 +32,10 @@ fn pit(mouth: f64, floor: f64, depth: f64, sides: usize, quartered: usize) -> Tr
     })
 }
 
-/// What narrow-gap and small-hole find in it, turned, with a limit of 1.3 mm for both.
+/// What a check finds in it, turned, with a limit of 1.3 mm for walls, pins, gaps and holes.
 fn told(mesh: TriangleMesh, code: &str) -> Vec<Finding> {
-    let mut options = Options::new(process("mjf", &["narrow-gap=1.3mm", "small-hole=1.3mm"]));
+    let mut options =
+        Options::new(process("mjf", &["narrow-gap=1.3mm", "small-hole=1.3mm", "thin-wall=1.3mm", "thin-pin=1.3mm"]));
     options.only = vec![code.into()];
     options.voxel = Some(Length::mm(0.4));
     findings(&judge_mesh(mesh.transformed(facing([1.0, 2.0, 3.0]), [0.1, 0.2, 0.3]), &options), code).to_vec()
@@ -47,6 +57,22 @@ fn a_pit_that_runs_out_to_a_point_is_a_hole_by_its_mouth_and_no_slot() {
             assert_eq!(holes.iter().map(is_told).collect::<Vec<_>>(), vec![true; usize::from(is_hole)], "{holes:?}");
             assert!(holes.iter().all(|f| f.state == State::Fail && f.message.contains("running out to a point")));
             assert_eq!(told(mesh(), "AM103"), [], "{mouth}, {degrees}");
+        }
+    }
+}
+
+#[test]
+fn a_spike_is_a_pin_by_its_root_and_no_wall() {
+    for (root, sides, quartered) in [(0.8, 48, 1), (0.8, 48, 2), (0.74, 12, 1), (1.36, 12, 2), (1.36, 24, 0)] {
+        let turn = std::f64::consts::TAU / sides as f64;
+        let diameter = root * (turn.sin() / turn).sqrt();
+        for (degrees, is_pin) in [(3.0f64, true), (7.0, true), (12.0, true), (19.0, false)] {
+            let mesh = || spike(root, 0.5 * root / degrees.to_radians().tan(), sides, quartered);
+            let pins = told(mesh(), "AM102").into_iter().filter(|f| f.kind == "pin").collect::<Vec<_>>();
+            let is_told = |f: &Finding| (f.value - diameter).abs() < 2e-3 * root && f.state == State::Fail;
+            let wanted = vec![true; usize::from(is_pin && diameter < 1.3)];
+            assert_eq!(pins.iter().map(is_told).collect::<Vec<_>>(), wanted, "{root}, {degrees}: {pins:?}");
+            assert_eq!(told(mesh(), "AM101"), [], "{root}, {degrees}");
         }
     }
 }
