@@ -3,10 +3,13 @@
 use super::beneath::Ground;
 use super::bridge::{FLAT, Measuring};
 use crate::geometry::halfspace::cut;
-use crate::geometry::vector::{Vec3, along, sub};
+use crate::geometry::vector::{Vec3, along, distance, norm, sub};
 use crate::geometry::{Adjacency, TriangleMesh};
 use rustc_hash::FxHashMap;
 use std::sync::OnceLock;
+
+/// A facet whose normal rises by no more is upright.
+const UPRIGHT: f64 = 1e-6;
 
 /// What the surface does below an edge where it folds towards the void.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,9 +90,12 @@ impl<'a, G: Ground> Descents<'a, G> {
         4.0 * self.how.step_mm
     }
 
-    /// What looks up has its own material right below it.
+    /// What looks up has its own material right below it; what leans by no more than its corners may be off does not.
     fn looks_up(&self, facet: u32) -> bool {
-        self.mesh.normal(facet as usize)[2] > 1e-6
+        let corners = self.mesh.corners(facet as usize);
+        let longest = [0, 1, 2].map(|i| distance(corners[i], corners[(i + 1) % 3])).into_iter().fold(0.0, f64::max);
+        let area = self.mesh.area_vector(facet as usize);
+        area[2] > UPRIGHT * norm(area) && 2.0 * area[2] > self.tie() * longest
     }
 
     fn is_flat(&self, facet: u32) -> bool {
@@ -142,7 +148,12 @@ mod tests {
     }
 
     fn found(mesh: &TriangleMesh) -> Vec<Ceiling> {
-        let (step_mm, search) = (1e-6, Search::Measure);
+        found_within(mesh, 1e-6)
+    }
+
+    /// As [`found`], coordinates off by so much.
+    fn found_within(mesh: &TriangleMesh, step_mm: f64) -> Vec<Ceiling> {
+        let search = Search::Measure;
         let hanging = downward_facets(mesh, 0.1, Angle::degrees(45.0), step_mm);
         let how = Measuring { plate_z: 0.1, layer_mm: LAYER, ledge_mm: 0.4, bridge_mm: 10.0, step_mm, search };
         ceilings(mesh, &hanging, how, &())
@@ -183,6 +194,23 @@ mod tests {
         assert!(lip.iter().all(|c| c.bridge.is_none_or(|b| b.high_mm <= 7.6 + 1e-6)), "{lip:?}");
         for (tread, riser) in [(0.058, 0.1), (0.1, 0.1), (0.3, 0.2)] {
             assert_eq!(reach(&stairs(tread, riser, 12)), [0.0; 2], "{tread} × {riser}");
+        }
+    }
+
+    #[test]
+    fn walls_that_lean_by_what_single_precision_takes_from_them_hold() {
+        for (low, high) in [(0.4, 2.4), (3.0, 5.0), (0.25, 1.0)] {
+            let outline = [[0.0, 0.0], [40.0, 0.0], [40.0, low], [49.0, low], [49.0, high], [0.0, high]];
+            let plate = extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 2.0);
+            for turn in 0..49 {
+                let (s, c) = (3.7 * f64::from(turn)).to_radians().sin_cos();
+                let turned = plate.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [50.0, 30.0, 0.0]);
+                let single = |p: [f64; 3]| p.map(|x| f64::from(x as f32));
+                let mesh = TriangleMesh { vertices: turned.vertices.into_iter().map(single).collect(), ..turned };
+                let found = found_within(&mesh, 8e-6);
+                let reach: Vec<_> = found.iter().filter_map(|c| c.cantilever).collect();
+                assert!(reach.len() == 1 && reach[0].low_mm > 8.8 && reach[0].high_mm > 8.99, "{turn}: {found:?}");
+            }
         }
     }
 }
