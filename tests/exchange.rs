@@ -2,7 +2,7 @@
 
 mod sample;
 
-use amcheck::check::{Spot, State};
+use amcheck::check::{Finding, Spot, State};
 use amcheck::report::baseline::{Delta, compare, text};
 use amcheck::report::terminal::Palette;
 use amcheck::report::{Report, badge, junit, markdown, sarif};
@@ -68,6 +68,58 @@ fn changes_are_matched_by_place_and_need_parted_brackets() {
     assert!(said.contains("judged otherwise: trapped-volume.mouths: no limit → must"), "{said}");
 }
 
+/// The sample with fins of these thicknesses, 10 mm apart along x: what is equally thin is one finding.
+fn fins(thicknesses: &[f64]) -> Report {
+    let mut report = sample::report("fins.stl");
+    let walls = at(&report, "thin-wall");
+    let of = report.checks[walls].findings[0].clone();
+    let mut found: Vec<Finding> = Vec::new();
+    for (n, &thick) in thicknesses.iter().enumerate().filter(|(_, t)| **t < 0.8) {
+        let x = 10.0 * n as f64;
+        let (at_mm, own) = ([x, 2.0, 3.0], [[x - 0.5, 0.0, 0.0], [x + 0.5, 9.0, 9.0]]);
+        let spot = Spot { at_mm, box_mm: Some(own), value: thick, low: thick, high: thick };
+        match found.iter_mut().find(|f| f.value == thick) {
+            Some(f) => {
+                (f.count, f.box_mm) = (f.count + 1, [f.box_mm[0], own[1]]);
+                f.places.push(spot);
+            }
+            None => found.push(Finding {
+                fingerprint: format!("AM101/wall/{n}"),
+                at_mm,
+                box_mm: own,
+                places: vec![spot],
+                ..of.clone()
+            }),
+        }
+        let last = found.iter_mut().find(|f| f.places.contains(&spot)).expect("it was put there");
+        (last.value, last.low, last.high) = (thick, thick, thick);
+    }
+    report.checks[walls].findings = found;
+    report
+}
+
+#[test]
+fn equal_places_are_compared_one_by_one() {
+    let told = |old: &[f64], new: &[f64]| {
+        let c = compare(&fins(old), &fins(new));
+        let walls: Vec<&str> = c.changes.iter().filter(|c| c.check == "thin-wall").map(|c| c.delta.word()).collect();
+        (walls.join(" "), c.has_new_failure(), text(&c, Palette::Plain))
+    };
+    // As many as before, and another one.
+    let (words, fails, said) = told(&[0.6, 2.0, 0.6], &[0.6, 0.6, 2.0]);
+    assert_eq!((words.as_str(), fails), ("worse", true));
+    assert!(said.contains("1 of 2 places new, at 10, 2, 3"), "{said}");
+    // What was thinner is as thin as its neighbour now.
+    assert_eq!(told(&[0.45, 0.6, 0.9], &[0.6, 0.6, 0.9]).0, "same better");
+    assert!(!told(&[0.45, 0.6, 0.9], &[0.6, 0.6, 0.9]).1);
+    // One of three is thinner than before: it left the others.
+    let (words, fails, _) = told(&[0.6, 0.6, 0.6], &[0.6, 0.5, 0.6]);
+    assert_eq!((words.as_str(), fails), ("worse same", true));
+    assert_eq!(told(&[0.6, 0.6, 0.6], &[0.6, 1.5, 0.6]).0, "better");
+    assert_eq!(told(&[0.6, 0.6, 1.5], &[0.6, 0.6, 0.6]).0, "worse");
+    assert_eq!(told(&[0.6, 0.6, 0.6], &[0.6, 0.6, 0.6]).0, "same");
+}
+
 #[test]
 fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
     let old = sample::report("part.stl");
@@ -84,9 +136,13 @@ fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
     left.at_mm = [-20.0, 3.0, 1.0];
     left.box_mm = [[-20.1, 2.9, 0.9], [-19.9, 3.1, 1.1]];
     left.fingerprint = "elsewhere".into();
-    fins[0].places.push(Spot { at_mm: left.at_mm, value: left.value, low: left.low, high: left.high });
+    fins[0].places = fins[0].spots();
+    let (at_mm, box_mm) = (left.at_mm, Some(left.box_mm));
+    fins[0].places.push(Spot { at_mm, box_mm, value: left.value, low: left.low, high: left.high });
     let grouped = new.clone();
-    new.checks[at(&old, "thin-wall")].findings[0].count -= 1;
+    let rest = &mut new.checks[at(&old, "thin-wall")].findings[0];
+    rest.count -= 1;
+    rest.places.pop();
     left.count = 1;
     // Beside all that there were it is another one, though one of them lies in its box.
     let mut beside = grouped.clone();

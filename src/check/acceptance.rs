@@ -115,13 +115,13 @@ fn accepted<'w>(waivers: impl Iterator<Item = &'w Waiver> + Clone) -> Option<Acc
 
 /// Every place that a finding tells of, its own among them.
 fn places(f: &Finding) -> Vec<Spot> {
-    let own = Spot { at_mm: f.at_mm, value: f.value, low: f.low, high: f.high };
+    let own = Spot { at_mm: f.at_mm, box_mm: None, value: f.value, low: f.low, high: f.high };
     f.places.iter().copied().chain([own]).collect()
 }
 
 /// Whether an entry covers one place of a finding, at the value there.
 ///
-/// Where the finding is one place, an entry anywhere along its box covers it: on an even wall the mesh alone says which point is told.
+/// An entry anywhere along the box of a place covers it: on an even wall the mesh alone says which point is told.
 fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
     match &waiver.region {
         Region::Fingerprint(name) => {
@@ -129,7 +129,7 @@ fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
                 && bearable(waiver, f.sense, &Spot { value: f.value, low: f.low, high: f.high, ..*spot })
         }
         region => {
-            let met = region.holds(spot.at_mm) || f.count == 1 && region.is_along(f.box_mm);
+            let met = region.holds(spot.at_mm) || f.box_of(spot).is_some_and(|b| region.is_along(b));
             met && bearable(waiver, f.sense, spot)
         }
     }
@@ -191,7 +191,8 @@ mod tests {
         assert!(applied("at_mm = [0.5, 0, 0]", None, &mut two).is_empty());
         assert_eq!(two.map(|f| f.accepted.is_some()), [true, false]);
         let mut group = [finding(0.4, [0.0; 3])];
-        group[0].places = [0.0, 5.0].map(|x| Spot { at_mm: [x, 0.0, 0.0], value: 0.4, low: 0.4, high: 0.4 }).into();
+        group[0].places =
+            [0.0, 5.0].map(|x| Spot { at_mm: [x, 0.0, 0.0], box_mm: None, value: 0.4, low: 0.4, high: 0.4 }).into();
         group[0].count = 2;
         assert_eq!(applied("at_mm = [0.5, 0, 0]", None, &mut group), ["acceptance-unused"]);
         assert!(applied("box_mm = [[-1, -1, -1], [6, 1, 1]]", None, &mut group).is_empty());

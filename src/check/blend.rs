@@ -160,7 +160,7 @@ impl Notches<'_> {
             .iter()
             .take(NAMED)
             .filter_map(Chain::longest)
-            .map(|s| Spot { at_mm: reported(self.part, s.edge.middle), value: 0.0, low: 0.0, high: 0.0 })
+            .map(|s| Spot { at_mm: reported(self.part, s.edge.middle), box_mm: None, value: 0.0, low: 0.0, high: 0.0 })
             .collect();
         let ends = lead.ends.map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });

@@ -3,7 +3,7 @@
 use super::basin::{Basin, greatest_layer};
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
-use super::place::{group_equal, locate, reported};
+use super::place::{group_equal, locate, reported, reported_box};
 use super::vent::{Downward, Wanted, drilled, shortest_vent};
 use super::void::Voids;
 use crate::access::up_option;
@@ -127,7 +127,9 @@ impl Judge<'_> {
             .iter()
             .map(|b| {
                 let own = b.bracket().rounded();
-                Spot { at_mm: reported(self.part, b.bottom()), value: own.value, low: own.low, high: own.high }
+                let at_mm = reported(self.part, b.bottom());
+                let box_mm = Some(reported_box(self.part, b.corners()));
+                Spot { at_mm, box_mm, value: own.value, low: own.low, high: own.high }
             })
             .collect();
         f.message = format!("keeps about {} mm³ of liquid while it hangs from the plate", short(bracket.value.round()));

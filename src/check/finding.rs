@@ -147,6 +147,9 @@ impl Limits {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Spot {
     pub at_mm: [f64; 3],
+    /// The box of this place alone; where it is left out, and the place is the only one, the finding's own is.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub box_mm: Option<[[f64; 3]; 2]>,
     pub value: f64,
     pub low: f64,
     pub high: f64,
@@ -224,6 +227,17 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// Every place that it stands for: itself, if it names none.
+    pub fn spots(&self) -> Vec<Spot> {
+        let own = Spot { at_mm: self.at_mm, box_mm: None, value: self.value, low: self.low, high: self.high };
+        if self.places.is_empty() { vec![own] } else { self.places.clone() }
+    }
+
+    /// The box of one of its places, where that is known.
+    pub fn box_of(&self, spot: &Spot) -> Option<[[f64; 3]; 2]> {
+        spot.box_mm.or((self.count == 1).then_some(self.box_mm))
+    }
+
     /// A finding from its measured bracket, judged by the limits; texts, places and extents are added after.
     pub fn judged(
         code: &str,

@@ -12,6 +12,12 @@ pub fn reported(part: &Part, p: Vec3) -> Vec3 {
     part.to_file(p).map(report_digits)
 }
 
+/// The box of an extent in the frame of the build as the report gives it: in the frame of the input file.
+pub fn reported_box(part: &Part, extent: (Vec3, Vec3)) -> [Vec3; 2] {
+    let corners = corners_of(extent).map(|p| reported(part, p));
+    bounds(corners).map_or([corners[0]; 2], |(lo, hi)| [lo, hi])
+}
+
 /// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both.
 ///
 /// The fingerprint is check, kind, the place rounded to twice the spacing in the part's own frame, and the size class of the
@@ -26,7 +32,8 @@ pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, e
     let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
     let class = if longest > 0.0 { longest.log2().round() as i64 } else { -99 };
     finding.fingerprint = format!("{}/{}/{x},{y},{z}/{class}", finding.code, finding.kind);
-    finding.places = vec![Spot { at_mm: finding.at_mm, value: finding.value, low: finding.low, high: finding.high }];
+    finding.places =
+        vec![Spot { at_mm: finding.at_mm, box_mm: None, value: finding.value, low: finding.low, high: finding.high }];
 }
 
 /// Ends the names of findings that stand for several places with their number, and gives those of one check that share a name an ordinal,
@@ -67,7 +74,11 @@ pub fn group_equal(findings: Vec<Finding>, tolerance: f64) -> Vec<Finding> {
     groups
 }
 
-fn join(group: &mut Finding, f: Finding) {
+fn join(group: &mut Finding, mut f: Finding) {
+    for one in [&mut *group, &mut f] {
+        let own = (one.count == 1).then_some(one.box_mm);
+        one.places.iter_mut().for_each(|p| p.box_mm = p.box_mm.or(own));
+    }
     group.count += f.count;
     group.places.extend(f.places);
     group.low = group.low.min(f.low);

@@ -164,7 +164,7 @@ impl Judge<'_> {
         f.count = order.len() as u64;
         let spot = |e: &&Event| {
             let times = e.times as f64;
-            Spot { at_mm: reported(self.part, e.at), value: times, low: times, high: times }
+            Spot { at_mm: reported(self.part, e.at), box_mm: None, value: times, low: times, high: times }
         };
         f.places = order.iter().map(spot).collect();
         let mut bodies: Vec<u64> = order.iter().flat_map(|e| e.bodies.iter().copied()).collect();

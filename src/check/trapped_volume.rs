@@ -5,7 +5,7 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst
 use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::mouth::Mouths;
-use super::place::{group_equal, locate, reported};
+use super::place::{group_equal, locate, reported, reported_box};
 use super::vent::{Downward, Vent, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
@@ -331,7 +331,8 @@ impl Judge<'_> {
 
     fn spot(&self, t: &Trapped, b: Bracket) -> Spot {
         let b = b.rounded();
-        Spot { at_mm: reported(self.part, t.at), value: b.value, low: b.low, high: b.high }
+        let box_mm = Some(reported_box(self.part, t.extent));
+        Spot { at_mm: reported(self.part, t.at), box_mm, value: b.value, low: b.low, high: b.high }
     }
 
     fn vent_words(&self, places: &[&Trapped], ball: f64) -> Result<String> {

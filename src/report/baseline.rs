@@ -1,9 +1,10 @@
 //! Two reports of one part compared: what is new, fixed, worse, better or the same.
 //!
-//! Findings are matched by check, kind and place within a tolerance, because geometry moves; those of a part that was moved as a whole
-//! by their fingerprints, which are of its own frame. *Worse* and *better* need brackets that part by more than files are rounded, or
-//! another number of places: a change inside the uncertainty is no change.
+//! Findings are matched by check, kind and places within a tolerance, because geometry moves; those of a part that was moved as a whole
+//! by their fingerprints, which are of its own frame. *Worse* and *better* need brackets of a place that part by more than files are rounded,
+//! or places that came or went: a change inside the uncertainty is no change.
 
+use super::matched::Matched;
 use super::phrase;
 use super::schema::{Axis3, Report};
 use super::terminal::Palette;
@@ -19,13 +20,13 @@ use std::collections::BTreeSet;
 pub enum Delta {
     /// Only in the new report.
     New,
-    /// In both; the new bracket lies wholly on the worse side of the old, or it stands for more places.
+    /// In both; the new bracket of a place lies wholly on the worse side of the old, or a place is new.
     Worse,
     /// Only in the old report, and its check gave no answer in the new, or one by other limits: nobody knows.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
-    /// In both; the new bracket lies wholly on the better side of the old, or it stands for fewer places and is no worse.
+    /// In both; the new bracket of a place lies wholly on the better side of the old, or a place is gone, and none is worse or new.
     Better,
     /// Only in the old report, and its check gave an answer in the new by the same limits.
     Fixed,
@@ -54,6 +55,9 @@ pub struct Change {
     pub old: Option<Finding>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub new: Option<Finding>,
+    /// Places of the new finding that are of no old one, where others are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub new_places_mm: Vec<Axis3>,
 }
 
 /// The difference of two reports.
@@ -97,55 +101,43 @@ impl Comparison {
 
 /// What changed from `old` to `new`.
 ///
-/// Findings of the same check and kind are paired nearest first, if their places lie within two samples of the coarser
-/// grid, or one's place lies in the other's box grown by as much; equal fingerprints pair wherever they are. What was one place of a finding
-/// that stands for several is compared with that finding: it left it, or joined it.
+/// Places are paired nearest first: those of findings of the same check and kind that lie within two samples of the coarser grid, or one in the
+/// other's box grown by as much; of equal fingerprints wherever they are if none does. A finding is compared with the one that most of its places were
+/// of; what was one place of a finding that stands for several left it, or joined it.
 ///
 /// # Cost
-/// O(m·n) for m and n findings of one check.
+/// O(m·n) for m and n places of one check.
 ///
 /// # Limits
-/// Both reports are taken in the frame of their files: of a part that was moved, what has another fingerprint as well is new.
+/// Both reports are taken in the frame of their files: of a part that was moved, what has another fingerprint as well is new. Of reports that
+/// give no box for each place of a finding, places are known by the box of all.
 pub fn compare(old: &Report, new: &Report) -> Comparison {
     let tolerance_mm = 2.0 * old.grid.spacing_mm.max(new.grid.spacing_mm);
     let (before, after) = (listed(old), listed(new));
-    let mut pairs = Vec::new();
-    for (i, (check, a)) in before.iter().enumerate() {
-        for (j, (other, b)) in after.iter().enumerate() {
-            if check == other && a.kind == b.kind {
-                pairs.extend(nearness(a, b, tolerance_mm).map(|d| (d, i, j)));
-            }
-        }
-    }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-    let (mut old_taken, mut new_taken) = (vec![false; before.len()], vec![false; after.len()]);
-    // How many places have left each finding of the old report, and joined each of the new one.
-    let [mut left, mut joined] = [&before, &after].map(|list| vec![0u64; list.len()]);
+    let matched = Matched::of(&before, &after, tolerance_mm);
     let mut changes = Vec::new();
-    for (_, i, j) in pairs {
-        if !old_taken[i] && !new_taken[j] {
-            (old_taken[i], new_taken[j]) = (true, true);
-            let (a, b) = (before[i].1, after[j].1);
-            (left[i], joined[j]) = (a.count.saturating_sub(b.count), b.count.saturating_sub(a.count));
-            changes.push(change(counted(a, b), before[i].0, Some(a), Some(b)));
-        }
+    let mut told = vec![false; before.len()];
+    for (j, &(check, f)) in after.iter().enumerate() {
+        let Some(i) = matched.new.most(j) else {
+            changes.push(change(Delta::New, check, None, Some(f)));
+            continue;
+        };
+        told[i] = true;
+        let new_places_mm = matched.new.alone(j).map(|s| s.at_mm).collect();
+        let delta = became(&matched, (i, before[i].1), (j, f));
+        changes.push(Change { new_places_mm, ..change(delta, check, Some(before[i].1), Some(f)) });
     }
-    for (_, (check, f)) in after.iter().enumerate().filter(|(j, _)| !new_taken[*j]) {
-        changes.push(match among((check, f), (&before, &mut left), tolerance_mm) {
-            Some(i) => change(moved(before[i].1, f), check, Some(before[i].1), Some(f)),
-            None => change(Delta::New, check, None, Some(f)),
-        });
-    }
-    for (_, (check, f)) in before.iter().enumerate().filter(|(i, _)| !old_taken[*i]) {
-        if let Some(j) = among((check, f), (&after, &mut joined), tolerance_mm) {
-            changes.push(change(moved(f, after[j].1), check, Some(f), Some(after[j].1)));
+    for (i, &(check, f)) in before.iter().enumerate().filter(|(i, _)| !told[*i]) {
+        if let Some(j) = matched.old.most(i) {
+            let deltas = matched.old.with(i, &matched.new).map(|(s, t)| moved(f, bracket(s), bracket(t)));
+            changes.push(change(overall(deltas), check, Some(f), Some(after[j].1)));
             continue;
         }
         let answered = new
             .checks
             .iter()
-            .any(|c| c.name == *check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
-            && !other_limits(old, new).iter().any(|key| key.split(['.', '/']).next() == Some(*check));
+            .any(|c| c.name == check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
+            && !other_limits(old, new).iter().any(|key| key.split(['.', '/']).next() == Some(check));
         changes.push(change(if answered { Delta::Fixed } else { Delta::Unchecked }, check, Some(f), None));
     }
     changes.sort_by(|a, b| {
@@ -208,6 +200,12 @@ pub fn from_to(c: &Change) -> String {
     let value = |f: &Finding| phrase::measured(f.value, f.low, f.high, &f.unit);
     let at = |f: &Finding| format!("at {}", phrase::point(f.at_mm));
     match (&c.old, &c.new) {
+        (Some(a), Some(b)) if !c.new_places_mm.is_empty() => {
+            let (fresh, first) = (c.new_places_mm.len(), c.new_places_mm.first().map_or(b.at_mm, |p| *p));
+            let at = phrase::point(first);
+            let first = if fresh > 1 { "the first " } else { "" };
+            format!("{} → {}, {fresh} of {} places new, {first}at {at}", value(a), value(b), b.count)
+        }
         (Some(a), Some(b)) if a.count != b.count => {
             format!("{} → {}, {} → {} places, {}", value(a), value(b), a.count, b.count, at(b))
         }
@@ -226,74 +224,59 @@ fn listed(report: &Report) -> Vec<(&str, &Finding)> {
     report.checks.iter().flat_map(of).collect()
 }
 
-/// How near two findings are, if they may be the same.
-fn nearness(a: &Finding, b: &Finding, tolerance: f64) -> Option<f64> {
-    let distance = (0..3).map(|k| (a.at_mm[k] - b.at_mm[k]).powi(2)).sum::<f64>().sqrt();
-    let within = |p: Axis3, box_mm: [Axis3; 2]| {
-        (0..3).all(|k| p[k] >= box_mm[0][k] - tolerance && p[k] <= box_mm[1][k] + tolerance)
-    };
-    let near = distance <= tolerance
-        || within(a.at_mm, b.box_mm)
-        || within(b.at_mm, a.box_mm)
-        || (!a.fingerprint.is_empty() && a.fingerprint == b.fingerprint);
-    near.then_some(distance)
-}
-
 /// How far values may part that differ by the rounding of files alone.
 ///
 /// Lengths are off by a file's resolution, at most 1e-4 mm. That moves an angle, an area or a volume 0.2 mm across by a thousandth, and
 /// larger ones by less. Counts, and ratios that stand for one, are told apart.
-fn rounding(old: &Finding, new: &Finding) -> f64 {
-    let largest = [old.low, old.high, new.low, new.high].into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    match new.unit.as_str() {
+fn rounding(unit: &str, values: [f64; 4]) -> f64 {
+    let largest = values.into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    match unit {
         "mm" => 1e-4,
         "1" | "" => (1e-4 * largest).clamp(1e-6, 0.5),
         _ => (1e-3 * largest).max(1e-6),
     }
 }
 
-/// What a pair of findings says: the brackets must part for anything but `Same`.
-fn moved(old: &Finding, new: &Finding) -> Delta {
-    let slack = rounding(old, new);
-    let (below, above) = (new.high < old.low - slack, new.low > old.high + slack);
-    match (new.sense, below, above) {
+/// What a pair of brackets in the unit of a finding says: they must part for anything but `Same`.
+fn moved(of: &Finding, old: [f64; 2], new: [f64; 2]) -> Delta {
+    let slack = rounding(&of.unit, [old[0], old[1], new[0], new[1]]);
+    let (below, above) = (new[1] < old[0] - slack, new[0] > old[1] + slack);
+    match (of.sense, below, above) {
         (Sense::Min, true, _) | (Sense::Max, _, true) => Delta::Worse,
         (Sense::Min, _, true) | (Sense::Max, true, _) => Delta::Better,
         _ => Delta::Same,
     }
 }
 
-/// The same for a pair that stands for all of its places: more of them are worse.
-fn counted(old: &Finding, new: &Finding) -> Delta {
-    match (moved(old, new), new.count.cmp(&old.count)) {
-        (Delta::Worse, _) | (_, Ordering::Greater) => Delta::Worse,
-        (Delta::Same, Ordering::Less) => Delta::Better,
-        (delta, _) => delta,
-    }
+fn bracket(s: &Spot) -> [f64; 2] {
+    [s.low, s.high]
 }
 
-/// The finding that one which has no other was a place of, or became one of: as many as that one lacks, or has more, are taken.
-fn among(
-    (check, f): (&str, &Finding),
-    (others, open): (&[(&str, &Finding)], &mut [u64]),
-    tolerance: f64,
-) -> Option<usize> {
-    let holds = |(i, (other, g)): &(usize, &(&str, &Finding))| {
-        *other == check && g.kind == f.kind && open[*i] >= f.count && stands_for(g, f.box_mm, tolerance)
-    };
-    let found = others.iter().enumerate().find(holds).map(|(i, _)| i)?;
-    open[found] -= f.count;
-    Some(found)
+/// The worst of some, or else the best.
+fn overall(deltas: impl Iterator<Item = Delta>) -> Delta {
+    deltas.fold(Delta::Same, |all, d| match (all, d) {
+        (Delta::Worse, _) | (_, Delta::Worse) => Delta::Worse,
+        (Delta::Better, _) | (_, Delta::Better) => Delta::Better,
+        _ => Delta::Same,
+    })
 }
 
-/// Whether one of the places that a finding stands for lies in a box.
-fn stands_for(f: &Finding, [lo, hi]: [Axis3; 2], tolerance: f64) -> bool {
-    let within = |s: &Spot| (0..3).all(|k| s.at_mm[k] >= lo[k] - tolerance && s.at_mm[k] <= hi[k] + tolerance);
-    f.places.iter().any(within)
+/// What became of the finding that most places of a new one were of.
+fn became(matched: &Matched, (i, a): (usize, &Finding), (j, b): (usize, &Finding)) -> Delta {
+    let [alone_old, alone_new] = [matched.old.alone(i).count(), matched.new.alone(j).count()];
+    // What a finding counts and does not place.
+    let unplaced = |f: &Finding| f.count.saturating_sub(f.places.len().max(1) as u64);
+    let come = alone_new > 0 || unplaced(b) > unplaced(a);
+    let gone = alone_old > 0 || unplaced(b) < unplaced(a);
+    let counted = [(come, Delta::Worse), (gone, Delta::Better)].into_iter().filter(|c| c.0).map(|c| c.1);
+    // What all of it says, where it is the same one.
+    let whole = (!come && !gone && a.count == b.count).then(|| moved(b, [a.low, a.high], [b.low, b.high]));
+    let places = matched.new.with(j, &matched.old).map(|(new, old)| moved(b, bracket(old), bracket(new)));
+    overall(places.chain(counted).chain(whole))
 }
 
 fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {
-    Change { delta, check: check.into(), old: old.cloned(), new: new.cloned() }
+    Change { delta, check: check.into(), old: old.cloned(), new: new.cloned(), new_places_mm: Vec::new() }
 }
 
 #[cfg(test)]
@@ -302,11 +285,9 @@ mod tests {
     use crate::check::{Basis, Bracket, Limits};
 
     fn delta(old: f64, new: f64, unit: &str) -> Delta {
-        let of = |value: f64| {
-            let limits = Limits { fail: Some(value + 1.0), warn: None, sense: Sense::Min };
-            Finding::judged("AM101", "wall", Bracket::exact(value), Basis::Exact, limits, unit, 0.0)
-        };
-        moved(&of(old), &of(new))
+        let limits = Limits { fail: Some(new + 1.0), warn: None, sense: Sense::Min };
+        let of = Finding::judged("AM101", "wall", Bracket::exact(new), Basis::Exact, limits, unit, 0.0);
+        moved(&of, [old; 2], [new; 2])
     }
 
     #[test]

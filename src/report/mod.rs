@@ -15,6 +15,7 @@ pub mod json;
 pub mod junit;
 pub mod markdown;
 pub mod markup;
+mod matched;
 pub mod mount;
 pub mod orient;
 pub mod phrase;

@@ -264,8 +264,9 @@ fn checks() -> Vec<CheckReport> {
     );
     roof.area_mm2 = Some(423.6);
     roof.count = 5;
-    roof.places =
-        (0..5).map(|i| Spot { at_mm: [4.0 + i as f64 * 4.6, 0.0, 20.0], value: 0.0, low: 0.0, high: 0.0 }).collect();
+    roof.places = (0..5)
+        .map(|i| Spot { at_mm: [4.0 + i as f64 * 4.6, 0.0, 20.0], box_mm: None, value: 0.0, low: 0.0, high: 0.0 })
+        .collect();
     let mut sealed = finding(
         "AM301",
         "sealed",
