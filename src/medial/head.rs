@@ -107,9 +107,15 @@ impl Cuts {
             let s = &rods[r].narrowest;
             let plane = Plane { point: s.centre, normal: s.axis };
             let Some((_, crossed)) = curve(search.mesh, search.next, plane, s.facet, s.circumscribed) else { continue };
+            let edges: Vec<(u32, u32)> =
+                crossed.into_iter().flat_map(|f| edges_of(search.mesh.triangles[f as usize])).collect();
+            // Sections of a bend without an inner radius run into each other: one of them cuts the surface.
+            if edges.iter().any(|edge| cuts.edges.contains(edge)) {
+                continue;
+            }
             let is_ahead = |v: u32| dot(sub(search.mesh.vertices[v as usize], plane.point), plane.normal) >= 0.0;
             let mut ends = None;
-            for (a, b) in crossed.into_iter().flat_map(|f| edges_of(search.mesh.triangles[f as usize])) {
+            for (a, b) in edges {
                 if is_ahead(a) != is_ahead(b) {
                     cuts.edges.insert((a, b));
                     ends = Some(if is_ahead(a) { [a, b] } else { [b, a] });

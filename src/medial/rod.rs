@@ -22,6 +22,10 @@ const SHRUNK: f64 = 0.5;
 const VANISHED: f64 = 0.02;
 /// An end this near, in diameters, closes the rod.
 const CLOSED: f64 = 0.75;
+/// Of eight directions beyond an end those in which a rod as wide leads on aside, however it stands; one may be a ray that slips through.
+const LEADS_ON: usize = 2;
+/// Where that is looked at, in shares of the way to the cap, besides just beyond the end.
+const ASIDE: [f64; 2] = [0.5, 0.8];
 /// A point so far, in diameters, does if the sides draw together all the way, more steeply than a rod's.
 const POINTED: f64 = 4.0;
 /// Where that is looked at, in shares of the way, and the least sine.
@@ -268,9 +272,14 @@ impl Search<'_> {
             let far = self.cap(end, outward)?;
             let beyond = |t: f64| along(end.centre, outward, t);
             let is_near = far <= CLOSED * end.diameter();
+            // What leads on aside may do so anywhere before the cap.
+            let leads_on = || {
+                let looked = [0.5 * far.min(0.2 * end.diameter()), ASIDE[0] * far, ASIDE[1] * far];
+                looked.into_iter().any(|t| self.widens(beyond(t), end))
+            };
             let closed = kind == End::Open
-                && !self.widens(beyond(0.5 * far.min(0.2 * end.diameter())), end)
-                && (is_near || BEFORE.iter().all(|share| self.draws_in(beyond(share * far), end, outward)));
+                && (is_near || BEFORE.iter().all(|share| self.draws_in(beyond(share * far), end, outward)))
+                && !leads_on();
             closed.then_some((along(end.centre, outward, far), end.diameter()))
         });
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
@@ -317,7 +326,7 @@ impl Search<'_> {
 
     /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.
     fn widens(&self, beyond: Vec3, end: &Section) -> bool {
-        self.beside(beyond, end).iter().filter(|met| met.is_none()).count() >= 3
+        self.beside(beyond, end).iter().filter(|met| met.is_none()).count() >= LEADS_ON
     }
 
     /// Whether the sides about a point beyond the end of a rod draw together, more steeply than those of a rod.

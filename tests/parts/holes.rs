@@ -1,10 +1,10 @@
-//! What is round: holes and pins by their narrowest section, what runs out to a point by its mouth or its root, and none of it a slot or a wall.
+//! What is round: holes and pins by their narrowest section, what runs out to a point by its mouth or its root, and none of it a slot or a wall; and what holds it.
 
 use crate::shapes::facing;
 use crate::{findings, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::{Finding, State};
-use amcheck::geometry::{TriangleMesh, revolved};
+use amcheck::geometry::{TriangleMesh, cuboid, revolved};
 use amcheck::units::Length;
 
 /// A round plate with a pit in its top, so wide at its mouth and at its floor, and its facets quartered so often.
@@ -83,6 +83,36 @@ fn a_dimple_is_neither_a_hole_nor_a_slot() {
         let mesh = || pit(mouth, mouth, 0.75 * mouth, sides, quartered);
         for code in ["AM103", "AM104"] {
             assert_eq!(told(mesh(), code), [], "{mouth}, {sides}");
+        }
+    }
+}
+
+/// A round bar from one place to another.
+fn bar(from: [f64; 3], to: [f64; 3], diameter: f64) -> TriangleMesh {
+    let way = [0, 1, 2].map(|x| to[x] - from[x]);
+    let (r, long) = (0.5 * diameter, way.iter().map(|w| w * w).sum::<f64>().sqrt());
+    let upright = revolved(&[[0.0, 0.0], [r, 0.0], [r, long], [0.0, long]], 24);
+    upright.transformed(facing(way), from)
+}
+
+#[test]
+fn a_handle_is_held_at_both_ends_and_a_hook_is_not() {
+    let pins = |bars: &[TriangleMesh]| {
+        let base = cuboid([0.0; 3], [30.0, 10.0, 3.0]);
+        let mesh = bars.iter().fold(base, |all, b| all.joined(b));
+        let mut options = Options::new(process("fdm", &[]));
+        options.only = vec!["AM102".into()];
+        findings(&judge_mesh(mesh, &options), "AM102").to_vec()
+    };
+    for d in [1.2, 2.0, 2.6] {
+        let [near, far] = [4.0, 26.0].map(|x| bar([x, 5.0, 2.0], [x, 5.0, 15.0], d));
+        // The corners of a handle overlap by a quarter, half or all of the bars.
+        for over in [0.0, 0.25 * d, 0.5 * d] {
+            let across = bar([4.0 - over, 5.0, 15.0], [26.0 + over, 5.0, 15.0], d);
+            assert_eq!(pins(&[near.clone(), far.clone(), across]), [], "{d}, {over}");
+            let free = bar([4.0 - over, 5.0, 15.0], [20.0, 5.0, 15.0], d);
+            let hook = pins(&[near.clone(), free]);
+            assert!(hook.iter().any(|f| f.kind == "pin" && (f.value - d).abs() < 0.02 * d), "{d}, {over}: {hook:?}");
         }
     }
 }
