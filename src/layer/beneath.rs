@@ -108,17 +108,29 @@ impl Resting {
         let under: Vec<_> = ground.beneath(facet).into_iter().filter_map(counter_clockwise).collect();
         (!under.is_empty()).then_some(Resting { facet, outline, under })
     }
+
+    /// Where along a segment it lies in the facet, and what that rests on beneath.
+    fn beneath(&self, segment: [Point; 2]) -> impl Iterator<Item = [f64; 2]> {
+        let within = stretch_in(segment, &self.outline);
+        let under = within.into_iter().flat_map(|w| self.under.iter().map(move |t| (w, t)));
+        under.filter_map(move |([from, to], t)| {
+            let [a, b] = stretch_in(segment, t)?;
+            let both = [a.max(from), b.min(to)];
+            (both[0] < both[1]).then_some(both)
+        })
+    }
 }
 
-/// The boundary of a region less what rests, from the region's own sides with the facets that they belong to.
+/// The boundary of a region less what rests, from the region's own sides with the facets that they belong to; a side of a step or a sliver,
+/// which only carry the boundary on, has none.
 ///
 /// ∂(R ∖ U), U the union of all that lies beneath: of R's sides what has R ∖ U on its right, and of the sides of U what has R ∖ U on its
 /// right and U within R on its left; these are anchored. R lies on the right of its sides, as it does of facets that look down. A result
 /// that does not close, as where a facet without area lies between, is given up for R itself: it spans more.
 ///
 /// # Cost
-/// O(sides + Σ over facets of (triangles beneath)² + anchored sides · sides).
-pub(super) fn left_to_span(sides: &[(u32, Side)], resting: &[Resting]) -> Vec<Side> {
+/// O(sides + Σ over facets of (triangles beneath)² + anchored sides · sides + sides of steps · triangles beneath).
+pub(super) fn left_to_span(sides: &[(Option<u32>, Side)], resting: &[Resting]) -> Vec<Side> {
     let whole: Vec<Side> = sides.iter().map(|(_, s)| *s).collect();
     if resting.is_empty() {
         return whole;
@@ -128,8 +140,12 @@ pub(super) fn left_to_span(sides: &[(u32, Side)], resting: &[Resting]) -> Vec<Si
     let of: FxHashMap<u32, &Resting> = resting.iter().map(|r| (r.facet, r)).collect();
     let mut left = Vec::new();
     for (facet, s) in sides {
-        let of = of.get(facet).map_or(&[][..], |r| &r.under);
-        let covered = stretches([s.from, s.to], aside, of.iter()).collect();
+        let side = [s.from, s.to];
+        let covered = match facet {
+            Some(f) => of.get(f).map_or_else(Vec::new, |r| stretches(side, aside, r.under.iter()).collect()),
+            // Whichever facet of the region lies beside it.
+            None => resting.iter().flat_map(|r| r.beneath(shifted(side, aside))).collect(),
+        };
         let pieces = bare([s.from, s.to], [0.0, 1.0], covered);
         left.extend(pieces.map(|[from, to]| Side { from, to, ..*s }));
     }
@@ -268,8 +284,9 @@ mod tests {
         }
     }
 
-    fn left(ground: &Boxes) -> Vec<Side> {
-        let rim = |facet: u32, from: Point, to: Point| (facet, Side { from, to, anchored: false });
+    /// What is left of the ceiling, its sides its own or those of steps.
+    fn left(ground: &Boxes, own: impl Fn(u32) -> Option<u32>) -> Vec<Side> {
+        let rim = |facet: u32, from: Point, to: Point| (own(facet), Side { from, to, anchored: false });
         let (a, b, c, d) = ([0.0, 0.0], [12.0, 0.0], [12.0, 8.0], [0.0, 8.0]);
         // The region lies right of its sides.
         let sides = [rim(0, c, b), rim(0, b, a), rim(1, a, d), rim(1, d, c)];
@@ -293,7 +310,7 @@ mod tests {
                 boxes.push([x, x + w, y, y + d]);
             }
             let ground = Boxes(boxes);
-            let sides = left(&ground);
+            let sides = left(&ground, |f| Some(f).filter(|_| case % 4 < 2));
             let within = |p: Point| ground.0.iter().any(|b| b[0] < p[0] && p[0] < b[1] && b[2] < p[1] && p[1] < b[3]);
             for _ in 0..200 {
                 let p = [14.0 * random.unit() - 1.0, 10.0 * random.unit() - 1.0];

@@ -12,7 +12,7 @@ use super::stretch::lifted;
 use crate::geometry::vector::{Vec3, angle, bounds, cross, dot, norm, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// Downward surface flatter than this (5°) is a ceiling that strands can cross; steeper surface is printed in steps.
 pub const FLAT: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -288,6 +288,7 @@ fn describe(
     let area = |f: &u32| mesh.facet_area(*f as usize);
     let area_mm2: f64 = facets.iter().map(area).sum();
     let flat: f64 = facets.iter().filter(|&&f| slope(mesh, f) <= FLAT).map(area).sum();
+    let own: FxHashSet<u32> = facets.iter().copied().collect();
     let mut beside = Vec::new();
     let mut sides = Vec::with_capacity(rims.len());
     let mut anchors = Vec::new();
@@ -300,7 +301,8 @@ fn describe(
         if anchored {
             anchors.push([rim.from, rim.to]);
         }
-        sides.push((rim.facet, Side { from: plan(rim.from), to: plan(rim.to), anchored }));
+        let of = own.contains(&rim.facet).then_some(rim.facet);
+        sides.push((of, Side { from: plan(rim.from), to: plan(rim.to), anchored }));
     }
     let sides = left_to_span(&sides, resting);
     let is_anchored = sides.iter().any(|s| s.anchored);

@@ -8,6 +8,7 @@ mod golden;
 mod holes;
 mod judged;
 mod judged_fields;
+mod ledges;
 mod lost;
 mod metamorphic;
 mod models;
