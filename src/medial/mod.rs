@@ -21,6 +21,7 @@ mod reach;
 pub mod refine;
 pub mod reflex;
 pub mod rod;
+mod rod_end;
 pub mod section;
 mod seed;
 mod seek;

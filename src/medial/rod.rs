@@ -2,6 +2,7 @@
 
 use super::feature::Side;
 use super::head::mark_heads;
+use super::rod_end::{apex, run_out};
 use super::section::{Plane, Section, across, eight_across, section};
 use super::seed::Seed;
 use super::waist::narrowest;
@@ -10,7 +11,7 @@ use crate::geometry::{Adjacency, MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 
 /// Steepest taper of a rod, as a sine: its sides draw together by at most 30 degrees.
-const TAPER: f64 = 0.2588;
+pub(super) const TAPER: f64 = 0.2588;
 /// Stations on either side of the place a rod was found at.
 const STATIONS: usize = 2000;
 /// Two ways across a round section differ by at most this share.
@@ -20,17 +21,6 @@ const POINT: f64 = 0.05;
 const SHRUNK: f64 = 0.5;
 /// It is followed no further than to this share of the section it was found at.
 const VANISHED: f64 = 0.02;
-/// An end this near, in diameters, closes the rod.
-const CLOSED: f64 = 0.75;
-/// Of eight directions beyond an end those in which a rod as wide leads on aside, however it stands; one may be a ray that slips through.
-const LEADS_ON: usize = 2;
-/// Where that is looked at, in shares of the way to the cap, besides just beyond the end.
-const ASIDE: [f64; 2] = [0.5, 0.8];
-/// A point so far, in diameters, does if the sides draw together all the way, more steeply than a rod's.
-const POINTED: f64 = 4.0;
-/// Where that is looked at, in shares of the way, and the least sine.
-const BEFORE: [f64; 3] = [0.25, 0.5, 0.75];
-const DRAWN_IN: f64 = 0.8 * TAPER;
 
 /// Half the tangent of half a rod's steepest taper: how far before a base the balls are that touch its rim, in diameters.
 const BEFORE_BASE: f64 = 0.134;
@@ -263,28 +253,12 @@ impl Search<'_> {
         let caps = [(sections.first(), sections.get(1), first), (sections.last(), sections.iter().rev().nth(1), last)]
             .map(|(end, inner, kind)| (end, inner, if self.narrows(end, inner, kind) { End::Narrower } else { kind }));
         let [first, last] = caps.map(|c| c.2);
-        let [before, after] = caps.map(|(end, inner, kind)| {
-            let (end, inner) = (end?, inner?);
-            let outward = unit(sub(end.centre, inner.centre));
-            if kind == End::Narrower {
-                return None;
-            }
-            let far = self.cap(end, outward)?;
-            let beyond = |t: f64| along(end.centre, outward, t);
-            let is_near = far <= CLOSED * end.diameter();
-            // What leads on aside may do so anywhere before the cap.
-            let leads_on = || {
-                let looked = [0.5 * far.min(0.2 * end.diameter()), ASIDE[0] * far, ASIDE[1] * far];
-                looked.into_iter().any(|t| self.widens(beyond(t), end))
-            };
-            let closed = kind == End::Open
-                && (is_near || BEFORE.iter().all(|share| self.draws_in(beyond(share * far), end, outward)))
-                && !leads_on();
-            closed.then_some((along(end.centre, outward, far), end.diameter()))
-        });
+        let [before, after] = caps.map(|(end, inner, kind)| self.closed(end?, inner?, kind));
         let narrowest = narrowest(&sections, [before, after].map(|cap| cap.map(|c| c.0))).unwrap_or(seed);
         let narrowest = self.waist(&sections, narrowest);
         let ends = [(before, first), (after, last)].map(|(cap, kind)| if cap.is_some() { End::Closed } else { kind });
+        let [before, after] = [(before, caps[0]), (after, caps[1])]
+            .map(|(cap, (end, inner, kind))| cap.or_else(|| apex(end?, inner?).filter(|_| kind == End::Point)));
         let is_orifice = self.widens_beyond(&sections, ends);
         line.splice(0..0, before);
         line.extend(after);
@@ -293,46 +267,6 @@ impl Search<'_> {
         let (lo, hi) = bounds(line.iter().map(|s| s.0)).unwrap_or_default();
         let extent = (lo.map(|x| x - radius), hi.map(|x| x + radius));
         Rod { narrowest, base, line, length, run, ends, is_orifice, extent }
-    }
-
-    /// Whether a rod that stops being alike goes on with a narrower section.
-    fn narrows(&self, end: Option<&Section>, inner: Option<&Section>, kind: End) -> bool {
-        let (Some(end), Some(inner), End::Open) = (end, inner, kind) else { return false };
-        let outward = unit(sub(end.centre, inner.centre));
-        let beyond = self.settled(along(end.centre, outward, 0.02 * end.diameter()), end.axis);
-        beyond.is_some_and(|s| s.diameter() < 0.9 * end.diameter())
-    }
-
-    /// Distance from the end of a rod to a face across it, if one is near, else to a point.
-    fn cap(&self, end: &Section, outward: Vec3) -> Option<f64> {
-        let [u, v] = across(end.axis);
-        // Beside the axis: a fan of facets has its tip on it, where rays slip through. The nearer ones reach into a point.
-        let beside = [(0.002, 0.003), (0.05, 0.011), (-0.031, 0.043), (-0.017, -0.05)];
-        let hits = beside.into_iter().filter_map(|(a, b)| {
-            let from = [0, 1, 2].map(|x| end.centre[x] + end.inscribed * (a * u[x] + b * v[x]));
-            self.distance.first_hit(from, outward, 0.0, POINTED * end.diameter()).map(|(far, _)| far)
-        });
-        let hits: Vec<f64> = hits.collect();
-        // What slips through near the axis does not open an end.
-        let near = hits.iter().copied().filter(|far| *far <= CLOSED * end.diameter()).reduce(f64::max);
-        near.or_else(|| hits.into_iter().reduce(f64::max))
-    }
-
-    /// What is met from a point beyond the end of a rod, straight aside in eight directions, as far as the rod is wide and a little more.
-    fn beside(&self, beyond: Vec3, end: &Section) -> [Option<u32>; 8] {
-        eight_across(end.axis)
-            .map(|d| self.distance.first_hit(beyond, d, 0.0, 0.55 * end.circumscribed).map(|(_, facet)| facet))
-    }
-
-    /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.
-    fn widens(&self, beyond: Vec3, end: &Section) -> bool {
-        self.beside(beyond, end).iter().filter(|met| met.is_none()).count() >= LEADS_ON
-    }
-
-    /// Whether the sides about a point beyond the end of a rod draw together, more steeply than those of a rod.
-    fn draws_in(&self, beyond: Vec3, end: &Section, outward: Vec3) -> bool {
-        let leans = |f: u32| self.wanted.side.sign() * dot(self.distance.normal(f), outward) >= DRAWN_IN;
-        self.beside(beyond, end).into_iter().all(|met| met.is_some_and(leans))
     }
 
     /// Sections after a seed in one direction, to where they stop being alike.
@@ -381,15 +315,6 @@ impl Search<'_> {
             && change <= 0.54 * step + 0.01 * last.diameter();
         (alike && dot(sub(next.centre, last.centre), heading) > 0.0).then_some(next)
     }
-}
-
-/// Ends a way at its first section from which on all are thinner than that, if there is one.
-fn run_out(way: &mut Vec<Section>, point: f64) -> Option<End> {
-    let thick = way.iter().rposition(|s| s.diameter() >= point).map_or(0, |at| at + 1);
-    (thick < way.len()).then(|| {
-        way.truncate(thick + 1);
-        End::Point
-    })
 }
 
 #[cfg(test)]

@@ -40,9 +40,11 @@ fn a_wire_is_a_pin_however_thin_it_is() {
         let pin = found.iter().find(|f| f.kind == "pin").expect("a pin");
         assert!((pin.value - 2.0 * radius).abs() < 1e-3 && pin.message.contains("free at one end"), "{pin:?}");
     }
-    // A cone runs out to a point.
+    // A cone runs out to a point: it is one pin, as wide as its root and as long as it is.
     let cone = lathe(&[[0.0, 0.0], [6.0, 0.0], [6.0, 3.0], [0.5, 3.0], [0.0, 9.0]], 24);
-    assert_eq!(findings_of(cone, "fdm", "AM102"), []);
+    let found = findings_of(cone, "fdm", "AM102");
+    assert!(found.len() == 1 && found[0].count == 1 && (found[0].value - 1.0).abs() < 1e-3, "{found:?}");
+    assert!(found[0].message.contains("6 mm long, running out to a point"), "{found:?}");
 }
 
 /// A block of 16 × 4 × 10 mm that runs out over its upper edge to a wedge of 14°, each of its sides so many strips.
