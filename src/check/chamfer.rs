@@ -31,6 +31,8 @@ const AT_ANCHOR: f64 = 1e-3;
 /// What trying a chamfer under a ledge has shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chamfer {
+    /// Whether the plate is nearer than it is high.
+    is_cut: bool,
     /// How far it reaches out where the ledge is deepest, and how far down.
     leg: f64,
     height: f64,
@@ -80,6 +82,7 @@ impl Chamfer {
         let far = reach.ends[0];
         let up = part.distance().first_hit(far, [0.0, 0.0, 1.0], 4.0 * part.step() + 1e-6, part.extent()[2]);
         Some(Chamfer {
+            is_cut: ledge.extent.0[2] < leg * slope,
             leg,
             height: (100.0 * leg * slope - 1e-4).ceil() / 100.0,
             angle,
@@ -96,6 +99,7 @@ impl Chamfer {
 
     /// In words, for a limit of ledges.
     pub fn words(&self, limit: f64) -> String {
+        let cut = if self.is_cut { ", cut off at the plate" } else { "" };
         let size = format!("{} × {} mm", plain(self.leg), plain(self.height));
         let (tried, limit) = (self.roomy + self.loose + self.blocked, short(limit));
         let why = match self.loose >= self.blocked {
@@ -111,7 +115,7 @@ impl Chamfer {
         match (self.roomy, self.loose + self.blocked) {
             (0, 0) => back,
             (_, 0) => format!(
-                "put a chamfer of {size} under it, {}° steep: there is room for it, checked on the surface at {tried} places, and no more than \
+                "put a chamfer of {size} under it{cut}, {}° steep: there is room for it, checked on the surface at {tried} places, and no more than \
                  {limit} mm then hangs over; or {back}",
                 short(self.angle)
             ),
@@ -241,7 +245,9 @@ mod tests {
         let said = found.words(0.4);
         assert!(said.starts_with("put a chamfer of 2.6") && said.contains("with the 2 mm of material above"), "{said}");
         // Nearer to the plate than it is high it ends on the plate.
-        assert!(tried(gallows(1.5)).has_room());
+        let low = tried(gallows(1.5));
+        assert!(low.has_room() && low.words(0.4).contains("mm under it, cut off at the plate,"), "{}", low.words(0.4));
+        assert!(!said.contains("cut off"), "{said}");
     }
 
     #[test]

@@ -189,7 +189,7 @@ pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: O
         let mut bytes = Vec::new();
         // Writing to memory cannot fail.
         let _ = threemf::write(mesh, &mut bytes);
-        files.push("repaired", "repaired.3mf", bytes);
+        files.push("mended", "repaired.3mf", bytes);
     }
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
         ("markdown", "report.md", &|| markdown::write(report, comparison)),

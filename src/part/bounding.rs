@@ -165,7 +165,7 @@ impl Part {
             problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
                 .into(),
             at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
-            remedy: "export a closed solid, or close the holes with a mesh repair and try again".into(),
+            remedy: "export a closed solid, or try again with --repair, which closes cracks".into(),
         }
     }
 
