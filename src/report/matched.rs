@@ -18,8 +18,8 @@ pub(super) struct Places {
 /// Two lists of findings, place by place.
 ///
 /// Places of findings of the same check and kind are taken in pairs, nearest first, if they lie within a tolerance of each other, or one lies in
-/// the other's box grown by as much; those of equal fingerprints of which none does, in
-/// their order. Each is taken once.
+/// the other's box grown by as much; those of equal fingerprints of which none does, and
+/// then those that name no box of their own and lie in the box of all of the other finding, in their order. Each is taken once.
 pub(super) struct Matched {
     pub old: Places,
     pub new: Places,
@@ -29,6 +29,13 @@ impl Places {
     fn of(list: &[Named]) -> Self {
         let spots: Vec<Vec<Spot>> = list.iter().map(|(_, f)| f.spots()).collect();
         Places { of: spots.iter().map(|s| vec![None; s.len()]).collect(), spots }
+    }
+
+    /// Places of a finding that are of none yet and name no box, in the box of another finding.
+    fn unboxed_within(&self, finding: usize, f: &Finding, of: [Axis3; 2], tolerance: f64) -> Vec<usize> {
+        let spots = self.spots[finding].iter().zip(&self.of[finding]).enumerate();
+        let left = spots.filter(|(_, (s, of))| of.is_none() && f.box_of(s).is_none());
+        left.filter(|(_, (s, _))| is_within(s, of, tolerance)).map(|(k, _)| k).collect()
     }
 
     /// The finding of the other list that most of a finding's places are of, if one is; the first of equals.
@@ -71,8 +78,24 @@ impl Matched {
                 (old.of[i][k], new.of[j][l]) = (Some((j, l)), Some((i, k)));
             }
         }
+        for (i, (check, a)) in before.iter().enumerate() {
+            for (j, (other, b)) in after.iter().enumerate() {
+                if check == other && a.kind == b.kind {
+                    let left = [(a, &old, i, b), (b, &new, j, a)]
+                        .map(|(f, own, n, of)| own.unboxed_within(n, f, of.box_mm, tolerance));
+                    for (k, l) in left[0].iter().copied().zip(left[1].iter().copied()) {
+                        (old.of[i][k], new.of[j][l]) = (Some((j, l)), Some((i, k)));
+                    }
+                }
+            }
+        }
         Matched { old, new }
     }
+}
+
+/// Whether a place lies in a box grown by a tolerance.
+fn is_within(p: &Spot, [lo, hi]: [Axis3; 2], tolerance: f64) -> bool {
+    (0..3).all(|x| p.at_mm[x] >= lo[x] - tolerance && p.at_mm[x] <= hi[x] + tolerance)
 }
 
 /// Pairs of places of two findings that may be the same, each with its distance.
@@ -85,11 +108,7 @@ fn nearnesses(
     for (k, s) in olds.iter().enumerate() {
         for (l, t) in news.iter().enumerate() {
             let distance = (0..3).map(|x| (s.at_mm[x] - t.at_mm[x]).powi(2)).sum::<f64>().sqrt();
-            let in_box = |p: &Spot, f: &Finding, of: &Spot| {
-                // What names no boxes of its places is known by the box of all.
-                let [lo, hi]: [Axis3; 2] = f.box_of(of).unwrap_or(f.box_mm);
-                (0..3).all(|x| p.at_mm[x] >= lo[x] - tolerance && p.at_mm[x] <= hi[x] + tolerance)
-            };
+            let in_box = |p: &Spot, f: &Finding, of: &Spot| f.box_of(of).is_some_and(|b| is_within(p, b, tolerance));
             if distance <= tolerance || in_box(t, a, s) || in_box(s, b, t) {
                 found.push((distance, k, l));
             }
