@@ -18,11 +18,31 @@ const ROUNDS: usize = 3;
 const THICK: f64 = 1.0;
 /// How far a rib is drawn beyond the ceiling, so that it ends in what bounds it, millimetres.
 const BEYOND: f64 = 0.05;
+/// What rounding to hundredths may take from the end of a rib, millimetres; it is told as much longer and higher than it is measured.
+const ROUNDED: f64 = 0.01;
 
 /// A wall under a ceiling: from end to end at the ceiling's height.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rib {
     ends: [Vec3; 2],
+}
+
+impl Rib {
+    /// The way from end to end, level.
+    fn way(&self) -> Vec3 {
+        let [a, b] = self.ends;
+        unit([b[0] - a[0], b[1] - a[1], 0.0])
+    }
+
+    /// The ends moved apart by so much each.
+    fn longer(&self, by: f64) -> [Vec3; 2] {
+        [along(self.ends[0], self.way(), -by), along(self.ends[1], self.way(), by)]
+    }
+
+    /// The ends as they are told.
+    fn told(&self) -> [Vec3; 2] {
+        self.longer(BEYOND + ROUNDED).map(|p| along(p, [0.0, 0.0, 1.0], ROUNDED))
+    }
 }
 
 /// What trying ribs has shown.
@@ -111,7 +131,7 @@ impl Ribbing {
 impl Held {
     fn words(&self, part: &Part) -> String {
         let point = |p: Vec3| reported(part, p).map(|c| short((100.0 * c).round() / 100.0)).join(", ");
-        let ends = self.ribs.first().map(|r| r.ends.map(point));
+        let ends = self.ribs.first().map(|r| r.told().map(point));
         let [from, to] = ends.unwrap_or_default();
         let (ribs, first) = match self.ribs.len() {
             1 => ("a rib".to_string(), String::new()),
@@ -120,7 +140,7 @@ impl Held {
         let more = match self.ribs.len() {
             1 => String::new(),
             _ => {
-                let others = self.ribs.iter().skip(1).map(|r| r.ends.map(point));
+                let others = self.ribs.iter().skip(1).map(|r| r.told().map(point));
                 let others: Vec<String> = others.map(|[from, to]| format!("from {from} to {to}")).collect();
                 format!(", the {} {}", if others.len() == 1 { "other" } else { "others" }, others.join(" and "))
             }
@@ -209,10 +229,8 @@ impl Trying<'_> {
 
     /// The outline of a rib from above, as two triangles.
     fn in_plan(&self, rib: &Rib) -> [[Vec3; 3]; 2] {
-        let [a, b] = rib.ends;
-        let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+        let ([a, b], way) = (rib.longer(BEYOND), rib.way());
         let aside = [-0.5 * self.thick * way[1], 0.5 * self.thick * way[0], 0.0];
-        let (a, b) = (along(a, way, -BEYOND), along(b, way, BEYOND));
         let [p, q, r, s] = [along(a, aside, -1.0), along(b, aside, -1.0), along(b, aside, 1.0), along(a, aside, 1.0)];
         [[p, q, r], [p, r, s]]
     }
@@ -222,8 +240,7 @@ impl Trying<'_> {
     fn standing(&self, ribs: Vec<Rib>, span: f64) -> Ribbing {
         let mut held = Held { ribs, thick: self.thick, tall: [f64::INFINITY, 0.0], on_part: true, closes: false, span };
         for rib in &held.ribs {
-            let [a, b] = rib.ends;
-            let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+            let ([a, b], way) = (rib.ends, rib.way());
             for (n, side) in (0..5).flat_map(|n| [-0.49, 0.0, 0.49].map(|side| (n, side))) {
                 let at = along(a, sub(b, a), 0.05 + 0.225 * f64::from(n));
                 let at = [at[0] - side * self.thick * way[1], at[1] + side * self.thick * way[0]];
@@ -267,8 +284,7 @@ impl Trying<'_> {
         let middle = middle(rib.ends);
         let tall = self.below(middle).unwrap_or(middle[2]);
         let from = along(middle, [0.0, 0.0, -1.0], 0.5 * tall);
-        let [a, b] = rib.ends;
-        let way = unit([b[0] - a[0], b[1] - a[1], 0.0]);
+        let ([a, b], way) = (rib.ends, rib.way());
         let reach = 0.5 * distance(a, b) + self.thick;
         [way, way.map(|x| -x)].iter().all(|&w| self.part.distance().first_hit(from, w, 0.0, reach).is_some())
     }
