@@ -13,7 +13,7 @@ use crate::process::Process;
 use crate::units::Length;
 
 /// Cells along the width and the height of the element, level by level.
-const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16, 10), (24, 16), (32, 21), (48, 32)];
+const DIVISIONS: [(usize, usize); 7] = [(4, 3), (8, 5), (10, 6), (16, 10), (24, 16), (32, 21), (48, 28)];
 /// Cells of a finer look at a whole place at most: eight bytes each, for what is material of them and while its pieces are told apart.
 const MOST_CELLS: u64 = 1 << 25;
 /// Side of the parts that a place with patches is counted in, in widths of the element.
@@ -237,5 +237,37 @@ impl Place<'_> {
             .collect();
         all.sort_by(|a, b| self.away(a).total_cmp(&self.away(b)));
         all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::morphology::Footprint;
+    use crate::part::Up;
+
+    #[test]
+    fn elements_of_either_footprint_are_counted_on_every_division() {
+        let fin = cuboid([0.0; 3], [2.0, 2.0, 0.5]).joined(&cuboid([0.5, 1.0, 0.4], [1.5, 1.25, 2.0]));
+        let part = Part::new(fin, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let extent = (part.to_build([0.9, 1.0, 1.4]), part.to_build([1.0, 1.25, 1.5]));
+        for footprint in [Footprint::Disc, Footprint::Square] {
+            let bead = Bead { footprint, width: Length::mm(0.5), height: Length::mm(0.3) };
+            for division in DIVISIONS {
+                let trial = Trial::divided(
+                    &part,
+                    bead,
+                    extent,
+                    Departure::of_outline(Side::Material, &mjf()),
+                    (division, 1 << 24),
+                );
+                assert!(trial.unwrap().is_some(), "{footprint:?} {division:?}");
+            }
+        }
+    }
+
+    fn mjf() -> Process {
+        Process::named("mjf").unwrap()
     }
 }
