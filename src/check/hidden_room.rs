@@ -1,6 +1,6 @@
 //! Rooms that a whole grid does not tell from passages of uneven width: they are measured on the surface itself.
 
-use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids, holds};
+use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids, holds, rises};
 use crate::error::Result;
 use crate::field::Field;
 use crate::geometry::vector::Vec3;
@@ -51,7 +51,7 @@ impl Voids<'_> {
         let levels = std::iter::successors(Some(least.powi(2).ceil().sqrt()), next);
         let levels: Vec<f64> = levels.take_while(|&r| r < samples(limit_mm) + 1.0).collect();
         let chambers = self.closed_at(clearance, &levels, &mut self.nothing())?;
-        let rooms = chambers.into_iter().filter(|c| !self.rises(c)).filter_map(|chamber| {
+        let rooms = chambers.into_iter().filter(|c| !rises(c)).filter_map(|chamber| {
             let throat = self.place(chamber.throat?.at);
             let (neck, _) = self.widest_about(throat, HALF_DIAGONAL * h, limit_mm);
             if neck >= limit_mm - self.part().tie() {

@@ -74,6 +74,7 @@ mod untouched;
 mod vanishing;
 mod vent;
 mod void;
+mod way_out;
 
 pub use acceptance::Acceptance;
 pub use budget::Budget;

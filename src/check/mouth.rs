@@ -5,7 +5,7 @@ use super::filling::Filling;
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::{group_equal, locate, reported};
 use super::vent::{Vent, Wanted, drilled, vents};
-use super::void::{HALF_DIAGONAL, Trapped, Voids};
+use super::void::{HALF_DIAGONAL, Trapped, Voids, rises};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::Solid;
@@ -117,7 +117,7 @@ impl Voids<'_> {
         let level = |diameter: f64| ((0.5 * diameter / self.grid.h()).powi(2).ceil() as u32).max(1);
         let mut found = Vec::new();
         for chamber in chambers(clearance, &exits, level(room_mm), |at| self.is_sealed(at))? {
-            if self.is_sealed(chamber.deepest) || !self.rises(&chamber) {
+            if self.is_sealed(chamber.deepest) || !rises(&chamber) {
                 continue;
             }
             let own = Filling::of(&chamber, clearance, self.solid)?.whole()?;

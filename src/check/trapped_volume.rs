@@ -6,8 +6,9 @@ use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::mouth::Mouths;
 use super::place::{group_equal, locate, reported, reported_box};
-use super::vent::{Downward, Vent, Wanted, advice, vents};
+use super::vent::{Downward, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
+use super::way_out::{Telling, Tried, hundredths};
 use crate::error::Result;
 use crate::geometry::vector::{add, scale};
 use crate::geometry::{Solid, TriangleMesh};
@@ -53,6 +54,9 @@ static META: Meta = Meta {
 
 /// Ways out that differ by no more than this are alike, millimetres.
 const ALIKE: f64 = 0.004;
+
+/// Mouths are counted of chambers with room for a ball so many times as wide as the limit.
+const MOUTHS_ROOM: f64 = 2.0;
 
 /// Without a limit for the way out a vent of this diameter is tried, millimetres: the least hole of the process families.
 const PLAIN_VENT: f64 = 2.0;
@@ -139,7 +143,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
             let wanted = judge.wanted(ball);
-            let mouths = Mouths { voids: &voids, context, limits: mouths, room_mm: 2.0 * widest, wanted };
+            let mouths = Mouths { voids: &voids, context, limits: mouths, room_mm: MOUTHS_ROOM * widest, wanted };
             let is_told = |t: &&Trapped| judge.way_out(t, limits).state > State::Pass;
             let told: Vec<&Trapped> = chambers.iter().filter(is_told).collect();
             let (findings, rooms) = mouths.findings(&clearance, &told)?;
@@ -185,8 +189,7 @@ impl Judge<'_> {
         };
         f.fix = if certain {
             let vent = self.vent_words(&order, if ball > 0.0 { ball } else { PLAIN_VENT })?;
-            let more = format!("; to empty a hollow this process asks for {} ways out", short(self.mouths));
-            if self.mouths > 1.0 { vent + &more } else { vent }
+            vent + &self.more_ways()
         } else {
             let half = short(0.5 * self.context.spacing_mm);
             format!("look again with --voxel {half}mm, or close the mesh so that its shells tell")
@@ -214,13 +217,15 @@ impl Judge<'_> {
                 kind: "throat".into(),
                 points_mm: vec![reported(self.part, t.at), reported(self.part, throat)],
             });
-            tried.push((f.at_mm, vent.vent()));
+            let counts = self.voids.has_room(t, MOUTHS_ROOM * widest);
+            tried.push(Tried { at_mm: f.at_mm, venting: vent, counts });
             findings.push(f);
             self.shapes.push((t.volume_mm3.value, t.shape.clone()));
         }
+        let telling = Telling { part: self.part, spacing_mm: self.context.spacing_mm, widest, more: self.more_ways() };
         // As close as the report tells them.
         for mut f in group_equal(findings, ALIKE) {
-            self.describe_narrow(&mut f, &tried, widest);
+            telling.describe(&mut f, &tried);
             let at = order.iter().find(|t| reported(self.part, t.at) == f.at_mm).map(|t| t.at);
             self.note(f, at, "mm", "trapped-volume");
         }
@@ -229,36 +234,6 @@ impl Judge<'_> {
 
     fn way_out(&self, t: &Trapped, limits: Limits) -> Finding {
         Finding::judged(META.code, "narrow-way-out", t.way_out_mm, t.basis, limits, "mm", self.part.tie())
-    }
-
-    fn describe_narrow(&self, f: &mut Finding, tried: &[([f64; 3], Option<Vent>)], widest: f64) {
-        let volume = bulk(f.volume_mm3.unwrap_or(0.0));
-        let chambers = match f.count {
-            1 => format!("a chamber of about {volume}"),
-            n => format!("{n} chambers, about {volume} in all,"),
-        };
-        let [low, high] = [f.low, f.high].map(hundredths);
-        f.message = match &f.witness {
-            Some(_) => format!("{chambers} whose widest way out is {low} to {high} mm"),
-            None => format!("{chambers} without a way out at this spacing"),
-        };
-        let own = || tried.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at)).filter_map(|t| t.1);
-        f.fix = match own().next() {
-            Some(v) if f.state == State::Undecided => {
-                let half = short(0.5 * self.context.spacing_mm);
-                format!("look again with --voxel {half}mm, or drill {}", v.words(self.part))
-            }
-            Some(v) if f.count == 1 => format!("drill {}; measured again, it is then wide enough", v.words(self.part)),
-            Some(v) => {
-                let works = own().count();
-                format!(
-                    "drill {}; {works} of {} such vents were measured again and are wide enough",
-                    v.words(self.part),
-                    f.count
-                )
-            }
-            None => format!("widen the way out to {} mm", short(widest)),
-        };
     }
 
     /// One finding for the rooms that are narrower than the limit and whose way out is narrower still: limits for ways out are
@@ -335,6 +310,12 @@ impl Judge<'_> {
         Spot { at_mm: reported(self.part, t.at), box_mm, value: b.value, low: b.low, high: b.high }
     }
 
+    /// What else is wanted of a hollow once it has a way out.
+    fn more_ways(&self) -> String {
+        let more = format!("; to empty a hollow this process asks for {} ways out", short(self.mouths));
+        if self.mouths > 1.0 { more } else { String::new() }
+    }
+
     fn vent_words(&self, places: &[&Trapped], ball: f64) -> Result<String> {
         advice(self.part, places, self.wanted(ball))
     }
@@ -384,8 +365,4 @@ impl Judge<'_> {
             m.shapes.push(ShapeShown { name: "trapped", title, mesh });
         }
     }
-}
-
-fn hundredths(mm: f64) -> String {
-    short((mm * 100.0).round() / 100.0)
 }

@@ -1,14 +1,15 @@
 //! A straight vent for a trapped volume, drilled into the sets and looked at again before it is suggested.
 
+use super::place::reported;
 use super::tooling::direction_in_file;
-use super::void::{HALF_DIAGONAL, Trapped};
+use super::void::{HALF_DIAGONAL, Trapped, rises};
 use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::Solid;
 use crate::geometry::vector::{Vec3, along, distance, dot, sub};
 use crate::part::Part;
-use crate::topology::{Adjacency, Side, border, components};
+use crate::topology::{Adjacency, Chamber, Side, border, chambers, components};
 use crate::units::short;
 
 /// A channel along an axis from a trapped place to the outside.
@@ -152,27 +153,43 @@ fn whole_after(solid: &Solid, vents: &[Vent], before: usize) -> Vec<bool> {
     }
 }
 
-/// Which of the vents work, all drilled at once: through each, a ball of `ball_mm` gets from its place to the outside
-/// (with 0: the place is joined to the outside by free cubes).
+/// What each vent does for the place it leads to, all drilled at once: whether a ball of `ball_mm` gets from there to the outside, and
+/// from the other rooms of the place, which a passage may part from it.
 ///
 /// A cube is taken away only if all of it lies in the channel, so what works here works in the part.
-pub(super) fn working(solid: &Solid, vents: &[Vent], ball_mm: f64) -> Result<Vec<bool>> {
+fn drilled_for(solid: &Solid, tried: &[(&Trapped, Vent)], ball_mm: f64) -> Result<Vec<Venting>> {
+    let vents: Vec<Vent> = tried.iter().map(|t| t.1).collect();
     let grid = *solid.outer.grid();
-    let outer = drilled(&solid.outer, vents);
     let exits = border(&grid, &Side::ALL);
-    let (free, adjacency) = if ball_mm > 0.0 {
-        // The bracket of a way out is as wide as four half diagonals; its middle is compared.
-        let level = (0.5 * ball_mm / grid.h()).powi(2).ceil() as u32;
-        let clearance = squared_distance(&outer)?;
-        (Indicator::from_predicate(grid, |at| clearance.values()[at] >= level.max(1)), Adjacency::Corner)
-    } else {
-        (outer.complement(), Adjacency::Face)
-    };
-    let parts = components(&free, adjacency);
+    // The bracket of a way out is as wide as four half diagonals; its middle is compared.
+    let level = ((0.5 * ball_mm / grid.h()).powi(2).ceil() as u32).max(1);
+    let clearance = squared_distance(&drilled(&solid.outer, &vents))?;
+    let free = Indicator::from_predicate(grid, |at| clearance.values()[at] >= level);
+    let parts = components(&free, Adjacency::Corner);
     let mut open = vec![false; parts.count()];
     exits.intersection(&free)?.iter().filter_map(|at| parts.of(grid.index(at))).for_each(|l| open[l as usize] = true);
-    let works = |v: &Vent| grid.sample_at(v.from).and_then(|i| parts.of(i)).is_some_and(|l| open[l as usize]);
-    Ok(vents.iter().map(works).collect())
+    let leads_out = |v: &Vent| grid.sample_at(v.from).and_then(|i| parts.of(i)).is_some_and(|l| open[l as usize]);
+    let mut shut = chambers(&clearance, &exits, level, |_| false)?;
+    shut.retain(rises);
+    // A place is all that its way out shuts, before anything is drilled.
+    let before = if shut.is_empty() {
+        Vec::new()
+    } else {
+        chambers(&squared_distance(&solid.outer)?, &exits, level, |_| false)?
+    };
+    let answer = |(place, vent): &(&Trapped, Vent)| {
+        let at = grid.sample_at(place.at).map(|i| grid.offset(i));
+        let own = before.iter().find(|c| at.is_some_and(|at| c.holds(at)));
+        let left: Vec<&Chamber> = shut.iter().filter(|c| own.is_some_and(|own| own.holds(c.deepest))).collect();
+        match left.first() {
+            _ if !leads_out(vent) => Venting::LeadsNowhere,
+            None => Venting::Works(*vent),
+            Some(room) => {
+                Venting::LeavesRooms { vent: *vent, rooms: left.len(), at: grid.position(grid.index(room.deepest)) }
+            }
+        }
+    };
+    Ok(tried.iter().map(answer).collect())
 }
 
 /// The outer set without the cubes that lie wholly in a vent.
@@ -214,6 +231,8 @@ fn drill(set: &mut Indicator, vent: &Vent, radius: f64) {
 pub(super) enum Venting {
     /// This vent leads out, measured again.
     Works(Vent),
+    /// This vent leads out of the widest room of the place; others, one of them here, are still shut.
+    LeavesRooms { vent: Vent, rooms: usize, at: Vec3 },
     /// A vent leaves the part whole and does not lead out.
     LeadsNowhere,
     /// None has a wall around it and leaves the part in one piece.
@@ -225,6 +244,17 @@ impl Venting {
     pub fn vent(self) -> Option<Vent> {
         if let Venting::Works(vent) = self { Some(vent) } else { None }
     }
+
+    /// In words, a vent that opens a part of the place.
+    pub fn partly(self, part: &Part) -> Option<String> {
+        let Venting::LeavesRooms { vent, rooms, at } = self else { return None };
+        let at = reported(part, at).map(|c| short((10.0 * c).round() / 10.0)).join(", ");
+        let (others, them) = match rooms {
+            1 => (format!("a room behind it, at {at}, stays shut"), "it"),
+            n => (format!("{n} rooms behind it, one at {at}, stay shut"), "them"),
+        };
+        Some(format!("drill {}; measured again, {others}: give {them} a way out too", vent.words(part)))
+    }
 }
 
 /// For each place its shortest vent that leaves the part whole, looked at again.
@@ -233,14 +263,11 @@ pub(super) fn vents(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Resul
     let tried: Vec<Vent> = found.iter().flatten().copied().collect();
     let mut whole = keep_the_part_whole(solid, &tried).into_iter();
     found.iter_mut().for_each(|v| *v = v.filter(|_| whole.next().unwrap_or(false)));
-    let drilled: Vec<Vent> = found.iter().flatten().copied().collect();
-    let mut works = if drilled.is_empty() { Vec::new() } else { working(solid, &drilled, wanted.ball_mm)? }.into_iter();
-    let answer = |v: Option<Vent>| match v {
-        Some(vent) if works.next().unwrap_or(false) => Venting::Works(vent),
-        Some(_) => Venting::LeadsNowhere,
-        None => Venting::NoRoom,
-    };
-    Ok(found.into_iter().map(answer).collect())
+    let drilled: Vec<(&Trapped, Vent)> =
+        places.iter().copied().zip(&found).filter_map(|(t, v)| v.map(|v| (t, v))).collect();
+    let mut does =
+        if drilled.is_empty() { Vec::new() } else { drilled_for(solid, &drilled, wanted.ball_mm)? }.into_iter();
+    Ok(found.into_iter().map(|v| v.and_then(|_| does.next()).unwrap_or(Venting::NoRoom)).collect())
 }
 
 /// What is advised for places that something does not leave, the largest first.
@@ -255,6 +282,10 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
                 "where they are not meant: {}; {working} of {n} such vents were measured again and lead out",
                 v.words(part)
             )
+        }
+        (None, _) if found.iter().any(|v| v.partly(part).is_some()) => {
+            let partly = found.iter().find_map(|v| v.partly(part)).unwrap_or_default();
+            format!("if it is not meant, {partly}")
         }
         (None, n) if found.iter().all(|v| *v == Venting::NoRoom) => {
             let diameter = short(wanted.diameter_mm(solid.centres.grid().h()));
@@ -292,6 +323,49 @@ mod tests {
             let Venting::Works(vent) = drilled_into(edge, 0.8 * edge, h) else { panic!("{edge}") };
             assert_eq!(vent.diameter_mm, 4.0);
             assert!((vent.wall_mm - 0.1 * edge).abs() <= h, "{vent:?}");
+        }
+    }
+
+    #[test]
+    fn a_vent_into_one_of_two_rooms_tells_the_room_that_stays_shut() {
+        use crate::geometry::vector::bounds;
+        use crate::geometry::{cuboid, extruded};
+        for (passage, leaves) in [(1.0, true), (5.0, false)] {
+            let (low, high) = (5.0 - 0.5 * passage, 5.0 + 0.5 * passage);
+            let left = [[0.0, 0.0], [10.0, 0.0], [10.0, low], [14.0, low], [14.0, 0.0], [22.0, 0.0]];
+            let right = [[22.0, 10.0], [14.0, 10.0], [14.0, high], [10.0, high], [10.0, 10.0], [0.0, 10.0]];
+            let caps = [
+                [0, 1, 2],
+                [0, 2, 9],
+                [0, 9, 10],
+                [0, 10, 11],
+                [2, 3, 8],
+                [2, 8, 9],
+                [5, 6, 7],
+                [5, 7, 8],
+                [5, 8, 3],
+                [5, 3, 4],
+            ];
+            let rooms = extruded(&[left, right].concat(), &caps, 10.0);
+            let (lo, hi) = bounds(rooms.vertices.iter().copied()).unwrap();
+            let block = cuboid(lo.map(|c| c - 2.0), hi.map(|c| c + 2.0)).joined(&rooms.flipped());
+            let part = part(block, 0.3, [0.2, -0.1, 0.3]);
+            let voids = Voids::of(&part).unwrap();
+            let found = voids.sealed().unwrap().certain;
+            let at = voids.clearance().unwrap();
+            let widest =
+                (0..at.values().len()).filter(|&n| voids.is_sealed(n)).max_by_key(|&n| at.values()[n]).unwrap();
+            let place = Trapped { at: voids.place(widest), ..found[0].clone() };
+            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
+            let venting = vents(voids.solid, &[&place], wanted).unwrap()[0];
+            let words = venting.partly(&part);
+            assert_eq!(venting.vent().is_none(), leaves, "{passage}: {venting:?}");
+            assert_eq!(
+                words.is_some_and(
+                    |w| w.contains("a room behind it, at ") && w.ends_with("stays shut: give it a way out too")
+                ),
+                leaves
+            );
         }
     }
 

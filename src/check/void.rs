@@ -48,6 +48,12 @@ pub(super) fn holds((lo, hi): (Vec3, Vec3), p: Vec3) -> bool {
     (0..3).all(|c| lo[c] <= p[c] && p[c] <= hi[c])
 }
 
+/// Whether a chamber is wider than its way out by more than the grid can make up.
+pub(super) fn rises(chamber: &Chamber) -> bool {
+    let root = |c: u32| f64::from(c).sqrt();
+    root(chamber.widest) > LEAST_RISE * chamber.throat.map_or(0.0, |t| root(t.clearance)) + 2.0 * HALF_DIAGONAL
+}
+
 /// The sealed voids of a part, and those the grid cannot tell from sealed.
 #[derive(Debug, Default)]
 pub(super) struct Sealed {
@@ -310,7 +316,7 @@ impl<'a> Voids<'a> {
 
     fn shut_chambers(&self, clearance: &Field<u32>, radii: &[f64], met: &mut Indicator) -> Result<Vec<Chamber>> {
         let mut found = self.closed_at(clearance, radii, met)?;
-        found.retain(|chamber| self.rises(chamber));
+        found.retain(rises);
         Ok(found)
     }
 
@@ -329,12 +335,6 @@ impl<'a> Voids<'a> {
             }
         }
         Ok(found)
-    }
-
-    /// Whether a chamber is wider than its way out by more than the grid can make up.
-    pub fn rises(&self, chamber: &Chamber) -> bool {
-        let root = |c: u32| f64::from(c).sqrt();
-        root(chamber.widest) > LEAST_RISE * chamber.throat.map_or(0.0, |t| root(t.clearance)) + 2.0 * HALF_DIAGONAL
     }
 
     /// The box of a chamber's samples.

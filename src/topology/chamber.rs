@@ -36,6 +36,11 @@ impl Chamber {
     pub fn offsets(&self) -> impl Iterator<Item = usize> + '_ {
         self.region.iter().flat_map(|&(first, count)| first as usize..(first + count) as usize)
     }
+
+    /// Whether a sample is one of them.
+    pub fn holds(&self, at: usize) -> bool {
+        self.region.iter().any(|&(first, count)| (first as usize..(first + count) as usize).contains(&at))
+    }
 }
 
 /// The chambers of a void at a level of clearance, those with more samples first.
