@@ -4,19 +4,18 @@ use super::basin::{Basin, greatest_layer};
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported, reported_box};
+use super::tilt::{MEASURED_TILTS, best_tilt};
 use super::vent::{Downward, Wanted, drilled, shortest_vent};
 use super::void::Voids;
 use crate::access::up_option;
-use crate::convolution::coarsened_any;
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::contour::surface;
-use crate::geometry::vector::{Vec3, unit};
+use crate::geometry::vector::Vec3;
 use crate::part::Part;
 use crate::process::Process;
-use crate::topology::{Adjacency, Falls, Passage, components, retained, retained_towards};
+use crate::topology::{Adjacency, Falls, Passage, components, retained};
 use crate::units::{report_digits, short};
-use rayon::prelude::*;
 
 /// AM302 `drain`.
 pub struct Drain;
@@ -37,16 +36,13 @@ static META: Meta = Meta {
           thinner than a cube counts half.",
     limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
-             cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part.",
+             cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part; those that close no more film \
+             than is allowed, or than the part does as it stands, come first.",
     source: "Priority flood: R. Barnes, C. Lehman, D. Mulla, Priority-flood: an optimal depression-filling algorithm, 2014.",
 };
 
-/// Samples along the longest side of the grid on which tilts are tried.
-const COARSE: usize = 64;
 /// Cups for which a vent is tried; the others are told to have one.
 const VENTED: usize = 12;
-/// Tilts that are measured on the grid of the part.
-const MEASURED_TILTS: usize = 2;
 /// A vent against suction, millimetres: the least hole that drains, by the escape limit of resin.
 const VENT: f64 = 3.5;
 
@@ -71,7 +67,7 @@ impl Check for Drain {
             shown: Indicator::empty(*voids.solid.outer.grid()),
         };
         if let Some(limits) = kept {
-            judge.kept(limits)?;
+            judge.kept(limits, suction)?;
         }
         if let Some(limits) = suction {
             judge.suction(limits)?;
@@ -105,7 +101,7 @@ impl Judge<'_> {
     }
 
     /// What stays in while the part hangs from the plate.
-    fn kept(&mut self, limits: Limits) -> Result<()> {
+    fn kept(&mut self, limits: Limits, suction: Option<Limits>) -> Result<()> {
         let basins = self.basins(Falls::Up)?;
         let sum = basins.iter().map(|b| b.bracket()).fold(Bracket::exact(0.0), |s, b| Bracket {
             value: s.value + b.value,
@@ -133,24 +129,37 @@ impl Judge<'_> {
             })
             .collect();
         f.message = format!("keeps about {} mm³ of liquid while it hangs from the plate", short(bracket.value.round()));
-        let (tilt, left) = self.best_tilt()?;
-        f.fix = if left < 0.5 * bracket.value {
-            format!("{tilt}: measured again, it keeps about {} mm³ then", short(left.round()))
-        } else {
-            format!(
-                "drill a hole at the lowest place of each basin; the {MEASURED_TILTS} most promising of 25 tilts keep {} mm³ or more",
-                short(left.round())
-            )
-        };
+        f.fix = self.tilting(bracket.value, suction)?;
         self.measured.findings.push(f);
         basins.iter().for_each(|b| b.join_into(&mut self.shown));
         Ok(())
     }
 
+    /// What tilting the part does, in words.
+    fn tilting(&self, kept: f64, suction: Option<Limits>) -> Result<String> {
+        let drill = "drill a hole at the lowest place of each basin";
+        let most = suction.map_or(f64::INFINITY, least_of);
+        let Some(tilt) = best_tilt(self.voids, most)? else { return Ok(drill.into()) };
+        let left = short(tilt.kept_mm3.round());
+        if tilt.kept_mm3 >= 0.5 * kept {
+            return Ok(format!("{drill}; the {MEASURED_TILTS} most promising of 25 tilts keep {left} mm³ or more"));
+        }
+        let angle = tilt.up[2].clamp(-1.0, 1.0).acos().to_degrees().round();
+        let up = up_option(self.part.direction_to_file(tilt.up));
+        let told = format!("tilt it by {angle}°, with --up {up}: measured again, it keeps about {left} mm³ then");
+        let film = short(tilt.film_mm2.round());
+        let cup = if tilt.film_mm2 > most {
+            format!(", but a cup closes about {film} mm² of film: drill it at the lowest place, too")
+        } else {
+            String::new()
+        };
+        Ok(told + &cup)
+    }
+
     /// The film that each cup closes.
     fn suction(&mut self, limits: Limits) -> Result<()> {
         let basins = self.basins(Falls::Down)?;
-        let widest = limits.fail.into_iter().chain(limits.warn).fold(f64::INFINITY, f64::min);
+        let widest = least_of(limits);
         let mut found = Vec::new();
         for b in &basins {
             let bracket = b.film();
@@ -217,36 +226,6 @@ impl Judge<'_> {
         })
     }
 
-    /// The best of the other 25 directions of a cube, in words, with the volume kept then: all are looked at on a coarse grid, the
-    /// most promising on the grid of the part.
-    fn best_tilt(&self) -> Result<(String, f64)> {
-        let solid = self.voids.solid;
-        let mut outer = solid.outer.clone();
-        while outer.grid().dims().into_iter().max().unwrap_or(0) > COARSE {
-            outer = coarsened_any(&outer)?;
-        }
-        let void = outer.window([-1; 3], outer.grid().dims().map(|n| n + 2))?.complement();
-        let directions = (0..27i32).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1].map(f64::from));
-        let directions = directions.filter(|d| *d != [0.0; 3] && *d != [0.0, 0.0, 1.0]).map(unit);
-        let mut tilts: Vec<(u64, Vec3)> = directions.map(|d| (retained_towards(&void, d).count(), d)).collect();
-        // Of equal ones the least tilt.
-        tilts.sort_by(|a, b| a.0.cmp(&b.0).then(b.1[2].total_cmp(&a.1[2])));
-        tilts.truncate(MEASURED_TILTS);
-        let free = solid.outer.complement();
-        let none = Indicator::empty(*free.grid());
-        let measured = tilts.into_par_iter().map(|(_, d)| {
-            let falls = if d[2] < 0.0 { Falls::Up } else { Falls::Down };
-            let (basins, _) = Basin::all(self.voids, &retained_towards(&free, d), &none, falls)?;
-            Ok((basins.iter().map(|b| b.volume).sum::<f64>(), d))
-        });
-        let measured: Result<Vec<(f64, Vec3)>> = measured.collect();
-        let best = measured?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(b.1[2].total_cmp(&a.1[2])));
-        let (left, [x, y, z]) = best.unwrap_or((f64::INFINITY, [0.0, 0.0, -1.0]));
-        let angle = z.clamp(-1.0, 1.0).acos().to_degrees().round();
-        let up = up_option(self.part.direction_to_file([x, y, z]));
-        Ok((format!("tilt it by {angle}°, with --up {up}"), left))
-    }
-
     fn worst(&mut self, bracket: Bracket, unit: &'static str, at: Option<Vec3>, rule: &'static str) {
         let m = &mut self.measured;
         if m.worst.is_none() || (rule == "drain" && bracket.value > 0.0) {
@@ -268,6 +247,11 @@ impl Judge<'_> {
         }
         Ok(())
     }
+}
+
+/// The tighter of the limits.
+fn least_of(limits: Limits) -> f64 {
+    limits.fail.into_iter().chain(limits.warn).fold(f64::INFINITY, f64::min)
 }
 
 /// What is advised where no straight vent was tried, or none leads out.

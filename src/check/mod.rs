@@ -64,6 +64,7 @@ mod thin_body;
 mod thin_pin;
 mod thin_wall;
 mod throat;
+mod tilt;
 mod tool_access;
 mod tooling;
 mod topology;
