@@ -18,6 +18,9 @@ const GRAZING: f64 = 1e-3;
 /// Where such a line starts, in steps of the file's coordinates: before all that they leave open.
 const GRAIN: f64 = 10.0;
 
+/// Samples beyond the part's grid that a ball is looked for on.
+const BESIDE: isize = 2;
+
 /// Whether powder leaves the surface at the middle of a patch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Leaves {
@@ -145,9 +148,12 @@ struct Ways {
 impl Ways {
     fn of(part: &Part, radius: f64) -> Result<Self> {
         let solid = part.solid()?;
-        let [surely, covered] = grain_reach(&solid.inner, &solid.outer, radius)?;
+        // Beside a face of the part's box the nearest sample that is covered for certain is the second one beyond it.
+        let widened = |set: &Indicator| set.window([-BESIDE; 3], set.grid().dims().map(|n| n + 2 * BESIDE as usize));
+        let (inner, outer) = (widened(&solid.inner)?, widened(&solid.outer)?);
+        let [surely, covered] = grain_reach(&inner, &outer, radius)?;
         let nearest = (!surely.is_empty()).then(|| nearest_sample(&surely)).transpose()?;
-        let covered = covered.difference(&solid.inner)?;
+        let covered = covered.difference(&inner)?;
         if covered.is_empty() {
             return Ok(Ways { radius, nearest, perhaps: covered });
         }
@@ -155,7 +161,7 @@ impl Ways {
         // cube that lies wholly in the part: what it may lead through hangs together.
         let (away, most) = (squared_distance(&covered)?, radius / covered.grid().h() + 3f64.sqrt());
         let near = Indicator::from_predicate(*covered.grid(), |at| f64::from(away.values()[at]).sqrt() <= most);
-        let near = near.difference(&solid.inner)?;
+        let near = near.difference(&inner)?;
         let found = components(&near, Adjacency::Corner);
         let mut reached = vec![false; found.count()];
         for at in covered.iter() {
@@ -247,6 +253,19 @@ mod tests {
             let corners = 0.01 * 600.0;
             assert!((most < corners) == runs_out[0] && (least == 0.0) == runs_out[1], "{wide}: {least} to {most}");
             assert!(powder.sentence().unwrap().contains("a straight line of air leads to"));
+        }
+    }
+
+    #[test]
+    fn powder_falls_off_every_face_of_a_block_where_no_line_is_allowed() {
+        let block = crate::geometry::cuboid([0.0; 3], [9.0, 8.0, 7.0]);
+        for h in [0.25, 0.3, 0.5] {
+            let mut part = Part::new(block.clone(), Up::PlusZ, 1e-6, 1.0).unwrap();
+            part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3]).unwrap());
+            let surface = patches(part.mesh(), 0.5, |_| true);
+            let all: Vec<usize> = (0..surface.len()).collect();
+            let powder = Powder::on(&part, &[], &surface, &all, Some(3.0)).unwrap();
+            assert_eq!(powder.stays_on(&all), [0.0, 0.0], "{h}");
         }
     }
 
