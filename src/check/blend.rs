@@ -31,6 +31,8 @@ const TOUCHED: f64 = 2e-3;
 const NEAR: f64 = 0.01;
 /// A ball that reaches no deeper than this share of its radius is clear.
 const CLEAR: f64 = 1e-6;
+/// How a round turns is seen from a ball of this share of the asked radius: one that the round is smaller than by enough to be told.
+const LESS: f64 = 0.95;
 /// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
 const STRAIGHT: usize = 6;
 /// Facets that a ball slides over at most.
@@ -244,12 +246,17 @@ impl Notches<'_> {
 
     /// How far a ball of the asked radius stays away from an edge of a round, if by more than a tenth of what its radius is larger by.
     ///
-    /// Over a round that turns by φ that is 1/cos(φ/2) − 1: one that turns no further than the least of sharp edges is none.
+    /// Over a round that turns by φ that is 1/cos(φ/2) − 1: one that turns no further than the least of sharp edges is none. By as much the
+    /// middle of a ball that grows rises beyond its radius.
     fn missed(&self, edge: &ReflexEdge) -> Option<f64> {
         let rest = self.rest(edge, self.radius, touching(edge) + NEAR)?;
         let missed = distance(rest, edge.middle) - self.radius;
         let smaller = self.radius - missed / MISSED;
-        (smaller <= 0.0 || !self.misses(edge, smaller, touching(edge))).then_some(missed)
+        let less = LESS * self.radius;
+        let rises = |before: Vec3| distance(rest, before) > (1.0 + MISSED) * (self.radius - less);
+        let turns = (smaller <= 0.0 || !self.misses(edge, smaller, touching(edge)))
+            && self.rest(edge, less, 0.0).is_none_or(rises);
+        turns.then_some(missed)
     }
 
     /// Whether a ball of radius r comes down over an edge and stays more than a share of r away.
@@ -508,9 +515,10 @@ mod tests {
     #[test]
     fn a_fillet_is_judged_alike_however_finely_it_is_divided() {
         // A ball of 1 mm stays 0.06 mm away from the bottom of a sharp valley of 140°, and nearer to that of a fillet.
-        for facets in [0, 1, 4, 24, 90] {
-            for fillet in [0.15, 0.5] {
+        for facets in [0, 1, 2, 4, 8, 24, 90] {
+            for fillet in [0.15, 0.3, 0.5] {
                 assert_eq!(judge(&valley(140.0, fillet, facets), "1mm").findings, [], "{facets} {fillet}");
+                assert_eq!(judge(&valley(131.5, 0.5 * fillet, facets), "0.3mm").findings, [], "{facets} {fillet}");
             }
         }
         for degrees in [60.0, 90.0, 100.0] {
