@@ -62,9 +62,8 @@ pub fn group(
         }
     }
     // Long facets have centres far apart; those whose patches touch and run alike belong together all the same.
-    // (An edge names only one of its two facets, so samples on edges do not speak for theirs.)
     let mut at_vertex: FxHashMap<u32, FxHashMap<usize, usize>> = FxHashMap::default();
-    for (i, s) in samples.iter().enumerate().filter(|(_, s)| s.area > 0.0) {
+    for (i, s) in samples.iter().enumerate() {
         for v in corners(s.facet) {
             let largest = at_vertex.entry(v).or_default().entry(representative[i]).or_insert(i);
             if samples[*largest].edge < s.edge {
@@ -75,7 +74,11 @@ pub fn group(
     for at in at_vertex.into_values() {
         let mut patches: Vec<(u32, &Sample)> = at.into_iter().map(|(rep, i)| (rep as u32, &samples[i])).collect();
         join_touching(&mut patches, &mut sets, |s, t| {
-            label(s) == label(t) && dot(direction(s), direction(t)).abs() > ALIKE
+            // An edge names only one of its two facets, which may reach from sheet to sheet.
+            let of_facets = s.area > 0.0 && t.area > 0.0;
+            label(s) == label(t)
+                && dot(direction(s), direction(t)).abs() > ALIKE
+                && (of_facets || is_level(s, t, direction(s), direction(t)))
         });
     }
     let mut groups: FxHashMap<usize, usize> = FxHashMap::default();
@@ -110,8 +113,14 @@ fn join_touching(patches: &mut [(u32, &Sample)], sets: &mut DisjointSets, alike:
 
 fn neighbours(s: &Sample, t: &Sample, ds: Vec3, dt: Vec3, link: f64) -> bool {
     let apart = sub(t.centre, s.centre);
+    dot(apart, apart) <= link * link && is_level(s, t, ds, dt)
+}
+
+/// Whether neither sample lies more than half a thickness off the other's middle surface.
+fn is_level(s: &Sample, t: &Sample, ds: Vec3, dt: Vec3) -> bool {
+    let apart = sub(t.centre, s.centre);
     let half = 0.5 * s.diameter.max(t.diameter);
-    dot(apart, apart) <= link * link && dot(apart, ds).abs() <= half && dot(apart, dt).abs() <= half
+    dot(apart, ds).abs() <= half && dot(apart, dt).abs() <= half
 }
 
 /// Sides of a box about a cloud of centres, longest first: across its principal plane, the tightest of eighteen turns in it.
@@ -181,6 +190,18 @@ mod tests {
         assert_eq!(groups(&[sample(0.0, 0.5), sample(29.0, 0.5), sample(0.4, 0.5)]), [vec![0, 2], vec![1]]);
         let side = |s: Sample| Sample { contacts: [s.contacts[0], along(s.contacts[0], [0.0, 1.0, 0.0], 1.0)], ..s };
         assert_eq!(groups(&[sample(0.0, 3.0), side(sample(4.5, 3.0))]), [[0], [1]]);
+    }
+
+    #[test]
+    fn samples_on_an_edge_belong_to_the_patches_beside_it_and_not_to_the_next_sheet() {
+        let on_edge = |x: f64, z: f64| Sample {
+            centre: [x, 0.0, z],
+            contacts: [[x, 0.0, z + 0.5], [x, 0.0, z - 0.5]],
+            area: 0.0,
+            ..sample(x, 1.5)
+        };
+        assert_eq!(groups(&[sample(0.0, 3.0), on_edge(3.0, 0.0), on_edge(5.9, 0.0)]), [[0, 1, 2]]);
+        assert_eq!(groups(&[on_edge(0.0, 0.0), on_edge(0.0, 1.8), sample(2.0, 3.0)]), [vec![0, 2], vec![1]]);
     }
 
     #[test]
