@@ -4,7 +4,7 @@ use super::contract::limits_of;
 use super::hanging::{LEDGE, respanned};
 use super::place::reported;
 use super::rods::plain;
-use crate::geometry::vector::{Vec3, along, distance, sub, unit};
+use crate::geometry::vector::{Vec3, along, distance, dot, sub, unit};
 use crate::layer::{Ceiling, Reach, above, stretch};
 use crate::part::Part;
 use crate::process::Process;
@@ -18,8 +18,10 @@ const ROUNDS: usize = 3;
 const THICK: f64 = 1.0;
 /// How far a rib is drawn beyond the ceiling, so that it ends in what bounds it, millimetres.
 const BEYOND: f64 = 0.05;
-/// What rounding to hundredths may take from the end of a rib, millimetres; it is told as much longer and higher than it is measured.
+/// What rounding to hundredths may take from the end of a rib, millimetres; one that it would move is told as much longer and higher than it is measured.
 const ROUNDED: f64 = 0.01;
+/// What rounding moves by no more than this it leaves where it is, millimetres.
+const EXACT: f64 = 1e-5;
 
 /// A wall under a ceiling: from end to end at the ceiling's height.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,8 +41,17 @@ impl Rib {
         [along(self.ends[0], self.way(), -by), along(self.ends[1], self.way(), by)]
     }
 
-    /// The ends as they are told.
-    fn told(&self) -> [Vec3; 2] {
+    /// The ends as they are told: longer and higher where rounding to hundredths would make it shorter or lower.
+    fn told(&self, part: &Part) -> [Vec3; 2] {
+        let ways = [self.way(), [0.0, 0.0, 1.0]].map(|way| part.direction_to_file(way));
+        let is_round = |p: &Vec3| {
+            let at = reported(part, *p);
+            let moved = sub(at.map(hundredths), at);
+            ways.iter().all(|&way| dot(moved, way).abs() < EXACT)
+        };
+        if self.ends.iter().all(is_round) {
+            return self.ends;
+        }
         self.longer(BEYOND + ROUNDED).map(|p| along(p, [0.0, 0.0, 1.0], ROUNDED))
     }
 }
@@ -130,8 +141,8 @@ impl Ribbing {
 
 impl Held {
     fn words(&self, part: &Part) -> String {
-        let point = |p: Vec3| reported(part, p).map(|c| short((100.0 * c).round() / 100.0)).join(", ");
-        let ends = self.ribs.first().map(|r| r.told().map(point));
+        let point = |p: Vec3| reported(part, p).map(|c| short(hundredths(c))).join(", ");
+        let ends = self.ribs.first().map(|r| r.told(part).map(point));
         let [from, to] = ends.unwrap_or_default();
         let (ribs, first) = match self.ribs.len() {
             1 => ("a rib".to_string(), String::new()),
@@ -140,7 +151,7 @@ impl Held {
         let more = match self.ribs.len() {
             1 => String::new(),
             _ => {
-                let others = self.ribs.iter().skip(1).map(|r| r.told().map(point));
+                let others = self.ribs.iter().skip(1).map(|r| r.told(part).map(point));
                 let others: Vec<String> = others.map(|[from, to]| format!("from {from} to {to}")).collect();
                 format!(", the {} {}", if others.len() == 1 { "other" } else { "others" }, others.join(" and "))
             }
@@ -294,6 +305,11 @@ fn middle([a, b]: [Vec3; 2]) -> Vec3 {
     along(a, sub(b, a), 0.5)
 }
 
+/// A coordinate as it is told.
+fn hundredths(mm: f64) -> f64 {
+    (100.0 * mm).round() / 100.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -315,6 +331,17 @@ mod tests {
         let ceilings = ceilings_of(&part, &process);
         let longest = ceilings.iter().max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2)).unwrap();
         (Ribbing::of(&part, &process, longest, 10.0), part)
+    }
+
+    #[test]
+    fn a_rib_is_told_as_it_is_where_rounding_takes_nothing_and_longer_where_it_would() {
+        let (_, part) = tried(bench(18.0));
+        let rib = |y: f64, z: f64| Rib { ends: [[1.234_56, 0.0, z], [1.234_56, y, z]] };
+        assert_eq!(rib(4.0, 8.0).told(&part), rib(4.0, 8.0).ends);
+        for (y, z) in [(4.004, 8.0), (4.0, 8.004)] {
+            let [a, b] = rib(y, z).told(&part);
+            assert!(a[1] < 0.0 && hundredths(b[1]) > y && hundredths(b[2]) > z, "{a:?} {b:?}");
+        }
     }
 
     #[test]
