@@ -13,11 +13,11 @@ pub const NOWHERE: u32 = u32::MAX;
 
 /// For every sample the storage offset of the nearest sample of the set; of several, the first in storage.
 ///
-/// Samples of the set are their own nearest. [`NOWHERE`] everywhere if the set is empty, and as the background. The
+/// Samples of the set are their own nearest. [`NOWHERE`] where none is within [`super::REACH`] spacings, and as the background. The
 /// squared distance is that of the two indices, [`super::squared_distance`] without the second table.
 ///
 /// # Errors
-/// [`Error::TooLarge`] if offsets do not fit 32 bits, or as [`super::squared_distance`].
+/// [`Error::TooLarge`] if offsets do not fit 32 bits.
 ///
 /// # Cost
 /// O(N log n), four bytes a sample.
@@ -33,7 +33,7 @@ pub const NOWHERE: u32 = u32::MAX;
 /// ```
 pub fn nearest_sample(set: &Indicator) -> Result<Field<u32>> {
     let grid = set.grid();
-    let limits = Limits::of(grid)?;
+    let limits = Limits::of(grid);
     if grid.samples() >= NOWHERE as usize {
         return Err(Error::TooLarge {
             what: format!("offsets of {:?} samples", grid.dims()),
@@ -54,7 +54,7 @@ pub fn nearest_sample(set: &Indicator) -> Result<Field<u32>> {
             }
             let rows = ArrayViewMut2::from_shape((ny, nx), plane).map_err(internal)?;
             // Within a row only x differs.
-            let square = |x: usize, site: u32| x.abs_diff(site as usize % nx).pow(2) as u32;
+            let square = |x: usize, site: u32| limits.square(x.abs_diff(site as usize % nx));
             arch.dispatch(|| across(rows, panel, limits.far, square));
             Ok(())
         },
@@ -66,7 +66,7 @@ pub fn nearest_sample(set: &Indicator) -> Result<Field<u32>> {
             let panel = panel.as_mut().map_err(|e| e.clone())?;
             let square = |x: usize, site: u32| {
                 let site = site as usize;
-                (x.abs_diff(site % nx).pow(2) + j.abs_diff(site / nx % ny).pow(2)) as u32
+                limits.far.min(limits.square(x.abs_diff(site % nx)) + limits.square(j.abs_diff(site / nx % ny)))
             };
             arch.dispatch(|| across(rows, panel, limits.far, square));
             Ok(())
@@ -124,10 +124,11 @@ fn across(mut rows: ArrayViewMut2<u32>, panel: &mut Panel, far: u32, square: imp
         }
         panel.solve();
         for (y, mut to) in rows.rows_mut().into_iter().enumerate() {
-            let from = panel.sites(y + 1);
+            let (from, found) = (panel.sites(y + 1), panel.value(y + 1));
             for (lane, to) in to.iter_mut().skip(x).take(width).enumerate() {
                 // The row of a site is 1..=n wherever the line has a site at all.
-                *to = sites.get((from[lane] as usize).wrapping_sub(1)).map_or(NOWHERE, |row| row[lane]);
+                let near = sites.get((from[lane] as usize).wrapping_sub(1)).filter(|_| found[lane] < far);
+                *to = near.map_or(NOWHERE, |row| row[lane]);
             }
         }
     }

@@ -11,4 +11,4 @@ pub use feature::{NOWHERE, nearest_sample};
 pub use near::NearBoundary;
 pub use reverse::union_of_balls;
 pub use signed::signed_distance;
-pub use squared::{FAR, signed_squared, squared_depth, squared_distance};
+pub use squared::{FAR, REACH, signed_squared, squared_depth, squared_distance};

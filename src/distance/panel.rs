@@ -38,7 +38,8 @@ impl Panel {
     /// Room for panels of `n` rows whose values are at most `most`; `None` if they do not fit a word.
     pub fn new(n: usize, most: u32) -> Option<Self> {
         let side = u64::try_from(n).ok()?.checked_add(1)?;
-        let greatest = side.checked_mul(side)?.checked_add(u64::from(most))?;
+        let apart = side.min(u64::from(reach_of(most)));
+        let greatest = apart * apart + u64::from(most);
         let value_bits = u64::BITS - greatest.leading_zeros();
         let wanted = u64::BITS - side.leading_zeros();
         let index_bits = wanted.min(PACKED_BITS.checked_sub(value_bits)?);
@@ -61,9 +62,7 @@ impl Panel {
         for (site, &value) in self.sites[s].iter_mut().zip(values) {
             *site = value << self.index_bits | number;
         }
-        let most = greatest(values);
-        // Rounded up: a float has 24 bits, a root of 30 bits is then good to far less than one.
-        self.reach[s] = if most == 0 { 0 } else { (most as f32).sqrt() as u32 + 1 };
+        self.reach[s] = reach_of(greatest(values));
     }
 
     /// The value of row `y` after [`Panel::solve`].
@@ -142,6 +141,13 @@ fn least(sites: &[Row], index_bits: u32, y: usize, range: Range<usize>, best: &m
     *best = found;
 }
 
+/// How far a row whose values are at most `most` has to look.
+#[inline(always)]
+fn reach_of(most: u32) -> u32 {
+    // Rounded up: a float has 24 bits, a root of 30 bits is then good to far less than one.
+    if most == 0 { 0 } else { (most as f32).sqrt() as u32 + 1 }
+}
+
 /// The greatest of a row of words below 2^31.
 #[inline(always)]
 pub(super) fn greatest(row: &Row) -> u32 {
@@ -189,6 +195,6 @@ mod tests {
                 }
             }
         }
-        assert!(Panel::new(40_000, 1).is_none());
+        assert!(Panel::new(40_000, 1 << 29).is_none() && Panel::new(40_000, 1).is_some());
     }
 }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// The samples covered by closed balls about samples: { x : ∃ y, |x − y|² ≤ r²(y) }.
 ///
 /// `radius_squared` gives r² of the ball about the sample at a storage offset, in squares of the spacing, or none; a ball
-/// of radius 0 is its centre. Distances between samples are whole numbers squared, so an open ball is the closed one
+/// of radius 0 is its centre, one of more than [`super::REACH`] spacings is no larger than that. Distances between samples are whole numbers squared, so an open ball is the closed one
 /// of r² − 1 for whole r², and of ⌊r²⌋ otherwise.
 ///
 /// # Errors
@@ -32,9 +32,9 @@ use rayon::prelude::*;
 /// # Ok::<(), amcheck::Error>(())
 /// ```
 pub fn union_of_balls(grid: &Grid, radius_squared: impl Fn(usize) -> Option<u32> + Sync) -> Result<Indicator> {
-    let limits = Limits::of(grid)?;
+    let limits = Limits::of(grid);
     let [nx, ny, nz] = grid.dims();
-    // No ball needs to reach beyond the grid, so that r² is at most `most`; f = most − r² is what is minimized.
+    // No ball needs to reach beyond the grid, or farther than distances are told; f = most − r² is what is minimized.
     let most = limits.far - 1;
     let arch = Arch::new();
     let mut values = vec![0u32; grid.samples()];

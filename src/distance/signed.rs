@@ -11,7 +11,8 @@ use crate::field::{Field, Indicator, SignedDistance};
 /// it is a plane of cube faces. To the faces of the set's cubes the true distance lies in [d − √3·h/2, d − h/2] outside
 /// the set and, by the complement, inside; to the solid that was sampled there is no bound from the samples alone.
 ///
-/// Everything beyond the grid is outside. Outside an empty set the value is `f32::MAX`; so is the background.
+/// Everything beyond the grid is outside. The value is `f32::MAX` where the set is [`super::REACH`] spacings away or more, or empty; so is the
+/// background.
 ///
 /// # Errors
 /// As [`super::squared_distance`].

@@ -8,8 +8,11 @@ use ndarray::{ArrayViewMut2, ArrayViewMut3, Axis};
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// The squared distance where there is nothing to measure to.
+/// The squared distance where there is nothing to measure to, or nothing within [`REACH`].
 pub const FAR: u32 = u32::MAX;
+
+/// How far distances are told, spacings: a squared one, the square that a pass adds to it and the number of a row share a word of 30 bits.
+pub const REACH: u32 = 23_168;
 
 /// Which samples get a distance; the others get 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,10 +27,10 @@ pub(super) enum Side {
 
 /// Squared distance of every sample to the nearest sample of the set, in units of the spacing: 0 in the set.
 ///
-/// d²(x) = min { |x − y|² : y ∈ A }, exactly; [`FAR`] everywhere if A is empty. The background is [`FAR`].
+/// d²(x) = min { |x − y|² : y ∈ A }, exactly; [`FAR`] where that is [`REACH`]² or more, and everywhere if A is empty. The background is [`FAR`].
 ///
 /// # Errors
-/// [`Error::TooLarge`] if the grid is longer than about 13 000 samples along every axis.
+/// None on a grid that there is.
 ///
 /// # Cost
 /// O(N log n), four bytes a sample.
@@ -105,25 +108,23 @@ impl Store for f32 {
     }
 }
 
-/// A squared distance more than any on the grid, and room for panels of all axes.
+/// A squared distance more than any on the grid or, on long ones, than any that is told; and room for panels of all axes.
 pub(super) struct Limits {
     pub far: u32,
 }
 
 impl Limits {
-    pub fn of(grid: &Grid) -> Result<Self> {
-        let [nx, ny, nz] = grid.dims().map(|n| n as u128 + 1);
-        let far = nx * nx + ny * ny + nz * nz;
-        let longest = nx.max(ny).max(nz);
-        if far + longest * longest >= 1 << 30 || far >= 1 << 29 {
-            return Err(Error::TooLarge {
-                what: format!("a distance transform of {:?} samples", grid.dims()),
-                need_bytes: 8 * grid.samples() as u128,
-                allowed_bytes: 4 * grid.samples() as u128,
-                remedy: "choose a larger spacing, or look at a window of the part".into(),
-            });
-        }
-        Ok(Limits { far: far as u32 })
+    /// Cut off at `far`, sums of squares stay right below it: what is farther on one axis alone is farther altogether.
+    pub fn of(grid: &Grid) -> Self {
+        let farthest: u128 = grid.dims().iter().map(|&n| (n as u128 + 1).pow(2)).sum();
+        let told = REACH * REACH;
+        Limits { far: u32::try_from(farthest).map_or(told, |far| far.min(told)) }
+    }
+
+    /// The square of a whole number of spacings, or `far` if it is less.
+    #[inline(always)]
+    pub fn square(&self, spacings: usize) -> u32 {
+        (spacings.min(REACH as usize) as u32).pow(2).min(self.far)
     }
 
     pub fn panel(&self, n: usize) -> Result<Panel> {
@@ -153,7 +154,7 @@ pub(super) fn transform<T: Store>(
     finish: impl Fn(u32, bool) -> T + Copy + Send + Sync,
 ) -> Result<Vec<T>> {
     let grid = set.grid();
-    let limits = Limits::of(grid)?;
+    let limits = Limits::of(grid);
     let [nx, ny, nz] = grid.dims();
     // The same code for the widest vectors of the machine.
     let arch = Arch::new();
@@ -220,6 +221,8 @@ fn along_row<T: Store>(bits: &[u64], far: u32, row: &mut [T]) -> u64 {
                 (true, false) => a,
                 _ => b,
             };
+            // The square of more is no less than `far`, and may not fit.
+            let d = if d < REACH { d } else { REACH };
             *value = T::pack((d * d) << 1 | inside);
         }
         from = to;
@@ -390,8 +393,22 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_too_long_is_refused_before_memory_is_taken() {
-        let grid = Grid::new([0.0; 3], Length::mm(1.0), [1, 1, 40_000]).unwrap();
-        assert_eq!(squared_distance(&Indicator::empty(grid)).unwrap_err().code(), "E020");
+    fn a_grid_longer_than_distances_are_told_has_those_that_are_nearer() {
+        for (axis, n) in [(0, 80_000), (1, 40_000), (2, 30_000)] {
+            let mut dims = [1, 2, 1];
+            dims[axis] = n;
+            let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).unwrap();
+            let mut set = Indicator::empty(grid);
+            let mut seed = [0; 3];
+            seed[axis] = 5;
+            set.set(seed, true);
+            let found = squared_distance(&set).unwrap();
+            for (at, &found) in found.values().iter().enumerate() {
+                let d2: usize = (0..3).map(|a| grid.index(at)[a].abs_diff(seed[a]).pow(2)).sum();
+                let told = if d2 < REACH.pow(2) as usize { d2 as u32 } else { FAR };
+                assert_eq!(found, told, "axis {axis}, sample {:?}", grid.index(at));
+            }
+            assert!(signed_squared(&set.complement()).unwrap().values().iter().all(|d2| [-1, 1, 2].contains(d2)));
+        }
     }
 }
