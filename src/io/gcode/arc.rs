@@ -15,8 +15,10 @@ const OFF_CIRCLE: (f64, f64, f64) = (0.5, 0.005, 0.001);
 /// Most chords of one arc.
 const MOST_CHORDS: f64 = 10_000.0;
 
-/// The chords of an arc in the xy plane, `turn` +1 counter-clockwise and −1 clockwise, and how far it runs beside them; z goes evenly.
-pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, unit: f64) -> Result<(Vec<Vec3>, f64)> {
+/// The chords of an arc in the xy plane, `turns` positive counter-clockwise and negative clockwise, and how far it runs beside them; z goes evenly. An
+/// arc that ends over its start has as many turns, any other is within one.
+pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turns: f64, words: &Words, unit: f64) -> Result<(Vec<Vec3>, f64)> {
+    let turn = turns.signum();
     let (i, j, radius) = (words.get(b'I'), words.get(b'J'), words.get(b'R'));
     let centre = match (i, j, radius) {
         (None, None, Some(r)) => centre_of(from, to, r * unit, turn)
@@ -35,9 +37,8 @@ pub(super) fn arc(line: u64, from: Vec3, to: Vec3, turn: f64, words: &Words, uni
     let angle = |p: Vec3| (p[1] - centre[1]).atan2(p[0] - centre[0]);
     let start = angle(from);
     let full = 2.0 * std::f64::consts::PI;
-    // An arc that ends where it starts is a whole circle.
     let sweep = match (turn * (angle(to) - start)).rem_euclid(full) {
-        sweep if sweep < 1e-9 => full,
+        sweep if sweep < 1e-9 => full * turns.abs(),
         sweep => sweep,
     };
     let step = 2.0 * (1.0 - (SAGITTA / radius.max(SAGITTA)).min(1.0)).acos();

@@ -1,7 +1,7 @@
 //! A machine that follows G-code and remembers its strokes.
 
 use super::arc::arc;
-use super::words::{Words, words};
+use super::words::{Words, no_word, words};
 use super::{damaged, unsupported};
 use crate::error::Result;
 use crate::geometry::vector::Vec3;
@@ -13,7 +13,10 @@ use crate::notice::Notice;
 use crate::units::Length;
 
 /// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling and its trim, the origin.
-const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 29.1, 29.2, 30.0, 31.0, 32.0, 92.0];
+const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 29.1, 29.2, 30.0, 31.0, 32.0, 92.0, 380.0];
+
+/// Most whole turns of one arc.
+const MOST_TURNS: f64 = 100.0;
 
 /// Modes that may stand before a move on its line and leave the path as it is.
 const MODES: &[f64] = &[
@@ -30,7 +33,7 @@ enum Mode {
 
 /// The path of a G-code file: its depositing moves, or its feed moves if it deposits nothing (milling).
 ///
-/// Read are G0 to G3 with arcs in the xy plane (I J or R, of one turn at most), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
+/// Read are G0 to G3 with arcs in the xy plane (I J or R, of one turn at most; of P turns where they end over their start and deposit nothing), G20, G21, G28, G90 to G92, M82 and M83. Commands that do not
 /// move the tool along a path are passed over, with their numbers; those that move it in other ways, or change what
 /// coordinates mean, are refused. A G command of none of these kinds is passed over with a notice. Arcs become chords within 0.001 mm,
 /// which the path tells.
@@ -163,6 +166,9 @@ impl Machine {
         }
         match motion {
             Some(motion) => {
+                if let Some(stray) = words.stray {
+                    return Err(no_word(number, stray, line));
+                }
                 self.motion = Some(motion);
                 self.motion(number, motion, &words)
             }
@@ -265,10 +271,6 @@ impl Machine {
         if let Some(&axis) = b"ABCUVW".iter().find(|&&axis| words.get(axis).is_some()) {
             return Err(unsupported(line, &format!("the axis {}", char::from(axis))));
         }
-        // Circles before the arc in Marlin, turns altogether in LinuxCNC.
-        if motion > 1 && words.get(b'P').is_some_and(|turns| turns != 0.0) {
-            return Err(unsupported(line, "the turns of an arc (P)"));
-        }
         if let Some(letter) = words.twice {
             return Err(damaged(line, format!("a move with two numbers for {}", char::from(letter))));
         }
@@ -283,11 +285,18 @@ impl Machine {
             return Err(damaged(line, problem));
         }
         let pushed = self.push(line, words);
+        let turns = words.get(b'P').filter(|&turns| motion > 1 && turns != 0.0);
+        // Circles before the arc in Marlin, turns altogether in LinuxCNC: the same where nothing is left for the arc, but for what is deposited.
+        let told = |turns: f64| turns.fract() == 0.0 && (1.0..=MOST_TURNS).contains(&turns);
+        if turns.is_some_and(|turns| pushed > 0.0 || from[..2] != to[..2] || !told(turns)) {
+            return Err(unsupported(line, "the turns of an arc (P)"));
+        }
         self.at = to;
         let chords = if motion < 2 {
             vec![to]
         } else {
-            let (chords, beside) = arc(line, from, to, if motion == 3 { 1.0 } else { -1.0 }, words, self.unit)?;
+            let turns = if motion == 3 { 1.0 } else { -1.0 } * turns.unwrap_or(1.0);
+            let (chords, beside) = arc(line, from, to, turns, words, self.unit)?;
             self.beside = self.beside.max(beside);
             chords
         };
@@ -399,6 +408,27 @@ mod tests {
     }
 
     #[test]
+    fn a_spiral_lift_and_a_bed_that_is_felt_for_deposit_nothing() {
+        let lifted = path("M83\nG1 X10 Z0.2 E1\nG2 Z0.6 I1.2 J0 P1 F60000\nG380 S2 Z30 F1200\nG1 Y5 E1\n");
+        let ends = [[0.0; 3], [10.0, 0.0, 0.2], [10.0, 5.0, 0.6]];
+        assert_eq!((lifted.strokes[0][1], lifted.strokes[1].last()), (ends[1], Some(&ends[2])));
+        assert_eq!(lifted.strokes.len(), 2);
+        // Milled, a helix has as many turns as are told.
+        let [once, thrice] =
+            [1, 3].map(|turns| path(&format!("G1 X1\nG3 X1 Y0 Z-3 I-1 J0 P{turns} F100\n")).length_mm() - 1.0);
+        let helix = |turns: f64| (2.0 * std::f64::consts::PI * turns).hypot(3.0);
+        assert!((once - helix(1.0)).abs() < 0.01 && (thrice - helix(3.0)).abs() < 0.03, "{once} {thrice}");
+    }
+
+    #[test]
+    fn macros_whose_names_begin_like_words_are_no_moves() {
+        let plain = path("G1 X1 E1\nG1 X2 E2\n");
+        for name in ["E3D_PURGE", "Y2_TEST", "N7 Y2_TEST A=1", "e3d_purge X=5", "X9Y ; a macro", "E3D"] {
+            assert_eq!(path(&format!("G1 X1 E1\n{name}\nG1 X2 E2\n")), plain, "{name}");
+        }
+    }
+
+    #[test]
     fn lines_end_as_they_do_on_any_system_and_machine_words_may_stand_before_a_move() {
         let lines = ["M83", "G1 X1 E1", "M8 G1 X2 E1", "M117 G1 X9 E1", "G1 Y1 E1"];
         let expected = vec![[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
@@ -498,6 +528,12 @@ mod tests {
             ("G1 X1\no<loop> while [#1 LT 5]\n", 2),
             ("O100 call\n", 1),
             ("G1 X1 X2 E1\n", 1),
+            // In Marlin a circle before the arc, in LinuxCNC the arc's own turn.
+            ("G1 X1\nG3 X-1 Y0 I-1 J0 P1\n", 2),
+            ("G1 X1\nG2 I-1 J0 P0.5\n", 2),
+            ("G1 X1\nG2 I-1 J0 P1000\n", 2),
+            ("G1 X1 E1\nX1,5 E2\n", 2),
+            ("G1 X1 E1\nX5 Y2_TEST\n", 2),
         ] {
             let e = read(text.as_bytes()).unwrap_err();
             assert_eq!(e.place(), Some(format!("line {line}")), "{text}: {e}");

@@ -1,7 +1,7 @@
 //! The words of a line of G-code: letters with numbers.
 
 use super::damaged;
-use crate::error::{Result, printable};
+use crate::error::{Error, Result, printable};
 use crate::io::words::Word;
 
 /// The words of one line.
@@ -11,6 +11,8 @@ pub(super) struct Words {
     values: [Option<f64>; LETTERS.len()],
     /// A letter that stands on the line with two numbers.
     pub(super) twice: Option<u8>,
+    /// What ended the line before its end, and is no word: no motion that is in force goes on with such a line.
+    pub(super) stray: Option<u8>,
 }
 
 /// M commands of machine tools that a motion may follow on its line; behind the others come messages and names of files.
@@ -40,12 +42,13 @@ impl Words {
 
 /// The commands and numbers of a line, without comments, line number and checksum.
 ///
-/// What does not look like letters with numbers (macros, messages) ends the line, unless it belongs to a motion. Blanks between a letter and its
-/// number say nothing (T. Kramer, F. Proctor, E. Messina, *The NIST RS274NGC interpreter*, 2000, section 3.3.1).
+/// What does not look like letters with numbers (messages) ends the line, unless it belongs to a motion; a line that begins with the name of a macro
+/// has no words. Blanks between a letter and its number say nothing (T. Kramer, F. Proctor, E. Messina, *The NIST RS274NGC interpreter*, 2000, section 3.3.1).
 pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
     let mut words = Words::default();
     let mut rest = bytes;
     while let Some((&first, after)) = rest.split_first() {
+        let at = bytes.len() - rest.len();
         rest = after;
         let letter = first.to_ascii_uppercase();
         match letter {
@@ -80,13 +83,38 @@ pub(super) fn words(line: u64, bytes: &[u8]) -> Result<Words> {
             }
             (Some(_), None) if letter.is_ascii_alphabetic() => {}
             (None, Some(to)) if homes => *to = Some(0.0),
-            _ if moves => {
-                let shown = |b: &[u8]| printable(&String::from_utf8_lossy(b));
-                return Err(damaged(line, format!("`{}` in `{}` is no word of G-code", shown(&[first]), shown(bytes))));
+            _ if moves => return Err(no_word(line, first, bytes)),
+            _ if words.commands.is_empty() && is_in_name(at, bytes) => return Ok(Words::default()),
+            _ => {
+                words.stray = Some(first);
+                break;
             }
-            _ => break,
         }
         rest = after;
     }
     Ok(words)
+}
+
+/// A line of a motion with something on it that is no word.
+pub(super) fn no_word(line: u64, stray: u8, bytes: &[u8]) -> Error {
+    let shown = |b: &[u8]| printable(&String::from_utf8_lossy(b));
+    damaged(line, format!("`{}` in `{}` is no word of G-code", shown(&[stray]), shown(bytes)))
+}
+
+/// Whether what is no word stands in the first thing of a line but for its number, and that may be a macro's name: `E3D_PURGE` is neither E3 nor a
+/// motion.
+fn is_in_name(at: usize, bytes: &[u8]) -> bool {
+    let (before, behind) = bytes.split_at(at);
+    let ends = |b: &u8| b" \t\r;(*".contains(b);
+    let start = before.iter().rposition(ends).map_or(0, |i| i + 1);
+    let end = behind.iter().position(ends).map_or(bytes.len(), |i| at + i);
+    let is_number = |word: &[u8]| {
+        word.is_empty() || word[0].eq_ignore_ascii_case(&b'N') && word[1..].iter().all(u8::is_ascii_digit)
+    };
+    let (earlier, name) = (&bytes[..start], &bytes[start..end]);
+    let may_begin = |b: &u8| b.is_ascii_alphabetic() || *b == b'_';
+    earlier.split(ends).all(is_number)
+        && name.len() > 1
+        && name.first().is_some_and(may_begin)
+        && name.iter().all(|&b| b.is_ascii_alphanumeric() || b == b'_')
 }
