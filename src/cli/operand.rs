@@ -51,6 +51,11 @@ impl Operand {
         Ok(Operand { element: Element::BuiltIn(shape), stem: "ball".into(), notices: Vec::new() })
     }
 
+    /// A mesh as an operand without a name.
+    pub fn of(mesh: TriangleMesh) -> Self {
+        Operand { element: Element::Mesh(mesh), stem: String::new(), notices: Vec::new() }
+    }
+
     /// Side lengths of its box, millimetres.
     pub fn extent(&self) -> [f64; 3] {
         self.bounds().map_or([0.0; 3], |(lo, hi)| [0, 1, 2].map(|a| hi[a] - lo[a]))

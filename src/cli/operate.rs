@@ -14,7 +14,7 @@ use crate::grid::{BYTES_PER_SAMPLE, Fitting};
 use crate::io::motion::{Motion, read_motion};
 use crate::memory::Allowance;
 use crate::notice::Notice;
-use crate::operate::{self, Element, Operated};
+use crate::operate::{self, Element, Operated, Reach};
 use crate::units::{Length, enclosed, short};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -48,19 +48,26 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let room = [2.0 * by.as_mm().max(0.0); 3];
             let job = Job::new("offset", part, how)?;
             let out = by.as_mm();
-            let job = if out >= 0.0 { job.reaching(([-out; 3], [out; 3])) } else { job };
-            job.growing(Growth::Rounded(out.max(0.0)))
-                .run(room, BYTES_BY_DISTANCES, None, |part, h| operate::offset(&part.mesh(h), by, h))
+            let reach = if out >= 0.0 { Reach::Around } else { Reach::Within };
+            job.reaching(reach([-out; 3], [out; 3])).growing(Growth::Rounded(out.max(0.0))).run(
+                room,
+                BYTES_BY_DISTANCES,
+                None,
+                |part, h| operate::offset(&part.mesh(h), by, h),
+            )
         }
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
-            job.telling(crossings).run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
-                operate::open(&part.mesh(h), &element.element, h)
-            })
+            job.telling(crossings).reaching(Reach::Within([0.0; 3], [0.0; 3])).run(
+                [0.0; 3],
+                bytes_about(&element),
+                Some(&element),
+                |part, h| operate::open(&part.mesh(h), &element.element, h),
+            )
         }
         Operation::Close { by, how } => {
             let (job, element) = moved("close", by, how)?;
-            job.telling(crossings).reaching(([0.0; 3], [0.0; 3])).run(
+            job.telling(crossings).reaching(Reach::Around([0.0; 3], [0.0; 3])).run(
                 element.extent(),
                 bytes_about(&element),
                 Some(&element),
@@ -69,7 +76,8 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;
-            job.reaching(element.bounds().unwrap_or_default()).run(
+            let (lo, hi) = element.bounds().unwrap_or_default();
+            job.reaching(Reach::Around(lo, hi)).run(
                 element.extent(),
                 bytes_with(&element),
                 Some(&element),
@@ -78,14 +86,16 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Difference { pair, how } => {
             let (job, element) = two("difference", pair, how)?;
-            job.run([0.0; 3], bytes_with(&element), Some(&element), |part, h| {
+            let (lo, hi) = element.bounds().unwrap_or_default();
+            let reach = Reach::Within(lo.map(|x| -x), hi.map(|x| -x));
+            job.reaching(reach).run([0.0; 3], bytes_with(&element), Some(&element), |part, h| {
                 operate::difference(&part.mesh(h), &element.element, h)
             })
         }
         Operation::Obstacle { pair, how } => {
             let (job, element) = two("obstacle", pair, how)?;
             let (lo, hi) = element.bounds().unwrap_or_default();
-            job.reaching((hi.map(|x| -x), lo.map(|x| -x))).run(
+            job.reaching(Reach::Around(hi.map(|x| -x), lo.map(|x| -x))).run(
                 element.extent(),
                 bytes_with(&element),
                 Some(&element),
@@ -124,8 +134,8 @@ struct Job {
     to: Outputs,
     /// What is told of the result beside the rest.
     tell: fn(&Operated) -> String,
-    /// The box that the exact result touches on all sides, where that is known.
-    reaches: Option<(Vec3, Vec3)>,
+    /// How far the exact result reaches about each body of the part, where that is known.
+    reach: Option<Reach>,
     growth: Growth,
 }
 
@@ -138,16 +148,7 @@ impl Job {
         let to = Outputs::open(how)?;
         let part = Operand::read(name, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
-        Ok(Job {
-            part,
-            spacing,
-            memory,
-            unit_mm,
-            to,
-            tell: |_| String::new(),
-            reaches: None,
-            growth: Growth::Plain(0.0),
-        })
+        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new(), reach: None, growth: Growth::Plain(0.0) })
     }
 
     /// The same job, with more to tell of its result.
@@ -155,10 +156,9 @@ impl Job {
         Job { tell, ..self }
     }
 
-    /// The same job, whose exact result reaches as far as the part and by so much farther on either side.
-    fn reaching(self, (before, behind): (Vec3, Vec3)) -> Self {
-        let reaches = self.part.bounds().map(|(lo, hi)| (plus(lo, before), plus(hi, behind)));
-        Job { reaches, ..self }
+    /// The same job, whose exact result reaches so far about each body of the part.
+    fn reaching(self, reach: Reach) -> Self {
+        Job { reach: Some(reach), ..self }
     }
 
     /// The same job, whose surface grows so.
@@ -196,12 +196,28 @@ impl Job {
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
         let loses = self.to.loses(&made.mesh);
+        let missing = self.missing(&made, spacing, make);
         let written = self.to.write(&made, &before)?;
         let mut notices = self.part.notices;
-        notices.extend(loses);
-        notices.extend(made.left_out(spacing).into_iter().chain(made.may_fill_too_much()));
-        notices.extend(self.reaches.and_then(|whole| made.falls_short(whole, spacing)));
+        notices.extend(loses.into_iter().chain(missing));
         Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
+    }
+
+    /// What is to be said of what the spacing does not show.
+    fn missing(
+        &self,
+        made: &Operated,
+        spacing: Length,
+        make: impl Fn(&Operand, Length) -> Result<Operated>,
+    ) -> Vec<Notice> {
+        let part = self.part.mesh(spacing);
+        let again = |body: &TriangleMesh, finer: Length| make(&Operand::of(body.clone()), finer);
+        let short = self.reach.and_then(|reach| {
+            let lost = made.lost_bodies(&part, reach, spacing, again);
+            lost.or_else(|| made.falls_short(&part, reach, spacing))
+        });
+        let crumbs = made.left_out(&part, self.reach, spacing);
+        [crumbs, made.may_fill_too_much(), short].into_iter().flatten().collect()
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.

@@ -1,11 +1,12 @@
 //! What of a result is finer than the samples that it was made of, and missing.
 
+use super::pieces::{Box3, Pieces};
 use super::shape::Operated;
-use crate::geometry::vector::{Vec3, bounds};
-use crate::geometry::{DisjointSets, TriangleMesh};
-use crate::notice::Notice;
+use super::whole::Whole;
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::Vec3;
+use crate::notice::{Notice, number_of};
 use crate::units::{Length, short};
-use rustc_hash::FxHashMap;
 
 /// A piece with no side longer than so many spacings is a crumb.
 const CRUMB: f64 = 3.0;
@@ -13,24 +14,54 @@ const CRUMB: f64 = 3.0;
 const SHORT: f64 = 2.0;
 /// As many crumbs as may be meant: a sphere of three samples is a sphere.
 const MEANT: usize = 2;
+/// How far a crumb may reach beyond the box of the body that it is what remains of, in spacings.
+const BEYOND: f64 = 0.5;
+
+/// By how much the box of what an operation makes of a body differs from the body's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reach {
+    /// All of every body remains: the box is longer by so much before and behind, and the exact result touches it on all sides.
+    Around(Vec3, Vec3),
+    /// What remains, if anything does, lies within that box.
+    Within(Vec3, Vec3),
+}
+
+impl Reach {
+    /// The box of what becomes of a body, `outwards` 1, or of a void, −1.
+    pub(super) fn about(&self, (lo, hi): Box3, outwards: f64) -> Box3 {
+        let (Reach::Around(before, behind) | Reach::Within(before, behind)) = *self;
+        ([0, 1, 2].map(|a| lo[a] + outwards * before[a]), [0, 1, 2].map(|a| hi[a] + outwards * behind[a]))
+    }
+
+    pub(super) fn keeps_all(&self) -> bool {
+        matches!(self, Reach::Around(..))
+    }
+}
 
 impl Operated {
-    /// Says where the surface comes in crumbs, as it does where the result is thinner than the spacing: the rest is left out.
+    /// Says where the surface comes in crumbs, as it does where the result is thinner than the spacing: the rest is left out. One or
+    /// two may be meant: where what becomes of a body or a void of the part is as small, or nobody knows what does.
     ///
     /// # Cost
-    /// O(facets).
-    pub fn left_out(&self, spacing: Length) -> Option<Notice> {
-        let crumbs = crumbs(&self.mesh, spacing * CRUMB);
-        let &[at, ..] = crumbs.as_slice() else { return None };
-        (crumbs.len() > MEANT).then(|| {
-            let text = format!(
-                "{} loose pieces are no longer than {CRUMB} samples, one at ({}) mm: where the result is thinner than the spacing parts of it \
-                 are left out; choose a smaller --voxel",
-                crumbs.len(),
-                at.map(short).join(", ")
-            );
-            Notice::new("thinner-than-spacing", text).at(at)
-        })
+    /// O(facets); where there are one or two crumbs, the union of the part's bodies.
+    pub fn left_out(&self, part: &TriangleMesh, reach: Option<Reach>, spacing: Length) -> Option<Notice> {
+        let mut crumbs = crumbs(&self.mesh, spacing * CRUMB);
+        if crumbs.len() <= MEANT {
+            let meant = meant(part, reach.filter(|_| !crumbs.is_empty())?, spacing);
+            let beyond = BEYOND * spacing.as_mm();
+            let lies_in =
+                |of: &Box3, all: &Box3| (0..3).all(|a| all.0[a] - beyond <= of.0[a] && of.1[a] <= all.1[a] + beyond);
+            crumbs.retain(|crumb| !meant.iter().any(|body| lies_in(crumb, body)));
+        }
+        let &(at, _) = crumbs.first()?;
+        let text = format!(
+            "{} no longer than {CRUMB} samples, {}at ({}) mm: where the result is thinner than the spacing parts of it are left out; choose a \
+             smaller --voxel",
+            number_of(crumbs.len() as u64, ["loose piece is", "loose pieces are"]),
+            if crumbs.len() == 1 { "" } else { "one " },
+            at.map(short).join(", ")
+        );
+        Some(Notice::new("thinner-than-spacing", text).at(at))
     }
 
     /// Says where a closing fills what may be room for its element, because no sample tells.
@@ -47,7 +78,8 @@ impl Operated {
 
     /// Says where the surface ends farther from the box that the exact result touches than samples explain: what reached there is thinner
     /// than the spacing.
-    pub fn falls_short(&self, (lo, hi): (Vec3, Vec3), spacing: Length) -> Option<Notice> {
+    pub fn falls_short(&self, part: &TriangleMesh, reach: Reach, spacing: Length) -> Option<Notice> {
+        let (lo, hi) = reach.about(part.bounds().filter(|_| reach.keeps_all())?, 1.0);
         let (from, to) = self.mesh.bounds()?;
         let short_by = (0..3).map(|a| (from[a] - lo[a]).max(hi[a] - to[a])).fold(0.0, f64::max);
         (short_by > SHORT * spacing.as_mm()).then(|| {
@@ -61,38 +93,27 @@ impl Operated {
     }
 }
 
-/// A corner of each piece of a mesh whose sides are no longer than a length.
-fn crumbs(mesh: &TriangleMesh, longest: Length) -> Vec<Vec3> {
-    let mut pieces = DisjointSets::new(mesh.vertices.len());
-    for &[a, b, c] in &mesh.triangles {
-        pieces.join(a, b);
-        pieces.join(b, c);
-    }
-    let mut corners: FxHashMap<u32, Vec<Vec3>> = FxHashMap::default();
-    for &[a, ..] in &mesh.triangles {
-        corners.entry(pieces.root(a)).or_default();
-    }
-    for (vertex, &corner) in (0..).zip(&mesh.vertices) {
-        if let Some(own) = corners.get_mut(&pieces.root(vertex)) {
-            own.push(corner);
-        }
-    }
-    let is_small = |own: &Vec<Vec3>| {
-        bounds(own.iter().copied()).is_some_and(|(lo, hi)| (0..3).all(|a| hi[a] - lo[a] <= longest.as_mm()))
-    };
-    let mut found: Vec<(u32, Vec3)> = corners
-        .iter()
-        .filter(|(_, own)| is_small(own))
-        .filter_map(|(root, own)| Some((*root, *own.first()?)))
-        .collect();
-    found.sort_unstable_by_key(|piece| piece.0);
-    found.into_iter().map(|piece| piece.1).collect()
+/// The boxes of what becomes of the bodies and voids of a part, those that meet as one, where that is no longer than a crumb.
+fn meant(part: &TriangleMesh, reach: Reach, spacing: Length) -> Vec<Box3> {
+    let whole = Whole::of(part);
+    let pieces = Pieces::of(&whole.mesh);
+    let become_of =
+        pieces.volumes().into_iter().zip(&pieces.boxes).map(|(volume, own)| reach.about(*own, volume.signum()));
+    let longest = CRUMB * spacing.as_mm();
+    become_of.filter(|(lo, hi)| (0..3).all(|a| (0.0..=longest).contains(&(hi[a] - lo[a])))).collect()
+}
+
+/// The boxes of the pieces of a mesh whose sides are no longer than a length.
+fn crumbs(mesh: &TriangleMesh, longest: Length) -> Vec<Box3> {
+    let is_small = |(lo, hi): &Box3| (0..3).all(|a| hi[a] - lo[a] <= longest.as_mm());
+    Pieces::of(mesh).boxes.into_iter().filter(is_small).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::cuboid;
+    use crate::operate::offset;
 
     #[test]
     fn small_pieces_are_crumbs_and_large_ones_are_not() {
@@ -102,5 +123,26 @@ mod tests {
         assert_eq!(crumbs(&mesh, Length::mm(0.3)).len(), 2);
         assert_eq!(crumbs(&mesh, Length::mm(0.15)).len(), 0);
         assert_eq!(crumbs(&mesh, Length::mm(6.0)).len(), 3);
+    }
+
+    fn made(part: &TriangleMesh, by: f64, h: f64) -> Operated {
+        offset(part, Length::mm(by), Length::mm(h)).unwrap()
+    }
+
+    #[test]
+    fn one_crumb_is_told_unless_the_body_it_comes_from_is_as_small() {
+        let (by, h) = (-0.15, 0.2);
+        let shrunk = Reach::Within([-by; 3], [by; 3]);
+        let bar = cuboid([0.0; 3], [10.0, 2.0, 2.0]);
+        // What remains of the plate is as long as the bar, and thinner than the spacing but for the knob on it.
+        let knob = cuboid([5.0, 5.0, -0.1], [5.7, 5.7, 0.5]);
+        let part = bar.clone().joined(&cuboid([0.0, 4.0, 0.0], [10.0, 8.0, 0.33]).joined(&knob));
+        let found = made(&part, by, h);
+        assert_eq!(crumbs(&found.mesh, Length::mm(CRUMB * h)).len(), 1);
+        assert!(found.left_out(&part, Some(shrunk), Length::mm(h)).is_some());
+        let part = bar.joined(&cuboid([5.0, 5.0, 0.0], [5.8, 5.8, 0.8]));
+        let found = made(&part, by, h);
+        assert_eq!(crumbs(&found.mesh, Length::mm(CRUMB * h)).len(), 1);
+        assert_eq!(found.left_out(&part, Some(shrunk), Length::mm(h)), None);
     }
 }

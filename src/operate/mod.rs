@@ -6,15 +6,18 @@
 
 mod deposit;
 mod left_out;
+mod lost;
 mod met;
 mod midway;
 mod motion;
+mod pieces;
 mod settled;
 mod shape;
 mod twice;
 mod whole;
 
 pub use deposit::{Departure, Deposit, deposit};
+pub use left_out::Reach;
 pub use motion::sweep_motion;
 pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};
 pub use whole::solid_volume;
