@@ -181,6 +181,7 @@ fn check_radius(radius: Length) -> Result<Length> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::walls::REACH_IN;
     use super::*;
     use crate::geometry::generate::extruded;
     use crate::geometry::vector::Vec3;
@@ -263,6 +264,31 @@ mod tests {
             println!("slot at {h}: {filled:.3} mm³ too much, {:?}", closed.volume);
             // Two grooves of 10 mm, and 34 mm of mouth that is left sharp.
             assert!(filled.abs() < 44.0 * 0.25 * h * h, "{filled}");
+        }
+    }
+
+    #[test]
+    fn sharp_wedges_and_grooves_are_opened_and_closed_to_their_ends() {
+        let (r, h) = (1.0, 0.2);
+        for degrees in [40.0f64, 18.0, 12.0, 8.0] {
+            let half = 0.5 * degrees.to_radians();
+            let (far, y) = (3.0 / half.sin(), 3.0 / half.cos());
+            let wedge = extruded(&[[0.0, 0.0], [far, -y], [far, y]], &[[0, 1, 2]], 6.0);
+            let open = open_by_ball(&wedge, Length::mm(r), Length::mm(h)).unwrap();
+            let (tip, want) = (open.mesh.bounds().unwrap().0[0], r / half.sin() - r);
+            // Facets may reach a little into the ball, which lets it that much farther along the wedge.
+            let allowed = (1.5 * REACH_IN / half.sin()).max(0.02) * h;
+            assert!((tip - want).abs() < allowed, "{degrees}°: ends at {tip}, not {want}");
+            // A groove as sharp; at its two ends the ball comes in from beyond, however long it is.
+            let back =
+                [[-2.0, -y - 2.0], [far, -y - 2.0], [far, -y], [0.0, 0.0], [far, y], [far, y + 2.0], [-2.0, y + 2.0]];
+            let [less, more] = [4.0, 7.0].map(|long| {
+                let block = extruded(&back, &[[0, 1, 3], [1, 2, 3], [3, 4, 5], [3, 5, 6], [0, 3, 6]], long);
+                let closed = close_by_ball(&block, Length::mm(r), Length::mm(h)).unwrap();
+                closed.mesh.signed_volume() - block.signed_volume()
+            });
+            let (filled, want) = ((more - less) / 3.0, r * r * (1.0 / half.tan() - (0.5 * PI - half)));
+            assert!((filled / want - 1.0).abs() < 0.01, "{degrees}°: {filled} mm² filled, not {want}");
         }
     }
 

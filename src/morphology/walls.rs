@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 /// How far facets may reach into a ball that touches, in spacings: rounding, and the facets of round walls, whose edges stand
 /// out between its contacts. The surface is off by no more.
-const REACH_IN: f64 = 0.005;
+pub(super) const REACH_IN: f64 = 0.005;
 
 /// A place of the ball counts where it is nearer by this than what was known, in spacings.
 const BETTER: f64 = 0.02;
@@ -148,7 +148,7 @@ impl Walls {
                     let index = [i, row % ny, row / ny];
                     let left = side * f64::from(*value);
                     let near = f64::from(d.abs()) <= EXACT * h || self.centres.contains(index) == (self.ball < 0.0);
-                    if left <= BETTER * h || !near || self.held.contains(index) {
+                    if left <= 0.0 || !near || self.held.contains(index) {
                         continue;
                     }
                     if let Some(found) =
