@@ -3,12 +3,14 @@
 use crate::error::{Error, Result};
 use crate::geometry::health::{Health, Role, meetings};
 use crate::geometry::union::united;
+use crate::geometry::vector::sub;
 use crate::geometry::{MeshDistance, TriangleMesh, body_pairs};
 use crate::units::Volume;
 use std::borrow::Cow;
 
-/// Facets that are nearer than this to those of another body, or pass through each other by more, mm: rounding in f32 is less.
-const MEETING: f64 = 1e-4;
+/// Facets that are nearer than this to those of another body, or pass through each other by more, mm, or than this share of the longest side
+/// where that is less: rounding in f32 is less.
+const MEETING: (f64, f64) = (1e-4, 1e-5);
 
 /// A part, with what meets itself in it united where that is possible.
 pub(super) struct Whole<'a> {
@@ -89,17 +91,19 @@ fn outward(mesh: &TriangleMesh) -> Option<Health> {
 
 /// Whether no body meets another, and none passes through itself.
 fn stands_alone(mesh: &TriangleMesh, health: &Health) -> bool {
-    if health.count_of(Role::Swallowed) > 0 || !body_pairs(mesh, health, MEETING).is_empty() {
+    let longest = mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max));
+    let meeting = MEETING.0.min(MEETING.1 * longest).max(resolution(mesh));
+    if health.count_of(Role::Swallowed) > 0 || !body_pairs(mesh, health, meeting).is_empty() {
         return false;
     }
-    let found = meetings(&MeshDistance::new(mesh), |_, _| true, MEETING);
+    let found = meetings(&MeshDistance::new(mesh), |_, _| true, meeting);
     found.crossing.count + found.overlapping.count == 0
 }
 
 /// What coordinates in f32 are off by, twice, mm.
 fn resolution(mesh: &TriangleMesh) -> f64 {
     let largest = mesh.bounds().map_or(0.0, |(lo, hi)| lo.into_iter().chain(hi).fold(0.0, |m: f64, x| m.max(x.abs())));
-    (2.0 * f64::from(f32::EPSILON) * largest).min(MEETING)
+    (2.0 * f64::from(f32::EPSILON) * largest).min(MEETING.0)
 }
 
 #[cfg(test)]

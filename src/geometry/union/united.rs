@@ -7,12 +7,13 @@ use super::cuts::Cuts;
 use super::pieces::pieces;
 use super::points::Points;
 use crate::geometry::health::{Health, meetings};
+use crate::geometry::vector::sub;
 use crate::geometry::{MeshDistance, TriangleMesh};
 use std::f64::consts::PI;
 
-/// What is narrower than this is a speck, millimetres: folds of a surface whose facets are within the tolerance of each other, where no
-/// disc so wide lies between them.
-const SPECK_MM: f64 = 0.02;
+/// What is narrower than this, millimetres, and than this share of the longest side, is a speck: folds of a surface whose facets are within the
+/// tolerance of each other, where no disc so wide lies between them.
+const SPECK: (f64, f64) = (0.02, 0.005);
 
 /// The mesh of `{ x : w(x) ≥ ½ }`, w the winding number of a closed surface: the union of its bodies, where they overlap or touch, and of
 /// what passes through itself; `None` if that is no surface that bounds a solid and meets itself nowhere.
@@ -73,7 +74,12 @@ fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
         return false;
     }
     let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
-    found.crossing.count == 0 && found.overlap_mm2 <= 0.25 * PI * SPECK_MM * SPECK_MM
+    let speck = SPECK.0.min(SPECK.1 * longest_side(union));
+    found.crossing.count == 0 && found.overlap_mm2 <= 0.25 * PI * speck * speck
+}
+
+fn longest_side(mesh: &TriangleMesh) -> f64 {
+    mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max))
 }
 
 #[cfg(test)]
@@ -121,6 +127,24 @@ mod tests {
             check(&whole(cuboid([1.0, 1.0, 0.5], [2.0, 2.0, 1.0])), 32.0, 64.0);
             check(&whole(cuboid([4.0, 0.0, 0.0], [6.0, 4.0, 2.0])), 48.0, 48.0 + 40.0);
             check(&whole(cuboid([2.0, 0.0, 0.0], [6.0, 4.0, 2.0])), 48.0, 48.0 + 40.0);
+        }
+    }
+
+    #[test]
+    fn bodies_meant_to_be_flush_are_one_however_small_they_are() {
+        let mut random = Lcg(46);
+        let part = cuboid([0.0; 3], [4.0, 4.0, 2.0]).joined(&cuboid([0.0, 0.0, 2.0], [3.0, 3.0, 5.0]));
+        for turn in 0..4 {
+            let part = turned(&part, &mut random);
+            for size in [1.0, 0.01, 0.003, 1e-4] {
+                // Rounded as in files.
+                let corners = part.vertices.iter().map(|p| p.map(|x| f64::from((size * x) as f32))).collect();
+                let rounded = TriangleMesh { vertices: corners, ..part.clone() };
+                let union = united(&rounded, 2e-6 * size).unwrap_or_else(|| panic!("turn {turn}, {size}"));
+                let volume = union.signed_volume() / size.powi(3);
+                assert!((volume - 59.0).abs() < 1e-3 && union.pieces() == 1, "turn {turn}, {size}: {volume}");
+                assert!((union.area() / size.powi(2) - 100.0).abs() < 1e-2, "turn {turn}, {size}: {}", union.area());
+            }
         }
     }
 
