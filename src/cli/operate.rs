@@ -49,7 +49,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let job = Job::new("offset", part, how)?;
             let out = by.as_mm();
             let reach = if out >= 0.0 { Reach::Around } else { Reach::Within };
-            job.reaching(reach([-out; 3], [out; 3])).growing(Growth::Rounded(out.max(0.0))).run(
+            job.reaching(reach([-out; 3], [out; 3])).moving(by).growing(Growth::Rounded(out.max(0.0))).run(
                 room,
                 BYTES_BY_DISTANCES,
                 None,
@@ -77,7 +77,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         Operation::Minkowski { pair, how } => {
             let (job, element) = two("minkowski", pair, how)?;
             let (lo, hi) = element.bounds().unwrap_or_default();
-            job.reaching(Reach::Around(lo, hi)).run(
+            job.reaching(Reach::Around(lo, hi)).moving_by(&element, 1.0).run(
                 element.extent(),
                 bytes_with(&element),
                 Some(&element),
@@ -88,14 +88,17 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let (job, element) = two("difference", pair, how)?;
             let (lo, hi) = element.bounds().unwrap_or_default();
             let reach = Reach::Within(lo.map(|x| -x), hi.map(|x| -x));
-            job.reaching(reach).run([0.0; 3], bytes_with(&element), Some(&element), |part, h| {
-                operate::difference(&part.mesh(h), &element.element, h)
-            })
+            job.reaching(reach).moving_by(&element, -1.0).run(
+                [0.0; 3],
+                bytes_with(&element),
+                Some(&element),
+                |part, h| operate::difference(&part.mesh(h), &element.element, h),
+            )
         }
         Operation::Obstacle { pair, how } => {
             let (job, element) = two("obstacle", pair, how)?;
             let (lo, hi) = element.bounds().unwrap_or_default();
-            job.reaching(Reach::Around(hi.map(|x| -x), lo.map(|x| -x))).run(
+            job.reaching(Reach::Around(hi.map(|x| -x), lo.map(|x| -x))).moving_by(&element, 1.0).run(
                 element.extent(),
                 bytes_with(&element),
                 Some(&element),
@@ -136,6 +139,8 @@ struct Job {
     tell: fn(&Operated) -> String,
     /// How far the exact result reaches about each body of the part, where that is known.
     reach: Option<Reach>,
+    /// How far the surface moves outwards, where it moves evenly.
+    by: Option<Length>,
     growth: Growth,
 }
 
@@ -148,7 +153,17 @@ impl Job {
         let to = Outputs::open(how)?;
         let part = Operand::read(name, unit_mm, &memory)?;
         let to = to.or_at(format!("{}_{operation}.stl", part.stem))?.sparing(&[name])?;
-        Ok(Job { part, spacing, memory, unit_mm, to, tell: |_| String::new(), reach: None, growth: Growth::Plain(0.0) })
+        Ok(Job {
+            part,
+            spacing,
+            memory,
+            unit_mm,
+            to,
+            tell: |_| String::new(),
+            reach: None,
+            by: None,
+            growth: Growth::Plain(0.0),
+        })
     }
 
     /// The same job, with more to tell of its result.
@@ -159,6 +174,19 @@ impl Job {
     /// The same job, whose exact result reaches so far about each body of the part.
     fn reaching(self, reach: Reach) -> Self {
         Job { reach: Some(reach), ..self }
+    }
+
+    /// The same job, whose surface moves outwards by so much.
+    fn moving(self, by: Length) -> Self {
+        Job { by: Some(by), ..self }
+    }
+
+    /// The same job, whose surface moves by a ball's radius, to the side that `outwards` tells, if the element is a ball.
+    fn moving_by(self, element: &Operand, outwards: f64) -> Self {
+        match element.element {
+            Element::BuiltIn(Primitive::Ball { radius }) => self.moving(radius * outwards),
+            _ => self,
+        }
     }
 
     /// The same job, whose surface grows so.
@@ -196,7 +224,7 @@ impl Job {
         let made = make(&self.part, spacing)?;
         let before = if self.to.has_picture() { self.before(beside, spacing) } else { Vec::new() };
         let loses = self.to.loses(&made.mesh);
-        let missing = self.missing(&made, spacing, make);
+        let missing = self.missing(&made, spacing, make)?;
         let written = self.to.write(&made, &before)?;
         let mut notices = self.part.notices;
         notices.extend(loses.into_iter().chain(missing));
@@ -209,7 +237,7 @@ impl Job {
         made: &Operated,
         spacing: Length,
         make: impl Fn(&Operand, Length) -> Result<Operated>,
-    ) -> Vec<Notice> {
+    ) -> Result<Vec<Notice>> {
         let part = self.part.mesh(spacing);
         let again = |body: &TriangleMesh, finer: Length| make(&Operand::of(body.clone()), finer);
         let short = self.reach.and_then(|reach| {
@@ -217,7 +245,8 @@ impl Job {
             lost.or_else(|| made.falls_short(&part, reach, spacing))
         });
         let crumbs = made.left_out(&part, self.reach, spacing);
-        [crumbs, made.may_fill_too_much(), short].into_iter().flatten().collect()
+        let thin = self.by.map(|by| made.thinned_out(&part, by, spacing)).transpose()?.flatten();
+        Ok([crumbs, made.may_fill_too_much(), short, thin].into_iter().flatten().collect())
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.

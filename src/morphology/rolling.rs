@@ -293,6 +293,20 @@ mod tests {
     }
 
     #[test]
+    fn a_part_of_another_size_is_opened_alike() {
+        let half = 10f64.to_radians();
+        let wedge = extruded(&[[0.0, 0.0], [9.0, -9.0 * half.tan()], [9.0, 9.0 * half.tan()]], &[[0, 1, 2]], 5.0);
+        let opened = |size: f64| {
+            let open = open_by_ball(&wedge.scaled(size), Length::mm(0.7 * size), Length::mm(0.3 * size)).unwrap();
+            open.mesh.scaled(1.0 / size)
+        };
+        // By powers of two nothing is rounded.
+        for size in [1024.0, 1.0 / 1024.0] {
+            assert!(opened(size) == opened(1.0), "{size}");
+        }
+    }
+
+    #[test]
     fn an_opening_leaves_concave_edges_as_they_are() {
         // Walls that end a hair before samples, and coordinates that come from f32 as those of files do.
         let face = f64::from(27.6f32);

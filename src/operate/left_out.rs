@@ -3,8 +3,10 @@
 use super::pieces::{Box3, Pieces};
 use super::shape::Operated;
 use super::whole::Whole;
+use crate::error::Result;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
+use crate::morphology::remains;
 use crate::notice::{Notice, number_of};
 use crate::units::{Length, short};
 
@@ -90,6 +92,26 @@ impl Operated {
             );
             Notice::new("thinner-than-spacing", text)
         })
+    }
+}
+
+impl Operated {
+    /// Says where an offset by exact distances leaves something, of the part or of a gap in it, that its surface does not reach.
+    ///
+    /// # Errors
+    /// As [`remains`].
+    pub fn thinned_out(&self, part: &TriangleMesh, by: Length, spacing: Length) -> Result<Option<Notice>> {
+        let Some(field) = &self.distances else { return Ok(None) };
+        let found = remains(part, by, &self.mesh, field)?;
+        Ok(found.filter(|found| found.beyond.as_mm() > SHORT * spacing.as_mm()).map(|found| {
+            let text = format!(
+                "{} reaches {} mm beyond the surface near ({}) mm: it is thinner than the spacing there and left out; choose a smaller --voxel",
+                if by.as_mm() < 0.0 { "what is left of the part" } else { "what is left of a gap" },
+                short(found.beyond.as_mm()),
+                found.at_mm.map(short).join(", ")
+            );
+            Notice::new("thinner-than-spacing", text).at(found.at_mm)
+        }))
     }
 }
 
