@@ -300,9 +300,9 @@ fn crossings(made: &Operated) -> String {
     let found = made.crossings();
     found.at_mm.map_or_else(String::new, |at| {
         let place = at.map(short).join(", ");
-        let why = "where it is thinner than the spacing";
         format!(
-            "note       {} pairs of facets cross {why}, one near ({place}) mm; choose a smaller --voxel\n",
+            "note       {} pairs of facets cross, one near ({place}) mm, as they do where it is thinner than the spacing and by a hair along \
+             edges; choose a smaller --voxel\n",
             found.count
         )
     })
