@@ -69,9 +69,11 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 
 impl Winding {
     /// Prepares a mesh; any set of facets will do.
     pub fn new(mesh: &TriangleMesh) -> Self {
-        let mut facets: Vec<[Vec3; 3]> = (0..mesh.triangles.len()).map(|f| mesh.corners(f)).collect();
+        let mut unordered: Vec<Unordered> =
+            (0..mesh.triangles.len()).map(|f| Unordered::of(f, mesh.corners(f))).collect();
+        let mut facets = vec![[[0.0; 3]; 3]; unordered.len()];
         let mut nodes = vec![Node::default(); if facets.is_empty() { 0 } else { nodes_over(facets.len()) }];
-        build(&mut nodes, &mut facets, 0);
+        build(mesh, &mut nodes, (&mut unordered, &mut facets), 0);
         Winding { nodes, facets }
     }
 
@@ -110,45 +112,73 @@ fn nodes_over(facets: usize) -> usize {
     if facets <= LEAF { 1 } else { 1 + nodes_over(facets / 2) + nodes_over(facets - facets / 2) }
 }
 
-/// Fills the subtree of a range of facets, which it reorders, and returns their area; `first` is the place of the range among
+/// A facet among those that are still to be put in order.
+struct Unordered {
+    facet: usize,
+    /// Twice the middle of its box.
+    twice_middle: Vec3,
+}
+
+impl Unordered {
+    fn of(facet: usize, t: [Vec3; 3]) -> Self {
+        let twice_middle = [0, 1, 2].map(|a| t[0][a].min(t[1][a]).min(t[2][a]) + t[0][a].max(t[1][a]).max(t[2][a]));
+        Unordered { facet, twice_middle }
+    }
+}
+
+/// Fills the subtree of a range of facets, and puts them in its order; returns their area. `first` is the place of the range among
 /// all facets, and `nodes` are as many as [`nodes_over`] tells.
-fn build(nodes: &mut [Node], facets: &mut [[Vec3; 3]], first: usize) -> f64 {
+fn build(
+    mesh: &TriangleMesh,
+    nodes: &mut [Node],
+    (unordered, facets): (&mut [Unordered], &mut [[Vec3; 3]]),
+    first: usize,
+) -> f64 {
     let size = nodes.len();
     let Some((root, below)) = nodes.split_first_mut() else { return 0.0 };
     if facets.len() <= LEAF {
+        facets.iter_mut().zip(unordered).for_each(|(to, from)| *to = mesh.corners(from.facet));
         let (node, area) = Node::of(facets);
         *root = Node { leaf: first..first + facets.len(), ..node };
         return area;
     }
-    let twice_middle = |t: &[Vec3; 3], a: usize| t[0][a].min(t[1][a]).min(t[2][a]) + t[0][a].max(t[1][a]).max(t[2][a]);
-    let extent = |a: usize| {
-        let (lo, hi) = facets.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), t| {
-            (f64::min(lo, twice_middle(t, a)), f64::max(hi, twice_middle(t, a)))
-        });
-        hi - lo
+    let axis = longest_axis(unordered);
+    let half = facets.len() / 2;
+    unordered.select_nth_unstable_by(half, |a, b| a.twice_middle[axis].total_cmp(&b.twice_middle[axis]));
+    let parallel = facets.len() >= PARALLEL;
+    let ((low, high), (to_low, to_high)) = (unordered.split_at_mut(half), facets.split_at_mut(half));
+    let (of_low, of_high) = below.split_at_mut(nodes_over(half));
+    let areas = if parallel {
+        let (low, high) = rayon::join(
+            || build(mesh, of_low, (low, to_low), first),
+            || build(mesh, of_high, (high, to_high), first + half),
+        );
+        [low, high]
+    } else {
+        [build(mesh, of_low, (low, to_low), first), build(mesh, of_high, (high, to_high), first + half)]
     };
-    let extents = [0, 1, 2].map(extent);
-    let axis = if extents[0] >= extents[1] && extents[0] >= extents[2] {
+    let children = [&of_low[0], &of_high[0]];
+    *root = Node { size, ..Node::over(children, areas, facets) };
+    areas[0] + areas[1]
+}
+
+/// The axis along which the middles lie farthest apart; of equal ones the first.
+fn longest_axis(facets: &[Unordered]) -> usize {
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for facet in facets {
+        for a in 0..3 {
+            lo[a] = lo[a].min(facet.twice_middle[a]);
+            hi[a] = hi[a].max(facet.twice_middle[a]);
+        }
+    }
+    let extents = sub(hi, lo);
+    if extents[0] >= extents[1] && extents[0] >= extents[2] {
         0
     } else if extents[1] >= extents[2] {
         1
     } else {
         2
-    };
-    let half = facets.len() / 2;
-    facets.select_nth_unstable_by(half, |a, b| twice_middle(a, axis).total_cmp(&twice_middle(b, axis)));
-    let parallel = facets.len() >= PARALLEL;
-    let (low, high) = facets.split_at_mut(half);
-    let (of_low, of_high) = below.split_at_mut(nodes_over(half));
-    let areas = if parallel {
-        let (low, high) = rayon::join(|| build(of_low, low, first), || build(of_high, high, first + half));
-        [low, high]
-    } else {
-        [build(of_low, low, first), build(of_high, high, first + half)]
-    };
-    let children = [&of_low[0], &of_high[0]];
-    *root = Node { size, ..Node::over(children, areas, facets) };
-    areas[0] + areas[1]
+    }
 }
 
 impl Node {
