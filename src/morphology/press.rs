@@ -10,6 +10,12 @@ const MOST_PLANES: usize = 8;
 /// meet in a point leave each other.
 const ROUNDING: f64 = 1e-10;
 
+/// Sweeps over half-spaces.
+const SWEEPS: usize = 60;
+
+/// Planes whose normals have this cosine or more, turned, are the sides of one wall.
+const SQUARELY: f64 = 1.0 - 1e-9;
+
 /// All points z with `normal · z ≥ offset`.
 #[derive(Clone, Copy)]
 struct HalfSpace {
@@ -27,6 +33,21 @@ struct HalfSpace {
 /// # Cost
 /// One distance to the mesh for each plane.
 pub(super) fn nearest_place(mesh: &MeshDistance, ball: f64, p: Vec3, reach: f64) -> Option<Vec3> {
+    let exactly =
+        |planes: &[HalfSpace], rounding| projection(p, planes, rounding).or_else(|| swept(p, planes, rounding));
+    // Tangents at edges and corners take away more than what stands behind them: a way that leads between them may go on.
+    let between = |planes: &[HalfSpace], rounding| swept(p, planes, rounding);
+    stopped(mesh, ball, p, reach, exactly).or_else(|| stopped(mesh, ball, p, reach, between))
+}
+
+/// Where the centre of the ball comes to stand that goes from p to the `next` place by the planes that stop it so far.
+fn stopped(
+    mesh: &MeshDistance,
+    ball: f64,
+    p: Vec3,
+    reach: f64,
+    next: impl Fn(&[HalfSpace], f64) -> Option<Vec3>,
+) -> Option<Vec3> {
     let radius = ball.abs();
     let mut planes: Vec<HalfSpace> = Vec::with_capacity(MOST_PLANES);
     let mut centre = p;
@@ -42,7 +63,7 @@ pub(super) fn nearest_place(mesh: &MeshDistance, ball: f64, p: Vec3, reach: f64)
             false => facing,
         };
         planes.push(HalfSpace { normal, offset: dot(normal, n.point) + radius });
-        centre = projection(p, &planes, ROUNDING * radius).filter(|&centre| distance(centre, p) <= reach)?;
+        centre = next(&planes, ROUNDING * radius).filter(|&centre| distance(centre, p) <= reach)?;
     }
     None
 }
@@ -59,6 +80,33 @@ fn projection(p: Vec3, planes: &[HalfSpace], rounding: f64) -> Option<Vec3> {
     let on_three = pairs.map(|(i, j)| on_point(p, [last, &others[i], &others[j]]));
     let in_all = |z: &Vec3| planes.iter().all(|plane| dot(plane.normal, *z) >= plane.offset - rounding);
     alone.chain(on_two).chain(on_three).flatten().find(in_all)
+}
+
+/// A point between half-spaces where the last sweep over them ends; none if two of them that have no point in common face each other squarely.
+///
+/// # Source
+/// C. Hildreth, A quadratic programming procedure, 1957.
+fn swept(p: Vec3, planes: &[HalfSpace], rounding: f64) -> Option<Vec3> {
+    let (last, others) = planes.split_last()?;
+    let apart = |other: &HalfSpace| dot(other.normal, last.normal) < -SQUARELY && other.offset + last.offset > rounding;
+    if others.iter().any(apart) {
+        return None;
+    }
+    let mut pushes = [0.0f64; MOST_PLANES];
+    let mut at = p;
+    for _ in 0..SWEEPS {
+        let mut moved = 0.0f64;
+        for (push, plane) in pushes.iter_mut().zip(planes) {
+            let more = (plane.offset - dot(plane.normal, at)).max(-*push);
+            *push += more;
+            at = along(at, plane.normal, more);
+            moved = moved.max(more.abs());
+        }
+        if moved < rounding {
+            break;
+        }
+    }
+    Some(at)
 }
 
 /// The foot of p on a plane, if that pushes it there.

@@ -109,9 +109,10 @@ fn is_in_name(at: usize, bytes: &[u8]) -> bool {
     let start = before.iter().rposition(ends).map_or(0, |i| i + 1);
     let end = behind.iter().position(ends).map_or(bytes.len(), |i| at + i);
     let is_number = |word: &[u8]| {
-        word.is_empty() || word[0].eq_ignore_ascii_case(&b'N') && word[1..].iter().all(u8::is_ascii_digit)
+        let digits = word.strip_prefix(b"N").or(word.strip_prefix(b"n"));
+        word.is_empty() || digits.is_some_and(|digits| digits.iter().all(u8::is_ascii_digit))
     };
-    let (earlier, name) = (&bytes[..start], &bytes[start..end]);
+    let (earlier, name) = (before.get(..start).unwrap_or_default(), bytes.get(start..end).unwrap_or_default());
     let may_begin = |b: &u8| b.is_ascii_alphabetic() || *b == b'_';
     earlier.split(ends).all(is_number)
         && name.len() > 1
