@@ -6,7 +6,7 @@ use super::press::nearest_place;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::vector::{Vec3, compare};
-use crate::geometry::{MeshDistance, TriangleMesh};
+use crate::geometry::{MeshDistance, TriangleMesh, Winding};
 use crate::units::Length;
 use rayon::prelude::*;
 
@@ -34,7 +34,7 @@ pub struct Remains {
 /// None on a grid that there is.
 ///
 /// # Cost
-/// A dilation of the samples; where some are left two distances to the part for each, and one to the surface.
+/// A dilation of the samples; where some are left two distances to the part and a winding number for each, and a distance to the surface.
 pub fn remains(part: &TriangleMesh, by: Length, made: &TriangleMesh, field: &Field<f32>) -> Result<Option<Remains>> {
     let (grid, h) = (*field.grid(), field.grid().h());
     let side = -by.as_mm().signum() as f32;
@@ -45,9 +45,11 @@ pub fn remains(part: &TriangleMesh, by: Length, made: &TriangleMesh, field: &Fie
     if by.as_mm() == 0.0 || beside.is_empty() {
         return Ok(None);
     }
-    let (of_part, of_made) = (MeshDistance::new(part), MeshDistance::new(made));
+    let (of_part, of_made, winding) = (MeshDistance::new(part), MeshDistance::new(made), Winding::new(part));
     let ball = by.as_mm() + CLEAR * h * by.as_mm().signum();
-    let place = |at: usize| nearest_place(&of_part, ball, grid.position(grid.index(at)), h);
+    // Past a sharp edge the ball may come to rest on the other side.
+    let lies_in = |place: &Vec3| (winding.at(*place) > 0.5) == (by.as_mm() < 0.0);
+    let place = |at: usize| nearest_place(&of_part, ball, grid.position(grid.index(at)), h).filter(lies_in);
     let beyond = |place: Vec3| of_made.nearest(place, f64::INFINITY).map(|n| (n.distance, place));
     let samples: Vec<usize> = beside.iter().collect();
     let found = samples.into_par_iter().filter_map(|at| beyond(place(at)?)).max_by(|a, b| {
