@@ -9,6 +9,7 @@ use super::void::{HALF_DIAGONAL, Trapped, Voids, rises};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::Solid;
+use crate::morphology::grown;
 use crate::topology::{Adjacency, Side, border, chambers, components};
 use crate::units::{bulk, report_digits, short};
 
@@ -133,22 +134,15 @@ impl Voids<'_> {
 
     /// The places where the void of so much clearance goes on from what fills a chamber to the outside.
     fn mouths_of(&self, own: &Indicator, clearance: &Field<u32>, exits: &Indicator, least: u32) -> Result<u64> {
-        let beyond = Indicator::from_predicate(self.grid, |at| {
-            clearance.values()[at] >= least && !own.contains(self.grid.index(at))
-        });
+        let wide = Indicator::from_predicate(self.grid, |at| clearance.values()[at] >= least);
+        let beyond = wide.difference(own)?;
         let parts = components(&beyond, Adjacency::Corner);
         let mut out = vec![false; parts.count()];
         for at in exits.intersection(&beyond)?.iter() {
             parts.of(self.grid.index(at)).into_iter().for_each(|l| out[l as usize] = true);
         }
-        let beside = own.window([-1; 3], self.grid.dims().map(|n| n + 2))?;
-        let touches = |at: usize| {
-            let [i, j, k] = self.grid.index(at);
-            let near = |n: usize| beside.contains([i + n % 3, j + n / 3 % 3, k + n / 9]);
-            let goes_on = || (0..27).any(near) && parts.of([i, j, k]).is_some_and(|l| out[l as usize]);
-            let reaches_out = || own.contains([i, j, k]) && exits.contains([i, j, k]);
-            clearance.values()[at] >= least && (reaches_out() || beyond.contains([i, j, k]) && goes_on())
-        };
-        Ok(components(&Indicator::from_predicate(self.grid, touches), Adjacency::Corner).count() as u64)
+        let goes_on = parts.select(|l| out[l as usize]).intersection(&grown(own, 1))?;
+        let reaches_out = own.intersection(exits)?.intersection(&wide)?;
+        Ok(components(&goes_on.union(&reaches_out)?, Adjacency::Corner).count() as u64)
     }
 }
