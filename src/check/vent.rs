@@ -2,7 +2,8 @@
 
 use super::place::reported;
 use super::tooling::direction_in_file;
-use super::void::{HALF_DIAGONAL, Trapped, rises};
+use super::void::{HALF_DIAGONAL, Trapped, rises, way_out};
+use super::way_out::hundredths;
 use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -185,7 +186,14 @@ fn drilled_for(solid: &Solid, tried: &[(&Trapped, Vent)], ball_mm: f64) -> Resul
             _ if !leads_out(vent) => Venting::LeadsNowhere,
             None => Venting::Works(*vent),
             Some(room) => {
-                Venting::LeavesRooms { vent: *vent, rooms: left.len(), at: grid.position(grid.index(room.deepest)) }
+                let way_out_mm = way_out(room, grid.h());
+                let at = grid.position(grid.index(room.deepest));
+                Venting::LeavesRooms {
+                    vent: *vent,
+                    rooms: left.len(),
+                    at,
+                    way_out_mm: [way_out_mm.low, way_out_mm.high],
+                }
             }
         }
     };
@@ -231,8 +239,8 @@ fn drill(set: &mut Indicator, vent: &Vent, radius: f64) {
 pub(super) enum Venting {
     /// This vent leads out, measured again.
     Works(Vent),
-    /// This vent leads out of the widest room of the place; others, one of them here, are still shut.
-    LeavesRooms { vent: Vent, rooms: usize, at: Vec3 },
+    /// This vent leads out of the widest room of the place; others, one of them here, keep a way out that is narrower, mm.
+    LeavesRooms { vent: Vent, rooms: usize, at: Vec3, way_out_mm: [f64; 2] },
     /// A vent leaves the part whole and does not lead out.
     LeadsNowhere,
     /// None has a wall around it and leaves the part in one piece.
@@ -247,13 +255,16 @@ impl Venting {
 
     /// In words, a vent that opens a part of the place.
     pub fn partly(self, part: &Part) -> Option<String> {
-        let Venting::LeavesRooms { vent, rooms, at } = self else { return None };
+        let Venting::LeavesRooms { vent, rooms, at, way_out_mm } = self else { return None };
         let at = reported(part, at).map(|c| short((10.0 * c).round() / 10.0)).join(", ");
-        let (others, them) = match rooms {
-            1 => (format!("a room behind it, at {at}, stays shut"), "it"),
-            n => (format!("{n} rooms behind it, one at {at}, stay shut"), "them"),
+        let [low, high] = way_out_mm.map(hundredths);
+        let others = match rooms {
+            1 => format!("a room behind it, at {at}, keeps a way out of {low} to {high} mm: give it one of its own"),
+            n => format!(
+                "{n} rooms behind it keep narrow ways out, one at {at} of {low} to {high} mm: give each one of its own"
+            ),
         };
-        Some(format!("drill {}; measured again, {others}: give {them} a way out too", vent.words(part)))
+        Some(format!("drill {}; measured again, {others}", vent.words(part)))
     }
 }
 
@@ -291,7 +302,9 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
             let diameter = short(wanted.diameter_mm(solid.centres.grid().h()));
             let it = if n == 1 { "it is not meant, fill it" } else { "they are not meant, fill them" };
             let wall = short((wanted.wall_mm * 100.0).round() / 100.0);
-            format!("if {it}: no straight vent of {diameter} mm has room in this part with {wall} mm of wall around it")
+            format!(
+                "if {it}: no straight vent of {diameter} mm along x, y or z has room in this part with {wall} mm of wall around it"
+            )
         }
         (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(wanted.ball_mm)),
     })
@@ -361,9 +374,9 @@ mod tests {
             let words = venting.partly(&part);
             assert_eq!(venting.vent().is_none(), leaves, "{passage}: {venting:?}");
             assert_eq!(
-                words.is_some_and(
-                    |w| w.contains("a room behind it, at ") && w.ends_with("stays shut: give it a way out too")
-                ),
+                words.is_some_and(|w| w.contains("a room behind it, at ")
+                    && w.contains(" keeps a way out of 0")
+                    && w.ends_with(" mm: give it one of its own")),
                 leaves
             );
         }

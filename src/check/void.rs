@@ -54,6 +54,13 @@ pub(super) fn rises(chamber: &Chamber) -> bool {
     root(chamber.widest) > LEAST_RISE * chamber.throat.map_or(0.0, |t| root(t.clearance)) + 2.0 * HALF_DIAGONAL
 }
 
+/// Diameter of the widest way out of a chamber, mm, for a spacing of h.
+pub(super) fn way_out(chamber: &Chamber, h: f64) -> Bracket {
+    let diameter = 2.0 * h * chamber.throat.map_or(0.0, |t| f64::from(t.clearance).sqrt());
+    let doubt = 4.0 * h * HALF_DIAGONAL;
+    Bracket::new(diameter, (diameter - doubt).max(0.0), diameter + doubt)
+}
+
 /// The sealed voids of a part, and those the grid cannot tell from sealed.
 #[derive(Debug, Default)]
 pub(super) struct Sealed {
@@ -352,14 +359,12 @@ impl<'a> Voids<'a> {
     pub fn trapped(&self, chamber: &Chamber, clearance: &Field<u32>) -> Result<Trapped> {
         let h = self.grid.h();
         let filling = Filling::of(chamber, clearance, self.solid)?;
-        let way_out = 2.0 * h * chamber.throat.map_or(0.0, |t| f64::from(t.clearance).sqrt());
-        let doubt = 4.0 * h * HALF_DIAGONAL;
         Ok(Trapped {
             at: self.place(chamber.deepest),
             extent: self.extent(chamber),
             volume_mm3: Bracket::new(filling.volume_mm3(), chamber.samples() as f64 * h.powi(3), f64::INFINITY),
             basis: self.basis(),
-            way_out_mm: Bracket::new(way_out, (way_out - doubt).max(0.0), way_out + doubt),
+            way_out_mm: way_out(chamber, h),
             throat: chamber.throat.map(|t| self.place(t.at)),
             shape: filling.surface()?,
         })
