@@ -19,6 +19,9 @@ use crate::units::{Length, enclosed, short};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+/// What is closed reaches as far as it did.
+const CLOSING: Reach = Reach::Around([0.0; 3], [0.0; 3]);
+
 /// Bytes for each sample of the result of an operation with a ball: sets, distances, the surface.
 pub(super) const BYTES_BY_DISTANCES: u128 = 24;
 
@@ -67,7 +70,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Close { by, how } => {
             let (job, element) = moved("close", by, how)?;
-            job.telling(crossings).reaching(Reach::Around([0.0; 3], [0.0; 3])).run(
+            job.telling(crossings).reaching(CLOSING).run(
                 element.extent(),
                 bytes_about(&element),
                 Some(&element),
@@ -246,7 +249,9 @@ impl Job {
         });
         let crumbs = made.left_out(&part, self.reach, spacing);
         let thin = self.by.map(|by| made.thinned_out(&part, by, spacing)).transpose()?.flatten();
-        Ok([crumbs, made.may_fill_too_much(), short, thin].into_iter().flatten().collect())
+        let grows = self.by.map_or(self.reach == Some(CLOSING), |by| by.as_mm() >= 0.0);
+        let apart = made.comes_apart(&part).filter(|_| grows && crumbs.is_none());
+        Ok([crumbs, made.may_fill_too_much(), short, thin, apart].into_iter().flatten().collect())
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.

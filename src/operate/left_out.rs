@@ -93,6 +93,33 @@ impl Operated {
             Notice::new("thinner-than-spacing", text)
         })
     }
+
+    /// Says that the surface comes in more pieces than the part where that only grows, as each piece of a sum holds a body of the part. Strips
+    /// come off sharp edges that are thinner than the spacing; between bodies a closing may leave pieces that hold none.
+    ///
+    /// # Cost
+    /// O(facets); where there are several pieces, the union of the part's bodies.
+    pub fn comes_apart(&self, part: &TriangleMesh) -> Option<Notice> {
+        let of = |volumes: &[f64]| volumes.iter().filter(|volume| **volume > 0.0).count();
+        let pieces = Pieces::of(&self.mesh);
+        let volumes = pieces.volumes();
+        let count = of(&volumes);
+        if count < 2 {
+            return None;
+        }
+        let bodies = of(&Pieces::of(&Whole::of(part).mesh).volumes());
+        let solid = volumes.iter().zip(&pieces.boxes).filter(|(volume, _)| **volume > 0.0);
+        let (_, (lo, hi)) = solid.min_by(|a, b| a.0.total_cmp(b.0))?;
+        let at = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        (count > bodies).then(|| {
+            let text = format!(
+                "the result comes in {count} pieces and the part in {bodies}, the least near ({}) mm: what joins them may be thinner than the \
+                 spacing; choose a smaller --voxel",
+                at.map(short).join(", ")
+            );
+            Notice::new("thinner-than-spacing", text).counted(count as u64).at(at)
+        })
+    }
 }
 
 impl Operated {
@@ -149,6 +176,22 @@ mod tests {
 
     fn made(part: &TriangleMesh, by: f64, h: f64) -> Operated {
         offset(part, Length::mm(by), Length::mm(h)).unwrap()
+    }
+
+    #[test]
+    fn a_strip_that_comes_off_a_sharp_edge_is_told() {
+        let pieces = cuboid([0.0; 3], [3.0; 3]).joined(&cuboid([3.4, 1.0, 0.0], [3.45, 1.1, 3.0]));
+        let apart = made(&pieces, 0.01, 0.02);
+        let whole = cuboid([0.0; 3], [3.0; 3]);
+        assert_eq!(apart.comes_apart(&pieces), None);
+        let told = apart.comes_apart(&whole).unwrap();
+        let [x, ..] = told.at_mm.unwrap();
+        assert!(
+            told.count == Some(2) && (x - 3.425).abs() < 0.01 && told.message.contains("2 pieces and the part in 1")
+        );
+        // A void within a body is no piece.
+        let hollow = whole.joined(&cuboid([1.0; 3], [2.0; 3]).flipped());
+        assert_eq!(made(&hollow, 0.1, 0.2).comes_apart(&hollow), None);
     }
 
     #[test]
