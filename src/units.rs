@@ -141,6 +141,15 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// A number for people, to hundredths.
+///
+/// ```
+/// assert_eq!(amcheck::units::hundredths(4.996), "5");
+/// ```
+pub fn hundredths(value: f64) -> String {
+    short((value * 100.0).round() / 100.0)
+}
+
 /// Decimals that show a bracket to two digits of its width, 0 to 4.
 pub fn decimals_of(width: f64) -> usize {
     if width > 1e-9 { (1.0 - width.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 }

@@ -13,7 +13,7 @@ use crate::geometry::vector::{Vec3, along, scale};
 use crate::layer::{Ceiling, Reach};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{report_digits, short};
+use crate::units::{hundredths, report_digits, short};
 use rayon::prelude::*;
 
 /// AM203 `bridge`.
@@ -207,10 +207,6 @@ fn place(
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
-}
-
-fn hundredths(value: f64) -> String {
-    short((value * 100.0).round() / 100.0)
 }
 
 /// A remedy tried at the place of a finding.

@@ -252,22 +252,13 @@ mod tests {
         let fin = cuboid([0.0; 3], [2.0, 2.0, 0.5]).joined(&cuboid([0.5, 1.0, 0.4], [1.5, 1.25, 2.0]));
         let part = Part::new(fin, Up::PlusZ, 1e-6, 1.0).unwrap();
         let extent = (part.to_build([0.9, 1.0, 1.4]), part.to_build([1.0, 1.25, 1.5]));
+        let outline = Departure::of_outline(Side::Material, &Process::named("mjf").unwrap());
         for footprint in [Footprint::Disc, Footprint::Square] {
             let bead = Bead { footprint, width: Length::mm(0.5), height: Length::mm(0.3) };
             for division in DIVISIONS {
-                let trial = Trial::divided(
-                    &part,
-                    bead,
-                    extent,
-                    Departure::of_outline(Side::Material, &mjf()),
-                    (division, 1 << 24),
-                );
+                let trial = Trial::divided(&part, bead, extent, outline, (division, 1 << 24));
                 assert!(trial.unwrap().is_some(), "{footprint:?} {division:?}");
             }
         }
-    }
-
-    fn mjf() -> Process {
-        Process::named("mjf").unwrap()
     }
 }

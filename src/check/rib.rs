@@ -8,7 +8,7 @@ use crate::geometry::vector::{Vec3, along, distance, dot, sub, unit};
 use crate::layer::{Ceiling, Reach, above, stretch};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::short;
+use crate::units::{hundredths, short};
 
 /// Ribs under one ceiling at most: what needs more is better supported.
 const MOST: usize = 8;
@@ -46,7 +46,7 @@ impl Rib {
         let ways = [self.way(), [0.0, 0.0, 1.0]].map(|way| part.direction_to_file(way));
         let is_round = |p: &Vec3| {
             let at = reported(part, *p);
-            let moved = sub(at.map(hundredths), at);
+            let moved = sub(at.map(in_hundredths), at);
             ways.iter().all(|&way| dot(moved, way).abs() < EXACT)
         };
         if self.ends.iter().all(is_round) {
@@ -141,7 +141,7 @@ impl Ribbing {
 
 impl Held {
     fn words(&self, part: &Part) -> String {
-        let point = |p: Vec3| reported(part, p).map(|c| short(hundredths(c))).join(", ");
+        let point = |p: Vec3| reported(part, p).map(hundredths).join(", ");
         let ends = self.ribs.first().map(|r| r.told(part).map(point));
         let [from, to] = ends.unwrap_or_default();
         let (ribs, first) = match self.ribs.len() {
@@ -306,7 +306,7 @@ fn middle([a, b]: [Vec3; 2]) -> Vec3 {
 }
 
 /// A coordinate as it is told.
-fn hundredths(mm: f64) -> f64 {
+fn in_hundredths(mm: f64) -> f64 {
     (100.0 * mm).round() / 100.0
 }
 
@@ -340,7 +340,7 @@ mod tests {
         assert_eq!(rib(4.0, 8.0).told(&part), rib(4.0, 8.0).ends);
         for (y, z) in [(4.004, 8.0), (4.0, 8.004)] {
             let [a, b] = rib(y, z).told(&part);
-            assert!(a[1] < 0.0 && hundredths(b[1]) > y && hundredths(b[2]) > z, "{a:?} {b:?}");
+            assert!(a[1] < 0.0 && in_hundredths(b[1]) > y && in_hundredths(b[2]) > z, "{a:?} {b:?}");
         }
     }
 

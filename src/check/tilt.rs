@@ -44,7 +44,7 @@ impl Tilt {
 /// As [`Basin::all`].
 ///
 /// # Cost
-/// Two floods of the coarse void for each direction, and two of the whole void for those that are measured.
+/// Two floods of the coarse void for each direction, and two of the whole void for those that are measured, and one for the film as it stands.
 pub(super) fn best_tilt(voids: &Voids, allowed_mm2: f64) -> Result<Option<Tilt>> {
     let upright = [0.0, 0.0, 1.0];
     let mut outer = voids.solid.outer.clone();

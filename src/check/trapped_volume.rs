@@ -8,14 +8,14 @@ use super::mouth::Mouths;
 use super::place::{group_equal, locate, reported, reported_box};
 use super::vent::{Downward, Wanted, advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
-use super::way_out::{Telling, Tried, hundredths};
+use super::way_out::{Telling, Tried};
 use crate::error::Result;
 use crate::geometry::vector::{add, scale};
 use crate::geometry::{Solid, TriangleMesh};
 use crate::grid::Grid;
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::{Length, bulk, report_digits, short};
+use crate::units::{Length, bulk, hundredths, report_digits, short};
 
 /// AM301 `trapped-volume`.
 pub struct TrappedVolume;

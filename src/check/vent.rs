@@ -3,7 +3,6 @@
 use super::place::reported;
 use super::tooling::direction_in_file;
 use super::void::{HALF_DIAGONAL, Trapped, rises, way_out};
-use super::way_out::hundredths;
 use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -11,7 +10,7 @@ use crate::geometry::Solid;
 use crate::geometry::vector::{Vec3, along, distance, dot, sub};
 use crate::part::Part;
 use crate::topology::{Adjacency, Chamber, Side, border, chambers, components};
-use crate::units::short;
+use crate::units::{hundredths, short};
 
 /// A channel along an axis from a trapped place to the outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -294,19 +293,19 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
                 v.words(part)
             )
         }
-        (None, _) if found.iter().any(|v| v.partly(part).is_some()) => {
-            let partly = found.iter().find_map(|v| v.partly(part)).unwrap_or_default();
-            format!("if it is not meant, {partly}")
-        }
         (None, n) if found.iter().all(|v| *v == Venting::NoRoom) => {
             let diameter = short(wanted.diameter_mm(solid.centres.grid().h()));
             let it = if n == 1 { "it is not meant, fill it" } else { "they are not meant, fill them" };
-            let wall = short((wanted.wall_mm * 100.0).round() / 100.0);
+            let wall = hundredths(wanted.wall_mm);
             format!(
                 "if {it}: no straight vent of {diameter} mm along x, y or z has room in this part with {wall} mm of wall around it"
             )
         }
-        (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(wanted.ball_mm)),
+        (None, n) => match (found.iter().find_map(|v| v.partly(part)), n) {
+            (Some(partly), 1) => format!("if it is not meant, {partly}"),
+            (Some(partly), _) => format!("where they are not meant: {partly}"),
+            (None, _) => format!("if it is not meant, give it a way out of at least {} mm", short(wanted.ball_mm)),
+        },
     })
 }
 

@@ -4,7 +4,7 @@ use super::finding::{Finding, State};
 use super::vent::Venting;
 use crate::geometry::vector::Vec3;
 use crate::part::Part;
-use crate::units::{bulk, short};
+use crate::units::{bulk, hundredths, short};
 
 /// What was tried for a chamber.
 pub(super) struct Tried {
@@ -61,9 +61,4 @@ impl Telling<'_> {
             }
         }
     }
-}
-
-/// A length in hundredths of a millimetre.
-pub(super) fn hundredths(mm: f64) -> String {
-    short((mm * 100.0).round() / 100.0)
 }

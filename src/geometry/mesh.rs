@@ -91,6 +91,11 @@ impl TriangleMesh {
         (volume > 0.0).then(|| [0, 1, 2].map(|a| centre[a] + moment[a] / volume))
     }
 
+    /// The longest side of the box of the facets; 0 without any.
+    pub fn longest_side(&self) -> f64 {
+        self.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max))
+    }
+
     /// Least and greatest corner of the vertices that facets use, or `None` without facets.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         // Each vertex once, in their order in memory: facets name most of them six times.

@@ -3,7 +3,6 @@
 use crate::error::{Error, Result};
 use crate::geometry::health::{Health, Role, meetings};
 use crate::geometry::union::united;
-use crate::geometry::vector::sub;
 use crate::geometry::{MeshDistance, TriangleMesh, body_pairs};
 use crate::units::Volume;
 use std::borrow::Cow;
@@ -91,8 +90,7 @@ fn outward(mesh: &TriangleMesh) -> Option<Health> {
 
 /// Whether no body meets another, and none passes through itself.
 fn stands_alone(mesh: &TriangleMesh, health: &Health) -> bool {
-    let longest = mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max));
-    let meeting = MEETING.0.min(MEETING.1 * longest).max(resolution(mesh));
+    let meeting = MEETING.0.min(MEETING.1 * mesh.longest_side()).max(resolution(mesh));
     if health.count_of(Role::Swallowed) > 0 || !body_pairs(mesh, health, meeting).is_empty() {
         return false;
     }

@@ -49,7 +49,7 @@ impl Repaired {
 /// How far apart vertices of a crack may lie to be joined, in the unit of the mesh: 10⁻⁵ of the longest side, a dozen steps of
 /// float32 coordinates, and at most 10⁻⁴.
 pub fn repair_tolerance(mesh: &TriangleMesh) -> f64 {
-    let longest = mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max));
+    let longest = mesh.longest_side();
     (1e-5 * longest).min(1e-4)
 }
 

@@ -7,7 +7,6 @@ use super::cuts::Cuts;
 use super::pieces::pieces;
 use super::points::Points;
 use crate::geometry::health::{Health, meetings};
-use crate::geometry::vector::sub;
 use crate::geometry::{MeshDistance, TriangleMesh};
 use std::f64::consts::PI;
 
@@ -74,12 +73,8 @@ fn is_sound(union: &TriangleMesh, tolerance: f64) -> bool {
         return false;
     }
     let found = meetings(&MeshDistance::new(union), |_, _| true, 2.0 * tolerance);
-    let speck = SPECK.0.min(SPECK.1 * longest_side(union));
+    let speck = SPECK.0.min(SPECK.1 * union.longest_side());
     found.crossing.count == 0 && found.overlap_mm2 <= 0.25 * PI * speck * speck
-}
-
-fn longest_side(mesh: &TriangleMesh) -> f64 {
-    mesh.bounds().map_or(0.0, |(lo, hi)| sub(hi, lo).into_iter().fold(0.0, f64::max))
 }
 
 #[cfg(test)]
