@@ -19,6 +19,9 @@ const PARTS: [&str; 5] = [
     "prusa_y_motor_holder_slits.stl",
 ];
 
+/// Parts with walls and gaps thinner than the spacing.
+const THIN: [&str; 2] = ["enable_pip_hand_16.stl", "enable_compliant_finger.stl"];
+
 fn folder() -> Option<PathBuf> {
     let named = std::env::var_os("AMCHECK_MODELS").map(PathBuf::from);
     let beside = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
@@ -69,6 +72,30 @@ fn real_parts_grow_shrink_open_and_close_to_closed_meshes() {
         // A percent is left for what contouring cuts off sharp edges twice.
         assert!(shrunk < own && own < grown);
         assert!(opened < 1.01 * own && 0.99 * own < closed, "{name}: {opened} {own} {closed}");
+    }
+}
+
+#[test]
+fn real_parts_with_thin_walls_and_gaps_keep_them_whole() {
+    let Some(folder) = folder() else {
+        println!("skipped: no models (set AMCHECK_MODELS)");
+        return;
+    };
+    for name in THIN {
+        let Ok(bytes) = std::fs::read(folder.join("clean").join(name)) else {
+            println!("skipped: {name} is absent");
+            continue;
+        };
+        let part = read(name, &bytes, Salvage::default()).unwrap().mesh;
+        for by in [0.5, -0.1] {
+            let volume = |samples: f64| {
+                let h = Length::mm(longest(&part) / samples);
+                report(name, &format!("{by:+} mm"), h, || offset(&part, Length::mm(by), h))
+            };
+            // Up to half a spacing along the rims of what is thinner may be missing.
+            let (coarse, fine) = (volume(128.0), volume(200.0));
+            assert!((coarse / fine - 1.0).abs() < 0.01, "{name} {by:+} mm: {coarse} and {fine} mm³");
+        }
     }
 }
 

@@ -13,6 +13,9 @@ const ON_FACET: f64 = 1e-6;
 /// A point within this many spacings of a level may be brought onto it.
 const BESIDE: f64 = 0.6;
 
+/// A point is on a level near the mesh if its distance is off by less than this, in spacings.
+const ON_LEVEL: f64 = 0.001;
+
 /// A point is brought from body to body at most so often: each time leaves cos² of the angle between their surfaces.
 const MOST_PROJECTIONS: usize = 4;
 
@@ -100,13 +103,27 @@ impl Level {
     }
 
     /// The point at distance |r| from the mesh on the line from the nearest mesh point through p, if p is near it.
+    ///
+    /// Close to the mesh, where that line has no certain direction, the facet there tells it, and the point counts if no other is nearer.
     pub(super) fn project(&self, p: Vec3) -> Option<Vec3> {
         let (n, h) = (self.near.nearest(p)?, self.near.h());
-        let beside = (n.distance - self.r.abs()).abs() < BESIDE * h;
-        if beside && self.r == 0.0 {
+        if (n.distance - self.r.abs()).abs() >= BESIDE * h {
+            return None;
+        }
+        if self.r == 0.0 {
             return Some(self.uncovered(n.point));
         }
-        (beside && n.distance > 0.5 * h).then(|| along(n.point, sub(p, n.point), self.r.abs() / distance(p, n.point)))
+        let on_ray = || along(n.point, sub(p, n.point), self.r.abs() / distance(p, n.point));
+        if n.distance > 0.5 * h {
+            return Some(on_ray());
+        }
+        let found = match self.height(p, &n) {
+            Some((height, facing)) => along(p, facing, self.r - height),
+            None if dot(sub(p, n.point), self.near.facing(&n)) * self.r > 0.0 => on_ray(),
+            None => return None,
+        };
+        let apart = self.near.nearest(found)?.distance;
+        ((apart - self.r.abs()).abs() < ON_LEVEL * h).then_some(found)
     }
 }
 

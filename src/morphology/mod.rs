@@ -26,6 +26,7 @@ mod rolling;
 mod sandwich;
 mod spread;
 mod sweep;
+mod thin;
 mod traced;
 mod unsweep;
 mod walls;

@@ -93,6 +93,11 @@ impl Near {
         self.grid.h()
     }
 
+    /// Whether several bodies are measured to as one.
+    pub(super) fn is_of_union(&self) -> bool {
+        self.of.bodies.is_some()
+    }
+
     /// The distances to the mesh.
     pub(super) fn mesh(&self) -> &MeshDistance {
         &self.of.exact

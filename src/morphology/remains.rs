@@ -84,15 +84,14 @@ mod tests {
             for (part, by) in [(&wedge, -1.0), (&block, 1.0)] {
                 let (made, found) = of(part, by, h);
                 let found = found.expect("a tip");
-                let at_end = made
-                    .vertices
-                    .iter()
-                    .filter(|p| p[0] > 0.0 && p[2].abs() < h && (p[1] - 3.0).abs() < 2.0)
-                    .map(|p| p[0]);
-                let short_by = at_end.fold(f64::INFINITY, f64::min) - tip;
+                let mesh = MeshDistance::new(&made);
+                let end = |y: f64| [tip + CLEAR * h / half.sin(), y, 0.0];
+                let to_surface = |y: f64| mesh.nearest(end(y), f64::INFINITY).unwrap().distance;
+                let between = |t: f64| 1.0 + CLEAR * h + t * (4.0 - 2.0 * CLEAR * h);
+                let short_by = (0..=100).map(|n| to_surface(between(0.01 * f64::from(n)))).fold(0.0, f64::max);
                 let beyond = found.beyond.as_mm();
-                // What has to be clear of the ball is left a fiftieth of a spacing earlier on either side.
-                assert!(beyond < short_by + 0.5 * h && beyond > short_by - 0.7 * h, "{by} {h}: {beyond} of {short_by}");
+                // The ends are looked at every 0.04 mm here, and where samples are there.
+                assert!((beyond - short_by).abs() < 0.05 * h, "{by} {h}: {beyond} of {short_by}");
                 assert!((found.at_mm[0] - tip).abs() < h && found.at_mm[2].abs() < 0.1 * h, "{found:?}");
             }
         }

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 
 /// The opening of a solid by a ball: everything that a ball of the radius, moved about inside, covers.
 ///
-/// Where the ball touches the part the surface is the part's own, exactly, and of what is thinner than the spacing some is left out;
-/// elsewhere it is at the radius from the surface of what the ball's centre reaches, or from its nearest place among the facets that stop it. A
+/// Where the ball touches the part the surface is the part's own, exactly, and of what is thinner than the spacing some may be left out, along
+/// rims and at corners; elsewhere it is at the radius from the surface of what the ball's centre reaches, or from its nearest place among the facets that stop it. A
 /// wall as thick as the ball is wide stays, by 0.01 spacings. Where walls are thinner than the spacing, facets of both their sides
 /// may cross.
 ///

@@ -1,6 +1,7 @@
 //! The surface where a field of exact distances vanishes.
 
 use super::level::{Level, SMOOTH_COSINE, Seen, root_of_cubic};
+use super::thin::Thin;
 use super::walls::Walls;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
@@ -37,10 +38,14 @@ pub(super) struct Traced {
 
 impl Traced {
     /// The surface of `{ s ≤ 0 }`: its vertices on the level, its creases kept, its edges split where they are
-    /// inscribed by more than [`FINE`], and no facets that cross, as far as the samples tell where sheets come near each other.
+    /// inscribed by more than [`FINE`], and no facets that cross, as far as the samples tell where sheets come near each other. What
+    /// passes between samples is kept as [`Thin`] finds it.
     pub(super) fn surface(&self) -> Result<TriangleMesh> {
-        let (mesh, crowd) = sharp_surface(&self.inside(), self)?;
-        Ok(split_curved_edges(&mesh, Some(&crowd), self.deepest(FINE), self.halvings(), |p| self.onto(p)))
+        let mut inside = self.inside();
+        let thin = Thin::between(&mut inside, self);
+        let (mesh, crowd) = sharp_surface(&inside, &thin)?;
+        let mesh = split_curved_edges(&mesh, Some(&crowd), self.deepest(FINE), self.halvings(), |p| self.onto(p));
+        Ok(thin.without_films(mesh))
     }
 
     /// The surface that another one is measured to: its edges are split where they are inscribed by more than [`BETWEEN`], and facets
@@ -65,6 +70,23 @@ impl Traced {
         spacings * self.values.grid().h()
     }
 
+    /// The point of an edge that is so far along it, of 1.
+    pub(super) fn point_of(&self, edge: Edge, t: f64) -> Vec3 {
+        let grid = self.values.grid();
+        [0, 1, 2].map(|i| grid.origin()[i] + grid.h() * (edge.from[i] as f64 + if i == edge.axis { t } else { 0.0 }))
+    }
+
+    /// The slope of the field at a sample with a value, where it is exact.
+    pub(super) fn slope(&self, index: [isize; 3], value: f64) -> Option<Vec3> {
+        self.level_of(index)?.slope(index, value)
+    }
+
+    /// Whether it was measured to several bodies as one.
+    pub(super) fn is_union(&self) -> bool {
+        let of_walls = self.walls.as_ref().map(Walls::level);
+        self.level.iter().chain(of_walls).any(|level| level.near.is_of_union())
+    }
+
     /// The level that a sample was measured to, if it was to one.
     fn level_of(&self, index: [isize; 3]) -> Option<&Level> {
         match &self.walls {
@@ -75,7 +97,7 @@ impl Traced {
     }
 
     /// The surface as seen from a point near it.
-    fn seen(&self, p: Vec3) -> Option<Seen> {
+    pub(super) fn seen(&self, p: Vec3) -> Option<Seen> {
         let on_wall = self.walls.as_ref().and_then(|walls| walls.seen(p));
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }
@@ -83,11 +105,9 @@ impl Traced {
     /// Where an edge enters a union of bodies from its end outside, and the outward normal there.
     fn entry(&self, edge: Edge, [a, b]: [f64; 2]) -> Option<(f64, Vec3)> {
         let level = self.level.as_ref().filter(|level| level.r == 0.0 && self.walls.is_none())?;
-        let grid = self.values.grid();
-        let (end, way) = if a > b { (0.0, grid.h()) } else { (1.0, -grid.h()) };
-        let along = |from: f64, step: f64| [0, 1, 2].map(|i| if i == edge.axis { from + step } else { from });
-        let first = [0, 1, 2].map(|i| grid.origin()[i] + grid.h() * edge.from[i] as f64);
-        let (p, d) = (add(first, along(0.0, end * grid.h())), along(0.0, way));
+        let (from, to) = if a > b { (0.0, 1.0) } else { (1.0, 0.0) };
+        let p = self.point_of(edge, from);
+        let d = sub(self.point_of(edge, to), p);
         let (t, normal) = level.near.entry(p, d)?;
         Some((if a > b { t } else { 1.0 - t }, normal))
     }
@@ -95,17 +115,16 @@ impl Traced {
     /// Where `s` vanishes along an edge, from `t` on: by Newton's steps, which end on a plane; where these leave what is known
     /// to hold the crossing, by regula falsi that halves the value of an end kept twice (Dowell and Jarratt 1971, "A modified
     /// regula falsi method", BIT 11).
-    fn stepped_crossing(&self, edge: Edge, mut t: f64, [a, b]: [f64; 2]) -> (f64, Option<Vec3>) {
-        let grid = self.values.grid();
-        let (mut low, mut high) = ((0.0, a), (1.0, b));
+    ///
+    /// The ends are places on the edge with the values there.
+    pub(super) fn stepped_crossing(&self, edge: Edge, mut t: f64, ends: [(f64, f64); 2]) -> (f64, Option<Vec3>) {
+        let [mut low, mut high] = ends;
+        let (a, b) = (low.1, high.1);
         let (mut note, mut last) = (None, None);
         for _ in 0..MOST_STEPS {
-            let p = [0, 1, 2].map(|i| {
-                let step = if i == edge.axis { t } else { 0.0 };
-                grid.origin()[i] + grid.h() * (edge.from[i] as f64 + step)
-            });
+            let p = self.point_of(edge, t);
             let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else { break };
-            let newton = t - s / (grid.h() * slope[edge.axis]);
+            let newton = t - s / (self.values.grid().h() * slope[edge.axis]);
             let (before, at_low) = (t, (s > 0.0) == (a > 0.0));
             let (end, kept) = if at_low { (&mut low, &mut high) } else { (&mut high, &mut low) };
             *end = (t, s);
@@ -151,8 +170,7 @@ impl Sheets for Traced {
         if let Some((t, normal)) = self.entry(edge, [a, b]) {
             return (t, Some(normal));
         }
-        let slope = |index, value| self.level_of(index)?.slope(index, value);
-        let slopes = [slope(edge.from, a), slope(next, b)];
+        let slopes = [self.slope(edge.from, a), self.slope(next, b)];
         if let [Some(m), Some(n)] = slopes {
             let ends = [m, n].map(|slope| h * slope[edge.axis]);
             if ends.iter().all(|slope| (slope - (b - a)).abs() < SMOOTH_SLOPE * h) {
@@ -161,7 +179,7 @@ impl Sheets for Traced {
             }
         }
         let along_edge = slopes.map(|slope| slope.map(|slope| h * slope[edge.axis]));
-        self.stepped_crossing(edge, newton_from_farther_end([a, b], along_edge).unwrap_or(t), [a, b])
+        self.stepped_crossing(edge, newton_from_farther_end([a, b], along_edge).unwrap_or(t), [(0.0, a), (1.0, b)])
     }
 
     /// Known unless those seen beside the points tell that the surface is not creased there.

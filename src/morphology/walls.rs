@@ -13,9 +13,10 @@ use super::press::nearest_place;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::distance::Nearest;
-use crate::geometry::vector::{Vec3, along, distance, scale, sub};
+use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
 use crate::units::Length;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// How far facets may reach into a ball that touches, in spacings: rounding, and the facets of round walls, whose edges stand
 /// out between its contacts. The surface is off by no more.
@@ -124,11 +125,32 @@ impl Walls {
     }
 
     /// Whether the centre of a ball that no facet reaches into is on its side, as far as samples tell: one that lies in the
-    /// ball is on the same side of all facets.
+    /// ball is on the same side of all facets. A ball that may lie between samples is asked itself.
     fn may_stand(&self, centre: Vec3, radius: f64) -> bool {
         let grid = self.centres.grid();
-        let side = || grid.sample_at(centre).map(|sample| self.centres.contains(sample));
-        radius > 0.0 && (radius <= HALF_DIAGONAL * grid.h() || side() == Some(self.ball < 0.0))
+        let sample = grid.sample_at(centre);
+        let holds = |index: [usize; 3]| distance(grid.position(index), centre) <= radius;
+        let inside = match sample {
+            Some(index) if radius > HALF_DIAGONAL * grid.h() || holds(index) => self.centres.contains(index),
+            Some(_) => self.is_inside(centre),
+            None => return false,
+        };
+        radius > 0.0 && inside == (self.ball < 0.0)
+    }
+
+    /// Whether a point that lies on no facet is inside, as the nearest facet tells, and at an edge the one that it stands most squarely to.
+    fn is_inside(&self, p: Vec3) -> bool {
+        let mesh = self.level.near.mesh();
+        let Some(nearest) = mesh.nearest(p, f64::INFINITY) else { return false };
+        let mut height = 0.0f64;
+        mesh.within(p, nearest.distance * (1.0 + 1e-9), |n| {
+            let over = dot(sub(p, n.point), mesh.normal(n.facet));
+            if over.abs() > height.abs() {
+                height = over;
+            }
+            ControlFlow::Continue(())
+        });
+        height < 0.0
     }
 
     /// Brings `values` of the result nearer to what the ball covers, at samples near the part that no wall holds, where a

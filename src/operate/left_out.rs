@@ -94,8 +94,8 @@ impl Operated {
         })
     }
 
-    /// Says that the surface comes in more pieces than the part where that only grows, as each piece of a sum holds a body of the part. Strips
-    /// come off sharp edges that are thinner than the spacing; between bodies a closing may leave pieces that hold none.
+    /// Says that the surface comes in more pieces than the part where that only grows, as each piece of a sum holds a body of the part: where
+    /// what joins them is thinner than the spacing; between bodies a closing may leave pieces that hold none.
     ///
     /// # Cost
     /// O(facets); where there are several pieces, the union of the part's bodies.

@@ -7,7 +7,7 @@ use super::whole::Whole;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::contour::MEETING;
-use crate::geometry::health::{Fault, crossing_pairs};
+use crate::geometry::health::{Fault, Through, crossing_pairs};
 use crate::geometry::vector::{Vec3, add, scale};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
@@ -90,7 +90,7 @@ impl Operated {
         let of_sides = || self.sides.as_ref().map(|[lower, _]| lower.grid().h());
         let spacing = self.distances.as_ref().map(|field| field.grid().h()).or_else(of_sides).unwrap_or_default();
         let facets: Vec<u32> = (0..self.mesh.triangles.len() as u32).collect();
-        let pairs = crossing_pairs(&self.mesh, &facets, MEETING * spacing);
+        let pairs = crossing_pairs(&self.mesh, &facets, MEETING * spacing, Through::Inside);
         let middle =
             |[f, _]: &[u32; 2]| scale(self.mesh.corners(*f as usize).into_iter().fold([0.0; 3], add), 1.0 / 3.0);
         Fault { count: pairs.len() as u64, at_mm: pairs.first().map(middle) }

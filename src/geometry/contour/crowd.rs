@@ -1,7 +1,7 @@
 //! Where sheets of a surface come so near to each other that finer facets may cross.
 
 use crate::field::Indicator;
-use crate::geometry::health::crossing_pairs;
+use crate::geometry::health::{Through, crossing_pairs};
 use crate::geometry::mesh::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ impl Crowd {
         let cell = |p: Vec3| grid.continuous_index(p).map(|x| x.floor() as i32);
         let (mut facets, mut moved) = (all.clone(), Vec::new());
         loop {
-            for pair in crossing_pairs(mesh, &facets, MEETING * grid.h()) {
+            for pair in crossing_pairs(mesh, &facets, MEETING * grid.h(), Through::Edges) {
                 mend(mesh, pair, &mut moved);
             }
             if moved.is_empty() {

@@ -17,6 +17,11 @@ pub trait Sheets: Sync {
     /// Where the surface crosses an edge of the lattice, from 0 to 1.
     fn crossing(&self, edge: Edge) -> (f64, Self::Note);
 
+    /// The place of the surface that the vertex on an edge of the lattice stands for, where that is not on the edge.
+    fn aside(&self, _edge: Edge) -> Option<Vec3> {
+        None
+    }
+
     /// The outward unit normal at each of the points where the surface leaves the cell whose first sample is `cell`; nothing
     /// where it is smooth.
     fn normals(&self, cell: [isize; 3], corners: &[Vec3], notes: &[Self::Note]) -> Option<Vec<Vec3>>;

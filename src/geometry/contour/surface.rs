@@ -12,6 +12,7 @@ use crate::geometry::vector::{Vec3, add, scale};
 use crate::grid::Grid;
 use crate::units::Length;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// How near to a sample a vertex may come, as a share of the edge: vertices of different edges stay apart.
 pub(super) const NEAREST: f64 = 1e-3;
@@ -53,9 +54,14 @@ pub fn surface(inside: &Indicator, crossing: impl Fn(Edge) -> f64 + Sync) -> Res
 /// # Cost
 /// A tree over the facets near creases more.
 pub fn sharp_surface(inside: &Indicator, sheets: &impl Sheets) -> Result<(TriangleMesh, Crowd)> {
-    let Contour { mut mesh, on_feature, fans, crowd } = cut_all(inside, sheets)?;
+    let Contour { mut mesh, on_feature, mut fans, mut crowd, aside } = cut_all(inside, sheets)?;
+    let onto = |p: Vec3| sheets.onto(p);
+    if !aside.is_empty() {
+        fans.put_aside(&mut mesh, &crowd, &aside, onto);
+        crowd = crowd.and_at(&aside.iter().map(|&(_, place)| place).collect::<Vec<Vec3>>());
+    }
     let turned = creases_joined(&mut mesh, &on_feature);
-    uncrossed(&mut mesh, &crowd, &fans, &turned, |p| sheets.onto(p));
+    uncrossed(&mut mesh, &crowd, &fans, &turned, onto);
     Ok((mesh, crowd))
 }
 
@@ -84,6 +90,8 @@ struct Contour {
     on_feature: Vec<bool>,
     fans: Fans,
     crowd: Crowd,
+    /// Vertices that stand for a place of the surface which is not on their edge.
+    aside: Vec<(u32, Vec3)>,
 }
 
 /// The surface, polygon by polygon.
@@ -102,13 +110,13 @@ fn cut_all<S: Sheets>(inside: &Indicator, sheets: &S) -> Result<Contour> {
             let step = if a == edge.axis { t } else { 0.0 };
             origin[a] + grid.h() * ((edge.from[a] + 1) as f64 + step)
         });
-        (place, note)
+        (place, note, sheets.aside(edge))
     };
-    let of_plane: Vec<(Vec<Vec3>, Vec<S::Note>)> =
+    let of_plane: Vec<Plane<S::Note>> =
         (0..cut.dims[2]).into_par_iter().with_max_len(1).map(|k| cut.vertices_of_plane(k, &position)).collect();
     let mut firsts = vec![0usize];
-    firsts.extend(of_plane.iter().scan(0, |sum, (vertices, _)| {
-        *sum += vertices.len();
+    firsts.extend(of_plane.iter().scan(0, |sum, plane| {
+        *sum += plane.vertices.len();
         Some(*sum)
     }));
     let total = firsts.last().copied().unwrap_or(0);
@@ -120,8 +128,14 @@ fn cut_all<S: Sheets>(inside: &Indicator, sheets: &S) -> Result<Contour> {
             remedy: "choose a larger spacing".into(),
         });
     }
-    let (vertices, notes): (Vec<Vec<Vec3>>, Vec<Vec<S::Note>>) = of_plane.into_iter().unzip();
-    let (vertices, notes) = (vertices.concat(), notes.concat());
+    let (mut vertices, mut notes, mut aside) = (Vec::with_capacity(total), Vec::with_capacity(total), Vec::new());
+    for plane in of_plane {
+        let first = vertices.len() as u32;
+        aside.extend(plane.aside.into_iter().map(|(v, place)| (first + v, place)));
+        vertices.extend(plane.vertices);
+        notes.extend(plane.notes);
+    }
+    let places: FxHashMap<u32, Vec3> = aside.iter().copied().collect();
     let table = polygons_of_all_cells();
     let slabs: Vec<Slab> = (0..cut.dims[2].saturating_sub(1))
         .into_par_iter()
@@ -129,13 +143,13 @@ fn cut_all<S: Sheets>(inside: &Indicator, sheets: &S) -> Result<Contour> {
         .map_init(
             || [cut.blank(), cut.blank()],
             |[lower, upper], k| {
-                let known = (vertices.as_slice(), notes.as_slice());
+                let known = Known { vertices: &vertices, notes: &notes, aside: &places };
                 cut.slab(k, [firsts[k], firsts[k + 1]], [lower, upper], &table, known, (grid, sheets))
             },
         )
         .collect();
     let crowd = Crowd::about(&padded, slabs.iter().flat_map(|slab| slab.crowded.iter().copied()));
-    Ok(join(slabs, vertices, crowd))
+    Ok(Contour { aside, ..join(slabs, vertices, crowd) })
 }
 
 /// The surface `{ d = level }` of a signed distance, negative inside, linear along edges.
@@ -168,6 +182,21 @@ pub fn linear_crossing(field: &Field<f32>, edge: Edge, level: f32) -> f64 {
 pub fn crossing_between(a: f32, b: f32, level: f32) -> f64 {
     let (a, b) = (f64::from(a), f64::from(b));
     (f64::from(level) - a) / (b - a)
+}
+
+/// The vertices on the edges that start in a plane, in order.
+struct Plane<N> {
+    vertices: Vec<Vec3>,
+    notes: Vec<N>,
+    /// Those, counted from the first, that stand for a place which is not on their edge.
+    aside: Vec<(u32, Vec3)>,
+}
+
+/// All vertices on edges, as [`Plane`] has them.
+struct Known<'a, N> {
+    vertices: &'a [Vec3],
+    notes: &'a [N],
+    aside: &'a FxHashMap<u32, Vec3>,
 }
 
 /// A set with an empty border, seen as edges and cells.
@@ -234,11 +263,16 @@ impl<'a> Cut<'a> {
         count
     }
 
-    /// The vertices on the edges that start in plane k, in order.
-    fn vertices_of_plane<N>(&self, k: usize, position: &impl Fn(Edge) -> (Vec3, N)) -> (Vec<Vec3>, Vec<N>) {
-        let mut edges = Vec::new();
-        self.edges_of_plane(k, |_, edge| edges.push(edge));
-        edges.into_iter().map(position).unzip()
+    /// The vertices on the edges that start in plane k.
+    fn vertices_of_plane<N>(&self, k: usize, position: &impl Fn(Edge) -> (Vec3, N, Option<Vec3>)) -> Plane<N> {
+        let mut plane = Plane { vertices: Vec::new(), notes: Vec::new(), aside: Vec::new() };
+        self.edges_of_plane(k, |_, edge| {
+            let (vertex, note, aside) = position(edge);
+            plane.aside.extend(aside.map(|place| (plane.vertices.len() as u32, place)));
+            plane.vertices.push(vertex);
+            plane.notes.push(note);
+        });
+        plane
     }
 
     /// The triangles of the cells between plane k and the next; `firsts` are the numbers of the planes' first vertices.
@@ -248,7 +282,7 @@ impl<'a> Cut<'a> {
         firsts: [usize; 2],
         numbers: [&mut Vec<u32>; 2],
         table: &[Vec<Polygon>],
-        (vertices, notes): (&[Vec3], &[S::Note]),
+        known: Known<'_, S::Note>,
         (grid, sheets): (&Grid, &S),
     ) -> Slab {
         let [lower, upper] = numbers;
@@ -270,9 +304,10 @@ impl<'a> Cut<'a> {
                     if corner >> 2 & 1 == 1 { upper[place] } else { lower[place] }
                 }));
                 places.clear();
-                places.extend(corners.iter().map(|&v| vertices[v as usize]));
+                let on_edge = |&v: &u32| known.vertices[v as usize];
+                places.extend(corners.iter().map(|v| known.aside.get(v).copied().unwrap_or_else(|| on_edge(v))));
                 noted.clear();
-                noted.extend(corners.iter().map(|&v| notes[v as usize]));
+                noted.extend(corners.iter().map(|&v| known.notes[v as usize]));
                 // Cells count from the padded border.
                 let cell = [i, j, k].map(|n| n as isize - 1);
                 let creased = vertex_on_feature(sheets, grid, cell, &places, &noted);
@@ -280,7 +315,7 @@ impl<'a> Cut<'a> {
                     slab.crowded.push([i, j, k]);
                 }
                 let bend = |[a, b]: [usize; 2]| sheets.bend([places[a], places[b]], [noted[a], noted[b]]);
-                let middle = || scale(places.iter().copied().fold([0.0; 3], add), 1.0 / places.len() as f64);
+                let middle = || scale(corners.iter().map(on_edge).fold([0.0; 3], add), 1.0 / corners.len() as f64);
                 slab.cut_polygon(&polygon.fans, &corners, (creased.flatten(), middle), |p| sheets.onto(p), bend);
             }
         });
@@ -344,7 +379,7 @@ impl Slab {
 /// One mesh of all slabs.
 fn join(slabs: Vec<Slab>, mut vertices: Vec<Vec3>, crowd: Crowd) -> Contour {
     let mut on_feature = vec![false; vertices.len()];
-    let mut fans = Fans { first: vertices.len(), middles: Vec::new() };
+    let mut fans = Fans { first: vertices.len(), middles: Vec::new(), aside: None };
     let mut triangles = Vec::with_capacity(slabs.iter().map(|s| s.triangles.len()).sum());
     for slab in slabs {
         let shift = vertices.len() as u32;
@@ -354,7 +389,7 @@ fn join(slabs: Vec<Slab>, mut vertices: Vec<Vec3>, crowd: Crowd) -> Contour {
         let global = |v: u32| if v >= CENTRE { v - CENTRE + shift } else { v };
         triangles.extend(slab.triangles.iter().map(|t| t.map(global)));
     }
-    Contour { mesh: TriangleMesh { vertices, triangles }, on_feature, fans, crowd }
+    Contour { mesh: TriangleMesh { vertices, triangles }, on_feature, fans, crowd, aside: Vec::new() }
 }
 
 #[cfg(test)]

@@ -83,7 +83,8 @@ pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync,
             let Some(run) = run else { return found };
             near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, stack, |f, g| {
                 if compared(f, g) {
-                    let longest = cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance);
+                    let longest =
+                        cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, Through::Inside);
                     let longest = longest.map(|ends| Crossing::between([f, g], ends));
                     let largest = overlap_of(tree, f, g, tolerance);
                     found = found.and(Tally {
@@ -105,11 +106,30 @@ pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync,
     }
 }
 
-/// The pairs, of some facets of a manifold mesh, that cross each other by more than `tolerance` millimetres, as [`meetings`] has it.
+/// What counts as a crossing of two facets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Through {
+    /// An edge of one through the inside of the other, by more than the tolerance, as [`meetings`] has it.
+    Inside,
+    /// The same, or an edge through an edge up to the tolerance.
+    Edges,
+}
+
+impl Through {
+    /// How far from its edges an edge has to meet a facet.
+    fn margin(self, tolerance: f64) -> f64 {
+        match self {
+            Through::Inside => tolerance,
+            Through::Edges => -tolerance,
+        }
+    }
+}
+
+/// The pairs, of some facets of a manifold mesh, that cross each other by more than `tolerance` millimetres.
 ///
 /// # Cost
 /// As [`meetings`] of a mesh of those facets alone.
-pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Vec<[u32; 2]> {
+pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64, through: Through) -> Vec<[u32; 2]> {
     let planes: Vec<([Vec3; 3], Vec3)> =
         facets.par_iter().map(|&f| (mesh.corners(f as usize), mesh.normal(f as usize))).collect();
     let boxes: Vec<(Vec3, Vec3)> = planes.par_iter().map(|(corners, _)| bounds(*corners).unwrap_or_default()).collect();
@@ -120,7 +140,7 @@ pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Ve
         near_pairs(&tree, &|n| plane(n).0, run.unwrap_or_default(), tolerance, stack, |f, g| {
             let pair = [f, g].map(|n| facets.get(n as usize).copied().unwrap_or_default());
             let [a, b] = pair.map(|facet| mesh.triangles.get(facet as usize).copied().unwrap_or_default());
-            if !neighbours(a, b) && cross_of([plane(f), plane(g)], tolerance).is_some() {
+            if !neighbours(a, b) && cross_of([plane(f), plane(g)], tolerance, through).is_some() {
                 found.push(pair);
             }
         });
@@ -129,10 +149,10 @@ pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64) -> Ve
     pairs.flatten_iter().collect()
 }
 
-/// Whether two triangles, given with their unit normals, cross each other by more than `tolerance` millimetres, as [`meetings`] has it.
+/// Whether two triangles, given with their unit normals, cross each other by more than `tolerance` millimetres, through edges too.
 pub fn triangles_cross(a: ([Vec3; 3], Vec3), b: ([Vec3; 3], Vec3), tolerance: f64) -> bool {
     // The plane of one may tell what the plane of the other does not.
-    cross_of([a, b], tolerance).is_some() || cross_of([b, a], tolerance).is_some()
+    cross_of([a, b], tolerance, Through::Edges).is_some() || cross_of([b, a], tolerance, Through::Edges).is_some()
 }
 
 /// Whether facets have an edge in common, as most pairs that are near each other do: known by the numbers of their corners.
@@ -147,7 +167,7 @@ impl Crossing {
 }
 
 /// The ends of the segment in which two triangles cross, given with their unit normals.
-fn cross_of([(s, m), (t, n)]: [([Vec3; 3], Vec3); 2], tolerance: f64) -> Option<[Vec3; 2]> {
+fn cross_of([(s, m), (t, n)]: [([Vec3; 3], Vec3); 2], tolerance: f64, through: Through) -> Option<[Vec3; 2]> {
     // Most triangles that are near do not reach through each other's plane.
     if one_sided(s, t[0], n, tolerance) {
         return None;
@@ -156,8 +176,9 @@ fn cross_of([(s, m), (t, n)]: [([Vec3; 3], Vec3); 2], tolerance: f64) -> Option<
     if s.iter().filter(|p| t.contains(p)).count() >= 2 {
         return None;
     }
-    let mut points = pierced(s, t, n, tolerance);
-    points.extend(pierced(t, s, m, tolerance));
+    let margin = through.margin(tolerance);
+    let mut points = pierced(s, t, n, [tolerance, margin]);
+    points.extend(pierced(t, s, m, [tolerance, margin]));
     Some([*points.first()?, *points.last()?])
 }
 
@@ -168,13 +189,13 @@ fn one_sided(s: [Vec3; 3], on_plane: Vec3, normal: Vec3, tolerance: f64) -> bool
     heights.iter().all(|&d| d >= -tolerance) || heights.iter().all(|&d| d <= tolerance)
 }
 
-/// Where the edges of one triangle meet the inside of another.
-fn pierced(s: [Vec3; 3], t: [Vec3; 3], normal: Vec3, tolerance: f64) -> Vec<Vec3> {
+/// Where the edges of one triangle meet the inside of another, so far from its edges.
+fn pierced(s: [Vec3; 3], t: [Vec3; 3], normal: Vec3, [tolerance, margin]: [f64; 2]) -> Vec<Vec3> {
     let heights = s.map(|p| dot(normal, sub(p, t[0])));
     let inside = |x: Vec3| {
         (0..3).all(|e| {
             let (a, b) = (t[e], t[(e + 1) % 3]);
-            dot(unit(cross(normal, sub(b, a))), sub(x, a)) > tolerance
+            dot(unit(cross(normal, sub(b, a))), sub(x, a)) > margin
         })
     };
     (0..3)
@@ -200,8 +221,11 @@ mod tests {
         let tree = MeshDistance::new(mesh);
         let n = mesh.triangles.len() as u32;
         let pairs = (0..n).flat_map(|f| (f + 1..n).map(move |g| (f, g)));
-        pairs.filter(|&(f, g)| cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance).is_some()).count()
-            as u64
+        pairs
+            .filter(|&(f, g)| {
+                cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, Through::Inside).is_some()
+            })
+            .count() as u64
     }
 
     fn ball(at: Vec3) -> TriangleMesh {
