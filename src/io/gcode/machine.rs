@@ -1,6 +1,7 @@
 //! A machine that follows G-code and remembers its strokes.
 
 use super::arc::arc;
+use super::firmware::moves_origin;
 use super::words::{Words, no_word, words};
 use super::{damaged, unsupported};
 use crate::error::Result;
@@ -29,6 +30,13 @@ const MODES: &[f64] = &[
 enum Mode {
     Absolute,
     Relative,
+}
+
+/// The plane that arcs lie in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Plane {
+    Xy,
+    Other,
 }
 
 /// The path of a G-code file: its depositing moves, or its feed moves if it deposits nothing (milling).
@@ -80,6 +88,7 @@ struct Machine {
     filament: f64,
     unit: f64,
     moves: Mode,
+    plane: Plane,
     /// The last of M82 and M83, if there was one.
     extrusion: Option<Mode>,
     /// Whether Marlin takes E to be relative.
@@ -130,6 +139,7 @@ impl Machine {
             filament: 0.0,
             unit: 1.0,
             moves: Mode::Absolute,
+            plane: Plane::Xy,
             extrusion: None,
             marlin: Mode::Absolute,
             disputed: None,
@@ -146,6 +156,9 @@ impl Machine {
         let words = words(number, line)?;
         if calls(line) {
             return Err(unsupported(number, "a subprogram, branch or loop (O)"));
+        }
+        if let Some(what) = moves_origin(line) {
+            return Err(unsupported(number, what));
         }
         let mut motion = words.go_on().then_some(self.motion).flatten();
         for &(letter, code) in &words.commands {
@@ -180,7 +193,8 @@ impl Machine {
     fn preparatory(&mut self, line: u64, code: f64, words: &Words) -> Result<()> {
         match code {
             5.0..6.0 => return Err(unsupported(line, "a spline (G5)")),
-            18.0 | 19.0 => return Err(unsupported(line, "a plane of arcs other than xy")),
+            17.0 => self.plane = Plane::Xy,
+            18.0 | 19.0 => self.plane = Plane::Other,
             90.1 => return Err(unsupported(line, "centres of arcs in absolute coordinates (G90.1)")),
             41.0..43.0 => return Err(unsupported(line, "a path beside the tool's (G41, G42)")),
             7.0 => return Err(unsupported(line, "diameters for radii (G7)")),
@@ -273,6 +287,9 @@ impl Machine {
         }
         if let Some(letter) = words.twice {
             return Err(damaged(line, format!("a move with two numbers for {}", char::from(letter))));
+        }
+        if motion > 1 && self.plane == Plane::Other {
+            return Err(unsupported(line, "an arc in another plane than xy (G18, G19)"));
         }
         let from = self.at;
         let mut to = from;
@@ -374,6 +391,7 @@ mod tests {
                 vec![[0.0, 10.0, 0.2], [5.0, 10.0, 0.2], [6.0, 10.0, 0.2]]
             ]
         );
+        assert_eq!(path("G18\nG1 X1 E1\nG17\nG2 X2 I0.5 E2\n").strokes.len(), 1);
         let relative = path("G91\nG1 X1 E1\nG1 Y1 E1\nG90\nG1 X0 E0\n");
         assert_eq!((relative.strokes.len(), relative.length_mm()), (1, 2.0));
         let inches = path("G20\nG1 X1 E1\n");
@@ -506,7 +524,8 @@ mod tests {
             ("G1 X9999999999999999\n", 1),
             ("G2 X1 Y1\n", 1),
             ("G1 X0\nG3 X10 R1 E1\n", 2),
-            ("G18\n", 1),
+            ("G18\nG1 X1 E1\nG2 X2 I0.5 E2\n", 3),
+            ("G1 X1 E1\nSET_GCODE_OFFSET Z=0.2\n", 2),
             ("G5 X1\n", 1),
             ("G5.1 X10 Y5 I2 J2\n", 1),
             ("G1 X10\nG90.1\nG3 X-10 I0 J0 E1\n", 2),

@@ -2,6 +2,7 @@
 
 mod arc;
 mod faults;
+mod firmware;
 mod machine;
 mod words;
 
