@@ -82,6 +82,12 @@ impl Level {
         Some((height - r, facing))
     }
 
+    /// `d − r` at a point that may stand beside its nearest facet.
+    pub(super) fn value_beside(&self, p: Vec3) -> Option<f64> {
+        let n = self.near.nearest(p)?;
+        Some(if self.near.is_behind(p, &n) { -n.distance } else { n.distance } - self.r)
+    }
+
     /// How high a point is over the facet of its nearest point, and the outward normal there; none if it is beside the facet.
     pub(super) fn height(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
         let facing = self.near.facing(n);

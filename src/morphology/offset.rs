@@ -39,7 +39,7 @@ pub struct Shaped {
 /// vertices lie on the level, those on creases where the sheets beside them meet, as two steps of Newton's find it, but that they are drawn
 /// back where facets would cross; curved facets are inscribed; edges deeper than three thousandths of the spacing are split, outwards up to twice. Bodies that overlap
 /// or touch are one solid: outwards, and at 0, the facets of each that lie inside another do not count. Sheets and gaps thinner than the spacing stay
-/// whole but for up to half a spacing along their rims; between bodies that overlap gaps may fill.
+/// whole but for up to a spacing along their rims, where no other is within two spacings; between bodies that overlap gaps may fill.
 ///
 /// # Limits
 /// Of one body that passes through itself they do: the bracket is wider there, and vertices may lie up to a spacing inside where

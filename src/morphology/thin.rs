@@ -3,9 +3,9 @@
 //! What is thinner than the spacing may hold no sample for a while, at the end of a sharp wedge or in a thin wall, and then a surface
 //! between samples leaves out what is there. Where both ends of an edge of the lattice are on one side and the surface crosses it
 //! twice, the end that is nearer is turned to the other side, so that the sheet stays whole; the vertices around it are put onto the
-//! surface afterwards, as far as no facets cross.
+//! surface afterwards, as far as no facets cross. Two sheets with a gap between them need a sample each: where they come nearer than
+//! about two spacings to each other one of them, or the gap, may be left out as before.
 
-use super::level::Seen;
 use super::traced::Traced;
 use crate::field::Indicator;
 use crate::geometry::contour::{Edge, Sheets};
@@ -27,6 +27,9 @@ const STAND: f64 = 0.001;
 /// How often samples are sought at whose faces turned ones meet by their corners: each turned one may have new ones.
 const ROUNDS: usize = 3;
 
+/// How often the way into a sheet is halved.
+const HALVINGS: usize = 8;
+
 /// A place on an edge and the field there.
 type Through = (f64, f64);
 
@@ -47,6 +50,12 @@ enum Side {
 }
 
 impl Side {
+    /// Whether the surface between samples joins two of this side that differ in so many of three places by one: those inside over edges
+    /// alone, those outside over the diagonals of faces, too.
+    fn joins(self, away: usize) -> bool {
+        away > 0 && away <= if self == Side::Inside { 1 } else { 2 }
+    }
+
     /// A value of the field, below zero on this side.
     fn of(self, value: f64) -> f64 {
         if self == Side::Inside { value } else { -value }
@@ -111,6 +120,9 @@ impl<'a> Thin<'a> {
     }
 
     /// Whether a sample that stands for a point of a sheet would hang together only with what the sheet does.
+    ///
+    /// Inside all that it would join are asked. Outside one is enough of those that hang together around it, since no straight way leads past
+    /// an edge of the part.
     fn may_turn(&self, inside: &Indicator, side: Side, sample: [usize; 3], point: Vec3) -> bool {
         let grid = self.of.values.grid();
         let dims = grid.dims();
@@ -118,14 +130,17 @@ impl<'a> Thin<'a> {
         {
             return false;
         }
-        let beside = (0..6).map(|way| {
-            let mut index = sample;
-            index[way / 2] = if way % 2 == 0 { index[way / 2] - 1 } else { index[way / 2] + 1 };
-            index
-        });
-        beside
-            .filter(|&index| inside.contains(index) == (side == Side::Inside))
-            .all(|index| self.hang_together(side, [point, self.point(index)], APART))
+        let like = |way: usize| inside.contains(beside(sample, way)) == (side == Side::Inside);
+        let around: Vec<usize> = (0..27).filter(|&way| way != MIDDLE && like(way)).collect();
+        let joined = |way: &usize| side.joins(away(MIDDLE, *way));
+        let hangs = |way: usize| self.hang_together(side, [point, self.point(beside(sample, way))], APART);
+        match side {
+            Side::Inside => around.iter().filter(|way| joined(way)).all(|&way| hangs(way)),
+            Side::Outside => pieces(&around, side).iter().all(|piece| {
+                let mut touching = piece.iter().copied().filter(|way| joined(way)).peekable();
+                touching.peek().is_none() || touching.any(hangs)
+            }),
+        }
     }
 
     /// The point that a sample stands for.
@@ -134,10 +149,11 @@ impl<'a> Thin<'a> {
         self.turned.get(&grid.offset(sample)).copied().unwrap_or_else(|| grid.position(sample))
     }
 
-    /// Whether the middle of two points is on a side, or off it by so many spacings.
+    /// Whether what is between two points is on a side, or off it by at most so many spacings.
     fn hang_together(&self, side: Side, [p, q]: [Vec3; 2], by: f64) -> bool {
-        let value = value_at(self.of, scale(add(p, q), 0.5));
-        value.is_some_and(|value| side.of(value) <= by * self.of.values.grid().h())
+        let on_way = |t: f64| self.of.value_at(add(scale(p, 1.0 - t), scale(q, t)));
+        let off = by * self.of.values.grid().h();
+        [0.5, 0.25, 0.75].into_iter().all(|t| on_way(t).is_some_and(|value| side.of(value) <= off))
     }
 
     /// Turns samples where two of a face of the lattice meet by their corner alone and what they stand for hangs together.
@@ -165,21 +181,41 @@ impl<'a> Thin<'a> {
         }
     }
 
-    /// Which ends of an edge were turned.
-    fn turned_ends(&self, edge: Edge) -> [bool; 2] {
+    /// For the ends of an edge that were turned the points that they stand for.
+    fn turned_ends(&self, edge: Edge) -> [Option<Vec3>; 2] {
         let dims = self.of.values.grid().dims();
+        let on_grid = |index: [isize; 3]| (0..3).all(|a| (0..dims[a] as isize).contains(&index[a]));
         [edge.from, next(edge)].map(|index| {
-            !self.turned.is_empty()
-                && (0..3).all(|a| (0..dims[a] as isize).contains(&index[a]))
-                && self.turned.contains_key(&self.offset(index))
+            let asked = !self.turned.is_empty() && on_grid(index);
+            asked.then(|| self.turned.get(&self.offset(index)).copied())?
         })
     }
 
-    /// The place on an edge between the two where the surface crosses it.
-    fn through(&self, edge: Edge) -> Option<Through> {
+    /// The place on an edge with one end turned in the sheet that this end stands for, if the sheet crosses the edge.
+    fn leaves(&self, edge: Edge) -> Option<Through> {
         let dims = self.of.values.grid().dims();
         let known = (0..3).all(|a| (0..dims[a] as isize).contains(&edge.from[a]));
-        known.then(|| self.through.get(&(self.offset(edge.from), edge.axis)).copied())?
+        let found = known.then(|| self.through.get(&(self.offset(edge.from), edge.axis)).copied())??;
+        let point = self.turned_ends(edge).into_iter().flatten().next()?;
+        let within = self.of.point_of(edge, found.0);
+        (within == point || self.hang_together(self.side_of(point)?, [point, within], APART)).then_some(found)
+    }
+
+    /// The side that a point is on, if that is known.
+    fn side_of(&self, point: Vec3) -> Option<Side> {
+        let value = self.of.value_at(point)?;
+        Some(if value <= 0.0 { Side::Inside } else { Side::Outside })
+    }
+
+    /// Where the way from a point beside a sheet to one in it enters that, as its last part tells.
+    fn on_the_way(&self, side: Side, from: Vec3, to: Vec3) -> Option<Vec3> {
+        let at = |t: f64| add(scale(from, 1.0 - t), scale(to, t));
+        let (mut out, mut within) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let t = 0.5 * (out + within);
+            if side.of(self.of.value_at(at(t))?) <= 0.0 { within = t } else { out = t }
+        }
+        Some(at(within))
     }
 }
 
@@ -209,17 +245,44 @@ fn without_films(mesh: TriangleMesh, h: f64) -> TriangleMesh {
     TriangleMesh::weld(kept.map(|facet| mesh.corners(facet)))
 }
 
+/// A sample among the 27 around it.
+const MIDDLE: usize = 13;
+
+/// One of the 27 samples around one that is not at the border.
+fn beside(sample: [usize; 3], way: usize) -> [usize; 3] {
+    let steps = [way % 3, way / 3 % 3, way / 9];
+    [0, 1, 2].map(|a| sample[a] + steps[a] - 1)
+}
+
+/// Those of the 27 samples, of one side, that hang together.
+fn pieces(ways: &[usize], side: Side) -> Vec<Vec<usize>> {
+    let mut left = ways.to_vec();
+    let mut found = Vec::new();
+    while let Some(first) = left.pop() {
+        let mut piece = vec![first];
+        let mut at = 0;
+        while let Some(&way) = piece.get(at) {
+            let (near, far) = left.into_iter().partition(|&other| side.joins(away(way, other)));
+            piece.extend::<Vec<usize>>(near);
+            left = far;
+            at += 1;
+        }
+        found.push(piece);
+    }
+    found
+}
+
+/// In how many places two of them differ by one; more than three where they are no neighbours.
+fn away(one: usize, other: usize) -> usize {
+    let steps = |way: usize| [way % 3, way / 3 % 3, way / 9];
+    let (p, q) = (steps(one), steps(other));
+    (0..3).map(|a| p[a].abs_diff(q[a]).pow(3)).sum()
+}
+
 fn next(edge: Edge) -> [isize; 3] {
     let mut next = edge.from;
     next[edge.axis] += 1;
     next
-}
-
-fn value_at(of: &Traced, p: Vec3) -> Option<f64> {
-    match of.seen(p) {
-        Some(Seen { value: Some((value, _)), .. }) => Some(value),
-        _ => None,
-    }
 }
 
 /// The edges of the lattice whose ends are on one side and whose middle part is on the other, as the planes tell that the surface has at
@@ -266,7 +329,7 @@ fn through(of: &Traced, edge: Edge, [a, b]: [f64; 2]) -> Option<Through> {
         return None;
     }
     let t = 0.5 * (first + last);
-    let value = value_at(of, of.point_of(edge, t))?;
+    let value = of.value_at(of.point_of(edge, t))?;
     (side * value < -THICK * h).then_some((t, value))
 }
 
@@ -312,15 +375,14 @@ fn met_by_corners(set: &Indicator) -> Vec<(Pair, Pair)> {
 impl Sheets for Thin<'_> {
     type Note = <Traced as Sheets>::Note;
 
-    /// As without samples turned; at one of these, where the surface leaves the sheet again.
+    /// As without samples turned; at one of these, where the surface leaves its sheet again.
     fn crossing(&self, edge: Edge) -> (f64, Self::Note) {
-        let turned = self.turned_ends(edge);
-        let first = match turned {
-            [false, false] => return self.of.crossing(edge),
-            [true, true] => return (0.5, None),
-            [first, _] => first,
+        let first = match self.turned_ends(edge) {
+            [None, None] => return self.of.crossing(edge),
+            [Some(_), Some(_)] => return (0.5, None),
+            [first, _] => first.is_some(),
         };
-        let Some(through) = self.through(edge) else {
+        let Some(through) = self.leaves(edge) else {
             return (if first { STAND } else { 1.0 - STAND }, None);
         };
         let [a, b] = [edge.from, next(edge)].map(|index| f64::from(self.of.values.at(index)));
@@ -330,12 +392,18 @@ impl Sheets for Thin<'_> {
     }
 
     fn aside(&self, edge: Edge) -> Option<Vec3> {
-        let [first, last] = self.turned_ends(edge);
-        if first == last || self.through(edge).is_some() {
+        let (point, t) = match self.turned_ends(edge) {
+            [Some(point), None] => (point, STAND),
+            [None, Some(point)] => (point, 1.0 - STAND),
+            _ => return None,
+        };
+        if self.leaves(edge).is_some() {
             return None;
         }
-        let p = self.of.point_of(edge, if first { STAND } else { 1.0 - STAND });
-        Some(self.onto(p)).filter(|&place| place != p)
+        let p = self.of.point_of(edge, t);
+        let side = self.side_of(point)?;
+        let foot = Some(self.of.onto(p)).filter(|&foot| foot != p && self.hang_together(side, [point, foot], APART));
+        foot.or_else(|| self.on_the_way(side, p, point))
     }
 
     fn normals(&self, cell: [isize; 3], corners: &[Vec3], seen: &[Self::Note]) -> Option<Vec<Vec3>> {
@@ -361,6 +429,7 @@ mod tests {
     use crate::geometry::health::{Through, crossing_pairs};
     use crate::geometry::{TriangleMesh, cuboid};
     use crate::morphology::{Shaped, close_by_ball, offset, open_by_ball};
+    use crate::random::Lcg;
     use crate::units::Length;
 
     /// A wedge of an angle, 6 mm long and 3 mm high, its edge along z, turned about it.
@@ -408,6 +477,25 @@ mod tests {
                 let opened = open_by_ball(&part, Length::mm(0.05), Length::mm(H)).unwrap();
                 assert_eq!(opened.mesh.pieces(), 1, "{angle}° turned by {turn}°");
             }
+        }
+    }
+
+    #[test]
+    fn a_void_stays_closed_behind_walls_as_thin_as_the_spacing_and_bodies_stay_apart() {
+        let mut random = Lcg(7);
+        for _ in 0..6 {
+            let turn = random.rotation();
+            let made = |part: TriangleMesh, by: f64| {
+                offset(&part.transformed(turn, [0.03, 0.01, 0.02]), Length::mm(by), Length::mm(H)).unwrap().mesh
+            };
+            let void = || cuboid([0.0; 3], [0.6, 0.6, 0.36]).flipped();
+            for wall in [0.8 * H, 1.1 * H, 1.4 * H] {
+                let hollow = cuboid([-wall; 3], [0.6 + wall, 0.6 + wall, 0.36 + wall]).joined(&void());
+                assert_eq!(made(hollow, 0.0).pieces(), 2, "{wall} mm, {turn:?}");
+            }
+            let one = || cuboid([0.0; 3], [0.5, 0.5, 0.5]);
+            let other = cuboid([0.5 + 0.6 * H, 0.0, 0.0], [1.0 + 0.6 * H, 0.5, 0.5]);
+            assert_eq!(made(one().joined(&other), -0.1 * H).pieces(), 2, "{turn:?}");
         }
     }
 

@@ -102,6 +102,12 @@ impl Traced {
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }
 
+    /// The field at a point near the surface, as far as what was measured there tells.
+    pub(super) fn value_at(&self, p: Vec3) -> Option<f64> {
+        let beside = || self.level.as_ref()?.value_beside(p);
+        self.seen(p).and_then(|seen| seen.value).map(|(value, _)| value).or_else(beside)
+    }
+
     /// Where an edge enters a union of bodies from its end outside, and the outward normal there.
     fn entry(&self, edge: Edge, [a, b]: [f64; 2]) -> Option<(f64, Vec3)> {
         let level = self.level.as_ref().filter(|level| level.r == 0.0 && self.walls.is_none())?;

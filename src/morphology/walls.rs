@@ -13,10 +13,9 @@ use super::press::nearest_place;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::distance::Nearest;
-use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
+use crate::geometry::vector::{Vec3, along, distance, scale, sub};
 use crate::units::Length;
 use rayon::prelude::*;
-use std::ops::ControlFlow;
 
 /// How far facets may reach into a ball that touches, in spacings: rounding, and the facets of round walls, whose edges stand
 /// out between its contacts. The surface is off by no more.
@@ -132,25 +131,15 @@ impl Walls {
         let holds = |index: [usize; 3]| distance(grid.position(index), centre) <= radius;
         let inside = match sample {
             Some(index) if radius > HALF_DIAGONAL * grid.h() || holds(index) => self.centres.contains(index),
-            Some(_) => self.is_inside(centre),
+            Some(_) => self
+                .level
+                .near
+                .mesh()
+                .nearest(centre, f64::INFINITY)
+                .is_some_and(|n| self.level.near.is_behind(centre, &n)),
             None => return false,
         };
         radius > 0.0 && inside == (self.ball < 0.0)
-    }
-
-    /// Whether a point that lies on no facet is inside, as the nearest facet tells, and at an edge the one that it stands most squarely to.
-    fn is_inside(&self, p: Vec3) -> bool {
-        let mesh = self.level.near.mesh();
-        let Some(nearest) = mesh.nearest(p, f64::INFINITY) else { return false };
-        let mut height = 0.0f64;
-        mesh.within(p, nearest.distance * (1.0 + 1e-9), |n| {
-            let over = dot(sub(p, n.point), mesh.normal(n.facet));
-            if over.abs() > height.abs() {
-                height = over;
-            }
-            ControlFlow::Continue(())
-        });
-        height < 0.0
     }
 
     /// Brings `values` of the result nearer to what the ball covers, at samples near the part that no wall holds, where a
