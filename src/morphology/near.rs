@@ -133,20 +133,6 @@ impl Near {
         self.of.exact.normal(n.facet)
     }
 
-    /// Whether a point lies behind the facet of its nearest point, and at an edge or a corner behind the facet that it stands most squarely
-    /// to: inside, if the facets bound a solid.
-    pub(super) fn is_behind(&self, p: Vec3, nearest: &Nearest) -> bool {
-        let mut height = 0.0f64;
-        self.of.exact.within(p, nearest.distance * (1.0 + 1e-9), |n| {
-            let over = dot(sub(p, n.point), self.of.exact.normal(n.facet));
-            if over.abs() > height.abs() {
-                height = over;
-            }
-            ControlFlow::Continue(())
-        });
-        height < 0.0
-    }
-
     /// The point of the mesh nearest to a point near the level; in a union of bodies that of the body that holds the point
     /// deepest, if any does.
     pub(super) fn nearest(&self, p: Vec3) -> Option<Nearest> {

@@ -6,11 +6,13 @@
 //! surface afterwards, as far as no facets cross. Two sheets with a gap between them need a sample each: where they come nearer than
 //! about two spacings to each other one of them, or the gap, may be left out as before.
 
+use super::corners::met_by_corners;
+use super::films::without_films;
 use super::traced::Traced;
 use crate::field::Indicator;
+use crate::geometry::TriangleMesh;
 use crate::geometry::contour::{Edge, Sheets};
-use crate::geometry::vector::{Vec3, add, cross, dot, scale, sub};
-use crate::geometry::{DisjointSets, TriangleMesh};
+use crate::geometry::vector::{Vec3, add, scale};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -92,7 +94,7 @@ impl<'a> Thin<'a> {
     /// # Cost
     /// O(facets), where any were.
     pub(super) fn without_films(&self, mesh: TriangleMesh) -> TriangleMesh {
-        if self.turned.is_empty() { mesh } else { without_films(mesh, self.of.values.grid().h()) }
+        if self.turned.is_empty() { mesh } else { without_films(mesh, THICK * self.of.values.grid().h()) }
     }
 
     fn offset(&self, index: [isize; 3]) -> usize {
@@ -219,32 +221,6 @@ impl<'a> Thin<'a> {
     }
 }
 
-/// A mesh without its pieces that are thinner than a hundredth of the spacing on the mean: where two sides meet all along, rounding alone
-/// tells whether anything is between.
-fn without_films(mesh: TriangleMesh, h: f64) -> TriangleMesh {
-    let mut sets = DisjointSets::new(mesh.vertices.len());
-    for &[a, b, c] in &mesh.triangles {
-        sets.join(a, b);
-        sets.join(b, c);
-    }
-    let roots: Vec<u32> = mesh.triangles.iter().map(|t| sets.root(t[0])).collect();
-    let mut sizes: FxHashMap<u32, (f64, f64)> = FxHashMap::default();
-    for (facet, root) in roots.iter().enumerate() {
-        // About a vertex of its own, so that a far origin costs no digits.
-        let from = mesh.vertices[*root as usize];
-        let [a, b, c] = mesh.corners(facet).map(|p| sub(p, from));
-        let (volume, area) = sizes.entry(*root).or_default();
-        *volume += dot(a, cross(b, c)) / 6.0;
-        *area += mesh.facet_area(facet);
-    }
-    sizes.retain(|_, (volume, area)| 2.0 * volume.abs() < THICK * h * *area);
-    if sizes.is_empty() {
-        return mesh;
-    }
-    let kept = (0..mesh.triangles.len()).filter(|&facet| !sizes.contains_key(&roots[facet]));
-    TriangleMesh::weld(kept.map(|facet| mesh.corners(facet)))
-}
-
 /// A sample among the 27 around it.
 const MIDDLE: usize = 13;
 
@@ -331,45 +307,6 @@ fn through(of: &Traced, edge: Edge, [a, b]: [f64; 2]) -> Option<Through> {
     let t = 0.5 * (first + last);
     let value = of.value_at(of.point_of(edge, t))?;
     (side * value < -THICK * h).then_some((t, value))
-}
-
-/// Two samples.
-type Pair = [[usize; 3]; 2];
-
-/// The faces of a lattice of which two corners that are not neighbours are in a set, and the others are not: these two, and the others.
-fn met_by_corners(set: &Indicator) -> Vec<(Pair, Pair)> {
-    let [_, ny, nz] = set.grid().dims();
-    let shifted = |row: &[u64], w: usize| row[w] >> 1 | row.get(w + 1).map_or(0, |next| next << 63);
-    let of_plane = |k: usize| {
-        let mut found = Vec::new();
-        for j in 0..ny {
-            let row = set.row(j, k);
-            let along_y = (j + 1 < ny).then(|| set.row(j + 1, k));
-            let along_z = (k + 1 < nz).then(|| set.row(j, k + 1));
-            let along_both = along_y.and(along_z).map(|_| set.row(j + 1, k + 1));
-            for (w, &bits) in row.iter().enumerate() {
-                let along_x = shifted(row, w);
-                let met = |b: u64, c: u64, d: u64| (bits ^ b) & (bits ^ c) & !(bits ^ d);
-                let with = |other: Option<&[u64]>| other.map_or(0, |o| met(along_x, o[w], shifted(o, w)));
-                let across = along_both.zip(along_y.zip(along_z)).map_or(0, |(d, (b, c))| met(b[w], c[w], d[w]));
-                for ([u, v], mut mask) in [([0, 1], with(along_y)), ([0, 2], with(along_z)), ([1, 2], across)] {
-                    while mask != 0 {
-                        let bit = mask.trailing_zeros() as usize;
-                        mask &= mask - 1;
-                        let moved = |axes: &[usize]| {
-                            let mut index = [w * 64 + bit, j, k];
-                            axes.iter().for_each(|&a| index[a] += 1);
-                            index
-                        };
-                        let (one, other) = ([moved(&[]), moved(&[u, v])], [moved(&[u]), moved(&[v])]);
-                        found.push(if bits >> bit & 1 == 1 { (one, other) } else { (other, one) });
-                    }
-                }
-            }
-        }
-        found
-    };
-    (0..nz).into_par_iter().flat_map_iter(of_plane).collect()
 }
 
 impl Sheets for Thin<'_> {
