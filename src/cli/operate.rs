@@ -19,8 +19,9 @@ use crate::units::{Length, enclosed, short};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// What is closed reaches as far as it did.
+/// What is closed reaches as far as it did, what is opened at most.
 const CLOSING: Reach = Reach::Around([0.0; 3], [0.0; 3]);
+const OPENING: Reach = Reach::Within([0.0; 3], [0.0; 3]);
 
 /// Bytes for each sample of the result of an operation with a ball: sets, distances, the surface.
 pub(super) const BYTES_BY_DISTANCES: u128 = 24;
@@ -61,12 +62,9 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         }
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
-            job.telling(crossings).reaching(Reach::Within([0.0; 3], [0.0; 3])).run(
-                [0.0; 3],
-                bytes_about(&element),
-                Some(&element),
-                |part, h| operate::open(&part.mesh(h), &element.element, h),
-            )
+            job.telling(crossings).reaching(OPENING).run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
+                operate::open(&part.mesh(h), &element.element, h)
+            })
         }
         Operation::Close { by, how } => {
             let (job, element) = moved("close", by, how)?;
@@ -251,7 +249,9 @@ impl Job {
         let thin = self.by.map(|by| made.thinned_out(&part, by, spacing)).transpose()?.flatten();
         let grows = self.by.map_or(self.reach == Some(CLOSING), |by| by.as_mm() >= 0.0);
         let apart = made.comes_apart(&part).filter(|_| grows && crumbs.is_none());
-        Ok([crumbs, made.may_fill_too_much(), short, thin, apart].into_iter().flatten().collect())
+        let within = self.by.map_or(self.reach == Some(OPENING), |by| by.as_mm() <= 0.0);
+        let fused = within.then(|| made.fused_bodies(&part)).flatten();
+        Ok([crumbs, made.may_fill_too_much(), short, thin, apart, fused].into_iter().flatten().collect())
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.

@@ -69,7 +69,7 @@ impl<'a> Thin<'a> {
     ///
     /// # Cost
     /// A look at all edges of the lattice; for those with ends near the surface and on one side of it their slopes, and where these tell
-    /// of a sheet one value of the field, and up to six for each sample that may be turned.
+    /// of a sheet one value of the field, and three for each of up to eighteen samples around one that may be turned.
     pub(super) fn between(inside: &mut Indicator, of: &'a Traced) -> Self {
         let found = passed(of);
         let mut thin = Thin { of, through: FxHashMap::default(), turned: FxHashMap::default() };

@@ -97,7 +97,7 @@ impl Traced {
     }
 
     /// The surface as seen from a point near it.
-    pub(super) fn seen(&self, p: Vec3) -> Option<Seen> {
+    fn seen(&self, p: Vec3) -> Option<Seen> {
         let on_wall = self.walls.as_ref().and_then(|walls| walls.seen(p));
         on_wall.or_else(|| self.walls.as_ref()?.seen_pressed(p)).or_else(|| self.level.as_ref()?.seen(p))
     }

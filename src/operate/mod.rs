@@ -5,6 +5,7 @@
 //! is an error.
 
 mod deposit;
+mod fused;
 mod left_out;
 mod lost;
 mod met;

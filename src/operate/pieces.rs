@@ -51,6 +51,11 @@ impl<'a> Pieces<'a> {
         volumes
     }
 
+    /// The piece of a facet.
+    pub fn piece_of(&self, facet: u32) -> u32 {
+        self.of.get(facet as usize).copied().unwrap_or_default()
+    }
+
     /// A piece by itself.
     pub fn mesh(&self, piece: usize) -> TriangleMesh {
         let own = self.of.iter().enumerate().filter(|(_, of)| **of as usize == piece);
