@@ -300,7 +300,7 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("sweep --gcode one.gcode", 4, &["E013", "two points", "--> one.gcode"]),
         ("sweep --gcode none.gcode", 4, &["E013", "--> none.gcode"]),
         ("sweep --gcode arc.gcode", 4, &["E011", "arc.gcode: line 2"]),
-        ("sweep --gcode plane.gcode", 4, &["E012", "plane", "line 1"]),
+        ("sweep --gcode plane.gcode", 4, &["E012", "plane", "line 2"]),
         ("sweep --gcode spline.gcode", 4, &["E012", "spline", "line 2"]),
         ("sweep --gcode lost.gcode", 4, &["E010", "lost.gcode"]),
         ("sweep --gcode good.gcode --bead 0.4mm", 2, &["E001", "0.4mm", "--bead"]),

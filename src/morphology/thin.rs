@@ -32,6 +32,9 @@ const ROUNDS: usize = 3;
 /// How often the way into a sheet is halved.
 const HALVINGS: usize = 8;
 
+/// So many samples of a row are looked at together.
+const BLOCK: usize = 32;
+
 /// A place on an edge and the field there.
 type Through = (f64, f64);
 
@@ -267,22 +270,29 @@ fn passed(of: &Traced) -> Vec<(Edge, Through)> {
     let grid = of.values.grid();
     let ([nx, ny, nz], h) = (grid.dims(), grid.h());
     let values = of.values.values();
-    let strides = [1, nx, nx * ny];
+    let ends = |index: [usize; 3], axis: usize| {
+        let (at, stride) = (grid.offset(index), [1, nx, nx * ny][axis]);
+        let inner = index[axis] + 1 < [nx, ny, nz][axis];
+        inner.then(|| [values[at], values[at + stride]])
+    };
     let of_plane = |k: usize| {
         let mut found = Vec::new();
         for j in 0..ny {
             let row = (k * ny + j) * nx;
-            for (axis, stride) in strides.into_iter().enumerate() {
-                let last = [nx - 1, ny - 1, nz - 1];
-                if axis > 0 && [0, j, k][axis] == last[axis] {
+            for (block, samples) in values[row..row + nx].chunks(BLOCK).enumerate() {
+                // Most lie far from the surface.
+                if samples.iter().fold(f32::MAX, |least, value| least.min(value.abs())) >= h as f32 {
                     continue;
                 }
-                for i in 0..if axis == 0 { nx - 1 } else { nx } {
-                    let (a, b) = (values[row + i], values[row + i + stride]);
-                    if (a > 0.0) == (b > 0.0) && a.abs() + b.abs() < h as f32 {
-                        let edge = Edge { from: [i, j, k].map(|n| n as isize), axis };
-                        found.extend(through(of, edge, [a, b].map(f64::from)).map(|through| (edge, through)));
-                    }
+                for index in (0..samples.len()).map(|i| [block * BLOCK + i, j, k]) {
+                    found.extend((0..3).filter_map(|axis| {
+                        let [a, b] = ends(index, axis)?;
+                        if (a > 0.0) != (b > 0.0) || a.abs() + b.abs() >= h as f32 {
+                            return None;
+                        }
+                        let edge = Edge { from: index.map(|n| n as isize), axis };
+                        Some((edge, through(of, edge, [a, b].map(f64::from))?))
+                    }));
                 }
             }
         }
