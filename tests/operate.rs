@@ -332,7 +332,7 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("sweep - --along -", 2, &["E001", "standard input"]),
         ("sweep --gcode - --design -", 2, &["E001", "standard input"]),
         ("offset", 2, &["`amcheck offset --help`"]),
-        ("offset box:8x6x0.4mm --by -0.19mm --voxel 0.5mm", 4, &["E013", "at this spacing", "smaller spacing"]),
+        ("offset box:8x6x0.4mm --by -0.199mm --voxel 0.5mm", 4, &["E013", "at this spacing", "smaller spacing"]),
         ("offset part.stl", 2, &["--by"]),
         ("sweep part.stl", 2, &["--along"]),
         ("minkowski part.stl", 2, &["<B>"]),
