@@ -28,6 +28,22 @@ fn folder() -> Option<PathBuf> {
     named.or(Some(beside)).filter(|f| f.join("clean").is_dir())
 }
 
+/// The parts of these names; those that are absent are said to be skipped.
+fn parts(names: &[&'static str]) -> Vec<(&'static str, TriangleMesh)> {
+    let Some(folder) = folder() else {
+        println!("skipped: no models (set AMCHECK_MODELS)");
+        return Vec::new();
+    };
+    let part = |&name: &&'static str| match std::fs::read(folder.join("clean").join(name)) {
+        Ok(bytes) => Some((name, read(name, &bytes, Salvage::default()).unwrap().mesh)),
+        Err(_) => {
+            println!("skipped: {name} is absent");
+            None
+        }
+    };
+    names.iter().filter_map(part).collect()
+}
+
 fn report(name: &str, what: &str, h: Length, run: impl FnOnce() -> amcheck::Result<Operated>) -> f64 {
     let started = Instant::now();
     let made = run().unwrap_or_else(|e| panic!("{name} {what}: {e}: {}", e.remedy()));
@@ -51,16 +67,7 @@ fn report(name: &str, what: &str, h: Length, run: impl FnOnce() -> amcheck::Resu
 
 #[test]
 fn real_parts_grow_shrink_open_and_close_to_closed_meshes() {
-    let Some(folder) = folder() else {
-        println!("skipped: no models (set AMCHECK_MODELS)");
-        return;
-    };
-    for name in PARTS {
-        let Ok(bytes) = std::fs::read(folder.join("clean").join(name)) else {
-            println!("skipped: {name} is absent");
-            continue;
-        };
-        let part = read(name, &bytes, Salvage::default()).unwrap().mesh;
+    for (name, part) in parts(&PARTS) {
         let samples = 128;
         let h = Length::mm(longest(&part) / samples as f64);
         let ball = Element::BuiltIn(Primitive::Ball { radius: Length::mm(1.0) });
@@ -77,22 +84,13 @@ fn real_parts_grow_shrink_open_and_close_to_closed_meshes() {
 
 #[test]
 fn real_parts_with_thin_walls_and_gaps_keep_them_whole() {
-    let Some(folder) = folder() else {
-        println!("skipped: no models (set AMCHECK_MODELS)");
-        return;
-    };
-    for name in THIN {
-        let Ok(bytes) = std::fs::read(folder.join("clean").join(name)) else {
-            println!("skipped: {name} is absent");
-            continue;
-        };
-        let part = read(name, &bytes, Salvage::default()).unwrap().mesh;
+    for (name, part) in parts(&THIN) {
         for by in [0.5, -0.1] {
             let volume = |samples: f64| {
                 let h = Length::mm(longest(&part) / samples);
                 report(name, &format!("{by:+} mm"), h, || offset(&part, Length::mm(by), h))
             };
-            // Up to half a spacing along the rims of what is thinner may be missing.
+            // Up to a spacing along the rims of what is thinner may be missing.
             let (coarse, fine) = (volume(128.0), volume(200.0));
             assert!((coarse / fine - 1.0).abs() < 0.01, "{name} {by:+} mm: {coarse} and {fine} mm³");
         }

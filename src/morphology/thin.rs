@@ -36,13 +36,13 @@ const HALVINGS: usize = 8;
 const BLOCK: usize = 32;
 
 /// A place on an edge and the field there.
-type Through = (f64, f64);
+type OnEdge = (f64, f64);
 
 /// A surface that passes between samples, and the samples that were turned for it.
 pub(super) struct Thin<'a> {
     of: &'a Traced,
     /// The edges that the surface crosses twice, with a place on each between the two.
-    through: FxHashMap<(usize, usize), Through>,
+    through: FxHashMap<(usize, usize), OnEdge>,
     /// The samples that were turned, and a point of the sheet for each.
     turned: FxHashMap<usize, Vec3>,
 }
@@ -105,7 +105,7 @@ impl<'a> Thin<'a> {
     }
 
     /// Turns the end of an edge that is nearer to the sheet across it, or the other one.
-    fn turn_end(&mut self, inside: &mut Indicator, side: Side, edge: Edge, (t, _): Through) {
+    fn turn_end(&mut self, inside: &mut Indicator, side: Side, edge: Edge, (t, _): OnEdge) {
         let ends = [edge.from, next(edge)].map(|index| index.map(|i| i as usize));
         let as_found = |index: &[usize; 3]| inside.contains(*index) == (side == Side::Outside);
         if !ends.iter().all(as_found) {
@@ -197,7 +197,7 @@ impl<'a> Thin<'a> {
     }
 
     /// The place on an edge with one end turned in the sheet that this end stands for, if the sheet crosses the edge.
-    fn leaves(&self, edge: Edge) -> Option<Through> {
+    fn leaves(&self, edge: Edge) -> Option<OnEdge> {
         let dims = self.of.values.grid().dims();
         let known = (0..3).all(|a| (0..dims[a] as isize).contains(&edge.from[a]));
         let found = known.then(|| self.through.get(&(self.offset(edge.from), edge.axis)).copied())??;
@@ -266,7 +266,7 @@ fn next(edge: Edge) -> [isize; 3] {
 
 /// The edges of the lattice whose ends are on one side and whose middle part is on the other, as the planes tell that the surface has at
 /// their ends, and the field between.
-fn passed(of: &Traced) -> Vec<(Edge, Through)> {
+fn passed(of: &Traced) -> Vec<(Edge, OnEdge)> {
     let grid = of.values.grid();
     let ([nx, ny, nz], h) = (grid.dims(), grid.h());
     let values = of.values.values();
@@ -302,7 +302,7 @@ fn passed(of: &Traced) -> Vec<(Edge, Through)> {
 }
 
 /// The place in the middle between the two where the surface crosses an edge with these values at its ends, if it does.
-fn through(of: &Traced, edge: Edge, [a, b]: [f64; 2]) -> Option<Through> {
+fn through(of: &Traced, edge: Edge, [a, b]: [f64; 2]) -> Option<OnEdge> {
     let h = of.values.grid().h();
     let side = if a > 0.0 { 1.0 } else { -1.0 };
     let falls = side * of.slope(edge.from, a)?[edge.axis];

@@ -19,26 +19,16 @@ impl Operated {
     /// # Cost
     /// O(facets); where there are fewer pieces than bodies, the union of these and a distance to it for each vertex.
     pub fn fused_bodies(&self, part: &TriangleMesh) -> Option<Notice> {
-        let solids = |pieces: &Pieces| pieces.volumes().iter().filter(|volume| **volume > 0.0).count();
-        if solids(&Pieces::of(part)) <= solids(&Pieces::of(&self.mesh)) {
+        let made = Pieces::of(&self.mesh);
+        if Pieces::of(part).bodies() <= made.bodies() {
             return None;
         }
         let whole = Whole::of(part);
-        let (bodies, made) = (Pieces::of(&whole.mesh), Pieces::of(&self.mesh));
-        if solids(&bodies) <= solids(&made) {
+        let bodies = Pieces::of(&whole.mesh);
+        if bodies.bodies() <= made.bodies() {
             return None;
         }
-        let exact = MeshDistance::new(&whole.mesh);
-        let nearest = |p: &Vec3| exact.nearest(*p, f64::INFINITY).map(|n| bodies.piece_of(n.facet));
-        let of_vertex: Vec<Option<u32>> = self.mesh.vertices.par_iter().map(nearest).collect();
-        let mut counts: FxHashMap<(u32, u32), (usize, Vec3)> = FxHashMap::default();
-        for (facet, triangle) in self.mesh.triangles.iter().enumerate() {
-            let first = triangle[0] as usize;
-            if let Some(&Some(body)) = of_vertex.get(first) {
-                let (count, sum) = counts.entry((made.piece_of(facet as u32), body)).or_default();
-                (*count, *sum) = (*count + 1, add(*sum, self.mesh.vertices[first]));
-            }
-        }
+        let counts = self.vertices_beside(&made, &whole.mesh, &bodies);
         let volumes = bodies.volumes();
         let is_solid = |body: u32| volumes.get(body as usize).is_some_and(|volume| *volume > 0.0);
         let mut joined: Vec<(u32, u32, Vec3)> = counts
@@ -58,6 +48,27 @@ impl Operated {
             at.map(short).join(", ")
         );
         Some(Notice::new("thinner-than-spacing", text).counted(count as u64).at(at))
+    }
+
+    /// For each piece and each body that vertices of it are nearest to, how many are, counted once for each facet, and the sum of their places.
+    fn vertices_beside(
+        &self,
+        made: &Pieces,
+        part: &TriangleMesh,
+        bodies: &Pieces,
+    ) -> FxHashMap<(u32, u32), (usize, Vec3)> {
+        let exact = MeshDistance::new(part);
+        let nearest = |p: &Vec3| exact.nearest(*p, f64::INFINITY).map(|n| bodies.piece_of(n.facet));
+        let of_vertex: Vec<Option<u32>> = self.mesh.vertices.par_iter().map(nearest).collect();
+        let mut counts: FxHashMap<(u32, u32), (usize, Vec3)> = FxHashMap::default();
+        for (facet, triangle) in self.mesh.triangles.iter().enumerate() {
+            let first = triangle[0] as usize;
+            if let Some(&Some(body)) = of_vertex.get(first) {
+                let (count, sum) = counts.entry((made.piece_of(facet as u32), body)).or_default();
+                (*count, *sum) = (*count + 1, add(*sum, self.mesh.vertices[first]));
+            }
+        }
+        counts
     }
 }
 

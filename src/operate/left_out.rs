@@ -100,14 +100,13 @@ impl Operated {
     /// # Cost
     /// O(facets); where there are several pieces, the union of the part's bodies.
     pub fn comes_apart(&self, part: &TriangleMesh) -> Option<Notice> {
-        let of = |volumes: &[f64]| volumes.iter().filter(|volume| **volume > 0.0).count();
         let pieces = Pieces::of(&self.mesh);
-        let volumes = pieces.volumes();
-        let count = of(&volumes);
+        let count = pieces.bodies();
         if count < 2 {
             return None;
         }
-        let bodies = of(&Pieces::of(&Whole::of(part).mesh).volumes());
+        let bodies = Pieces::of(&Whole::of(part).mesh).bodies();
+        let volumes = pieces.volumes();
         let solid = volumes.iter().zip(&pieces.boxes).filter(|(volume, _)| **volume > 0.0);
         let (_, (lo, hi)) = solid.min_by(|a, b| a.0.total_cmp(b.0))?;
         let at = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));

@@ -51,6 +51,11 @@ impl<'a> Pieces<'a> {
         volumes
     }
 
+    /// How many of them are bodies, not voids.
+    pub fn bodies(&self) -> usize {
+        self.volumes().iter().filter(|volume| **volume > 0.0).count()
+    }
+
     /// The piece of a facet.
     pub fn piece_of(&self, facet: u32) -> u32 {
         self.of.get(facet as usize).copied().unwrap_or_default()
