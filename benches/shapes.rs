@@ -12,10 +12,11 @@ fn main() {
     divan::main();
 }
 
-fn part() -> TriangleMesh {
-    let given = std::env::var_os("AMCHECK_BENCH_PART")
-        .map(|path| read_path(path.as_ref(), u64::MAX, Salvage::Refuse).expect("a readable part").1.mesh);
-    given.unwrap_or_else(|| Primitive::parse("box:20x20x20mm").expect("a box").mesh(Length::mm(1.0)))
+/// The mesh whose path a variable holds, or else a built-in shape.
+fn mesh(variable: &str, or_else: &str, sagitta: f64) -> TriangleMesh {
+    let given = std::env::var_os(variable)
+        .map(|path| read_path(path.as_ref(), u64::MAX, Salvage::Refuse).expect("a readable mesh").1.mesh);
+    given.unwrap_or_else(|| Primitive::parse(or_else).expect("a shape").mesh(Length::mm(sagitta)))
 }
 
 /// Runs that processor seconds are the mean of.
@@ -27,7 +28,7 @@ fn samples() -> Vec<usize> {
 }
 
 fn measured(bencher: Bencher, n: usize, make: impl Fn(&TriangleMesh, Length) -> amcheck::Result<Operated>) {
-    let mesh = part();
+    let mesh = mesh("AMCHECK_BENCH_PART", "box:20x20x20mm", 1.0);
     let (lo, hi) = mesh.bounds().expect("a part has facets");
     let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
     let h = Length::mm(longest / (n as f64 - 4.0));
@@ -67,9 +68,9 @@ fn close_by_half_a_mm(bencher: Bencher, n: usize) {
     measured(bencher, n, |mesh, h| close(mesh, &ball(0.5), h));
 }
 
-/// The sum with a faceted ball of 2 mm, an element like any other mesh.
+/// The sum with a faceted ball of 2 mm, or with the mesh that `AMCHECK_BENCH_ELEMENT` names.
 #[divan::bench(args = [128, 256], sample_count = 3, sample_size = 1)]
 fn sum_with_a_mesh(bencher: Bencher, n: usize) {
-    let element = Element::Mesh(Primitive::parse("ball:2mm").expect("a ball").mesh(Length::mm(0.04)));
+    let element = Element::Mesh(mesh("AMCHECK_BENCH_ELEMENT", "ball:2mm", 0.04));
     measured(bencher, n, |mesh, h| minkowski(mesh, &element, h));
 }

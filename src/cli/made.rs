@@ -81,9 +81,14 @@ impl Outputs {
             Some(to) if to.suffix == "stl" => stl::merged(mesh) as u64,
             _ => 0,
         };
-        let so_far = "on another in STL's numbers, so far from the origin: facets may lose their area and edges meet; write PLY, OBJ, \
-                      3MF or GLB with --out, or move the part nearer";
-        let text = number_of(merged, [&format!("vertex falls {so_far}"), &format!("vertices fall {so_far}")]);
+        let (lo, hi) = mesh.bounds().unwrap_or_default();
+        let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
+        let is_far = (0..3).any(|a| lo[a].max(-hi[a]) > longest);
+        let nearer = if is_far { ", or move the part nearer to the origin" } else { "" };
+        let so = format!(
+            "on another in STL's numbers of seven digits: facets may lose their area and edges meet; write PLY, OBJ, 3MF or GLB with --out{nearer}"
+        );
+        let text = number_of(merged, [&format!("vertex falls {so}"), &format!("vertices fall {so}")]);
         (merged > 0).then(|| Notice::new("merged-vertices", text).counted(merged))
     }
 

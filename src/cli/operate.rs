@@ -245,12 +245,13 @@ impl Job {
             let lost = made.lost_bodies(&part, reach, spacing, again);
             lost.or_else(|| made.falls_short(&part, reach, spacing))
         });
-        let crumbs = made.left_out(&part, self.reach, spacing);
+        let pieces = made.pieces();
+        let crumbs = pieces.left_out(&part, self.reach, spacing);
         let thin = self.by.map(|by| made.thinned_out(&part, by, spacing)).transpose()?.flatten();
         let grows = self.by.map_or(self.reach == Some(CLOSING), |by| by.as_mm() >= 0.0);
-        let apart = made.comes_apart(&part).filter(|_| grows && crumbs.is_none());
+        let apart = (grows && crumbs.is_none()).then(|| pieces.comes_apart(&part)).flatten();
         let within = self.by.map_or(self.reach == Some(OPENING), |by| by.as_mm() <= 0.0);
-        let fused = within.then(|| made.fused_bodies(&part)).flatten();
+        let fused = within.then(|| pieces.fused_bodies(&part)).flatten();
         Ok([crumbs, made.may_fill_too_much(), short, thin, apart, fused].into_iter().flatten().collect())
     }
 

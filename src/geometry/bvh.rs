@@ -76,6 +76,52 @@ impl Node {
     }
 }
 
+/// A node, and the primitives below it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    node: u32,
+    /// Where in [`Bvh::order`] they start.
+    pub start: u32,
+    count: u32,
+}
+
+impl Span {
+    /// The run of [`Bvh::order`].
+    #[inline]
+    pub fn run(&self) -> Range<usize> {
+        self.start as usize..(self.start + self.count) as usize
+    }
+
+    /// The two halves below a node, the left one first.
+    #[inline]
+    fn halves(&self, [left, right]: [usize; 2]) -> [Span; 2] {
+        let count = self.count / 2;
+        [
+            Span { node: left as u32, start: self.start, count },
+            Span { node: right as u32, start: self.start + count, count: self.count - count },
+        ]
+    }
+}
+
+/// A box to be met, rounded outwards to f32.
+#[derive(Debug, Clone, Copy)]
+pub struct Reached {
+    lo: [f32; 4],
+    hi: [f32; 4],
+}
+
+impl Reached {
+    /// That of a box.
+    pub fn of((lo, hi): Bounds) -> Self {
+        Reached { lo: narrow(lo, f32::next_down), hi: narrow(hi, f32::next_up) }
+    }
+
+    #[inline]
+    fn meets(&self, node: &Node) -> bool {
+        (0..4).fold(true, |meets, a| meets & (self.lo[a] <= node.hi[a]) & (node.lo[a] <= self.hi[a]))
+    }
+}
+
 /// A bounding volume hierarchy: median splits, boxes rounded outwards to f32.
 ///
 /// # Cost
@@ -136,6 +182,54 @@ impl Bvh {
         self.nodes[first].run().start..self.nodes[last].run().end
     }
 
+    /// The whole tree; `None` if it is empty.
+    pub fn whole(&self) -> Option<Span> {
+        (!self.order.is_empty()).then_some(Span { node: 0, start: 0, count: self.order.len() as u32 })
+    }
+
+    /// The box of what is below a node.
+    pub fn extent(&self, span: Span) -> Bounds {
+        self.nodes[span.node as usize].extent()
+    }
+
+    /// The nodes of at most so many primitives, or leaves, that a part of the tree consists of, from left to right.
+    ///
+    /// # Cost
+    /// O(nodes above them).
+    pub fn cut(&self, part: Span, most: usize) -> Vec<Span> {
+        let mut found = Vec::new();
+        let mut waiting = vec![part];
+        while let Some(span) = waiting.pop() {
+            match self.nodes[span.node as usize].children() {
+                Some(children) if span.count as usize > most => {
+                    waiting.extend(span.halves(children).into_iter().rev());
+                }
+                _ => found.push(span),
+            }
+        }
+        found
+    }
+
+    /// Visits those of these nodes whose boxes may meet a box and that do not end before a place of [`Bvh::order`], from right to left.
+    ///
+    /// # Cost
+    /// O(depth + nodes visited).
+    #[inline]
+    pub fn meeting(&self, part: Span, reached: &Reached, from: u32, most: usize, visit: &mut impl FnMut(Span)) {
+        let node = &self.nodes[part.node as usize];
+        if part.start + part.count <= from || !reached.meets(node) {
+            return;
+        }
+        match node.children() {
+            Some(children) if part.count as usize > most => {
+                let [left, right] = part.halves(children);
+                self.meeting(right, reached, from, most, visit);
+                self.meeting(left, reached, from, most, visit);
+            }
+            _ => visit(part),
+        }
+    }
+
     /// Where each primitive below `count` stands in [`Bvh::order`]; at the end, if it is not in the tree.
     ///
     /// Work done in this order has its neighbours at hand: what it reads is mostly in the cache already.
@@ -149,7 +243,7 @@ impl Bvh {
         ranks
     }
 
-    /// Visits the items of the leaves whose boxes overlap a box, by its least and greatest corner.
+    /// Visits the items of the leaves whose boxes may overlap a box, by its least and greatest corner.
     ///
     /// # Cost
     /// O(log n + items visited).
@@ -160,33 +254,21 @@ impl Bvh {
         });
     }
 
-    /// Whether a predicate holds for an item of a leaf whose box overlaps a box, by its least and greatest corner.
+    /// Whether a predicate holds for an item of a leaf whose box may overlap a box, by its least and greatest corner.
     ///
     /// # Cost
     /// As [`Bvh::in_box`], and nothing after the first for which it holds.
-    pub fn any_in_box(&self, (lo, hi): (Vec3, Vec3), mut is: impl FnMut(u32) -> bool) -> bool {
-        // Halves of halves of at most 2³² items: no more than one node waits on each level.
-        let mut waiting = [0usize; 64];
-        let mut count = usize::from(!self.nodes.is_empty());
-        while count > 0 {
-            count -= 1;
-            let node = &self.nodes[waiting[count]];
-            if node.box_distance2(lo, hi) > 0.0 {
-                continue;
+    pub fn any_in_box(&self, reach: (Vec3, Vec3), mut is: impl FnMut(u32) -> bool) -> bool {
+        !self.nodes.is_empty() && self.any_below(0, &Reached::of(reach), &mut is)
+    }
+
+    fn any_below(&self, node: usize, reached: &Reached, is: &mut impl FnMut(u32) -> bool) -> bool {
+        let node = &self.nodes[node];
+        reached.meets(node)
+            && match node.children() {
+                Some([left, right]) => self.any_below(right, reached, is) || self.any_below(left, reached, is),
+                None => self.order[node.run()].iter().any(|&item| is(item)),
             }
-            match node.children() {
-                Some([left, right]) => {
-                    (waiting[count], waiting[count + 1]) = (left, right);
-                    count += 2;
-                }
-                None => {
-                    if self.order[node.run()].iter().any(|&item| is(item)) {
-                        return true;
-                    }
-                }
-            }
-        }
-        false
     }
 
     /// Calls `visit(run, ball)` for the runs of primitives in leaves that meet an open ball given by centre and radius, nearest boxes

@@ -1,7 +1,6 @@
 //! Bodies of a part that a result makes one of.
 
 use super::pieces::Pieces;
-use super::shape::Operated;
 use super::whole::Whole;
 use crate::geometry::vector::{Vec3, add, scale};
 use crate::geometry::{MeshDistance, TriangleMesh};
@@ -13,22 +12,22 @@ use rustc_hash::FxHashMap;
 /// As few vertices of a piece may be nearest to another body: at a gap that is thinner than the spacing they may be drawn there.
 const STRAY: usize = 8;
 
-impl Operated {
+impl Pieces<'_> {
     /// Says that bodies of the part came out as one where the result lies within the part, as each piece of it then lies within one body.
     ///
     /// # Cost
     /// O(facets); where there are fewer pieces than bodies, the union of these and a distance to it for each vertex.
     pub fn fused_bodies(&self, part: &TriangleMesh) -> Option<Notice> {
-        let made = Pieces::of(&self.mesh);
-        if Pieces::of(part).bodies() <= made.bodies() {
+        let made = self.bodies();
+        if Pieces::of(part).bodies() <= made {
             return None;
         }
         let whole = Whole::of(part);
         let bodies = Pieces::of(&whole.mesh);
-        if bodies.bodies() <= made.bodies() {
+        if bodies.bodies() <= made {
             return None;
         }
-        let counts = self.vertices_beside(&made, &whole.mesh, &bodies);
+        let counts = self.vertices_beside(&whole.mesh, &bodies);
         let volumes = bodies.volumes();
         let is_solid = |body: u32| volumes.get(body as usize).is_some_and(|volume| *volume > 0.0);
         let mut joined: Vec<(u32, u32, Vec3)> = counts
@@ -51,12 +50,7 @@ impl Operated {
     }
 
     /// For each piece and each body that vertices of it are nearest to, how many are, counted once for each facet, and the sum of their places.
-    fn vertices_beside(
-        &self,
-        made: &Pieces,
-        part: &TriangleMesh,
-        bodies: &Pieces,
-    ) -> FxHashMap<(u32, u32), (usize, Vec3)> {
+    fn vertices_beside(&self, part: &TriangleMesh, bodies: &Pieces) -> FxHashMap<(u32, u32), (usize, Vec3)> {
         let exact = MeshDistance::new(part);
         let nearest = |p: &Vec3| exact.nearest(*p, f64::INFINITY).map(|n| bodies.piece_of(n.facet));
         let of_vertex: Vec<Option<u32>> = self.mesh.vertices.par_iter().map(nearest).collect();
@@ -64,7 +58,7 @@ impl Operated {
         for (facet, triangle) in self.mesh.triangles.iter().enumerate() {
             let first = triangle[0] as usize;
             if let Some(&Some(body)) = of_vertex.get(first) {
-                let (count, sum) = counts.entry((made.piece_of(facet as u32), body)).or_default();
+                let (count, sum) = counts.entry((self.piece_of(facet as u32), body)).or_default();
                 (*count, *sum) = (*count + 1, add(*sum, self.mesh.vertices[first]));
             }
         }
@@ -86,11 +80,11 @@ mod tests {
             // Turned, so that no layer of samples lies in the gap.
             let (sin, cos) = 0.4f64.sin_cos();
             let part = part.transformed([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
-            let found = offset(&part, Length::mm(0.0), h).unwrap().fused_bodies(&part);
+            let found = offset(&part, Length::mm(0.0), h).unwrap().pieces().fused_bodies(&part);
             assert_eq!(found.is_some(), told, "{found:?}");
         }
         // One that vanishes is not fused.
         let part = cuboid([0.0; 3], [2.0; 3]).joined(&cuboid([2.5, 0.0, 0.0], [2.6, 2.0, 2.0]));
-        assert_eq!(offset(&part, Length::mm(-0.2), h).unwrap().fused_bodies(&part), None);
+        assert_eq!(offset(&part, Length::mm(-0.2), h).unwrap().pieces().fused_bodies(&part), None);
     }
 }

@@ -40,14 +40,14 @@ impl Reach {
     }
 }
 
-impl Operated {
+impl Pieces<'_> {
     /// Says where the surface comes in crumbs, as it does where the result is thinner than the spacing: the rest is left out. One or
     /// two may be meant: where what becomes of a body or a void of the part is as small, or nobody knows what does.
     ///
     /// # Cost
     /// O(facets); where there are one or two crumbs, the union of the part's bodies.
     pub fn left_out(&self, part: &TriangleMesh, reach: Option<Reach>, spacing: Length) -> Option<Notice> {
-        let mut crumbs = crumbs(&self.mesh, spacing * CRUMB);
+        let mut crumbs = self.crumbs(spacing * CRUMB);
         if crumbs.len() <= MEANT {
             let meant = meant(part, reach.filter(|_| !crumbs.is_empty())?, spacing);
             let beyond = BEYOND * spacing.as_mm();
@@ -66,6 +66,39 @@ impl Operated {
         Some(Notice::new("thinner-than-spacing", text).at(at))
     }
 
+    /// Says that the surface comes in more pieces than the part where that only grows, as each piece of a sum holds a body of the part: where
+    /// what joins them is thinner than the spacing; between bodies a closing may leave pieces that hold none.
+    ///
+    /// # Cost
+    /// O(facets); where there are several pieces, the union of the part's bodies.
+    pub fn comes_apart(&self, part: &TriangleMesh) -> Option<Notice> {
+        let count = self.bodies();
+        if count < 2 {
+            return None;
+        }
+        let bodies = Pieces::of(&Whole::of(part).mesh).bodies();
+        let volumes = self.volumes();
+        let solid = volumes.iter().zip(&self.boxes).filter(|(volume, _)| **volume > 0.0);
+        let (_, (lo, hi)) = solid.min_by(|a, b| a.0.total_cmp(b.0))?;
+        let at = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
+        (count > bodies).then(|| {
+            let text = format!(
+                "the result comes in {count} pieces and the part in {bodies}, the least near ({}) mm: what joins them may be thinner than the \
+                 spacing; choose a smaller --voxel",
+                at.map(short).join(", ")
+            );
+            Notice::new("thinner-than-spacing", text).counted(count as u64).at(at)
+        })
+    }
+
+    /// The boxes of the pieces whose sides are no longer than a length.
+    fn crumbs(&self, longest: Length) -> Vec<Box3> {
+        let is_small = |(lo, hi): &&Box3| (0..3).all(|a| hi[a] - lo[a] <= longest.as_mm());
+        self.boxes.iter().filter(is_small).copied().collect()
+    }
+}
+
+impl Operated {
     /// Says where a closing fills what may be room for its element, because no sample tells.
     pub fn may_fill_too_much(&self) -> Option<Notice> {
         let (count, at) = self.filled?;
@@ -94,34 +127,6 @@ impl Operated {
         })
     }
 
-    /// Says that the surface comes in more pieces than the part where that only grows, as each piece of a sum holds a body of the part: where
-    /// what joins them is thinner than the spacing; between bodies a closing may leave pieces that hold none.
-    ///
-    /// # Cost
-    /// O(facets); where there are several pieces, the union of the part's bodies.
-    pub fn comes_apart(&self, part: &TriangleMesh) -> Option<Notice> {
-        let pieces = Pieces::of(&self.mesh);
-        let count = pieces.bodies();
-        if count < 2 {
-            return None;
-        }
-        let bodies = Pieces::of(&Whole::of(part).mesh).bodies();
-        let volumes = pieces.volumes();
-        let solid = volumes.iter().zip(&pieces.boxes).filter(|(volume, _)| **volume > 0.0);
-        let (_, (lo, hi)) = solid.min_by(|a, b| a.0.total_cmp(b.0))?;
-        let at = [0, 1, 2].map(|a| 0.5 * (lo[a] + hi[a]));
-        (count > bodies).then(|| {
-            let text = format!(
-                "the result comes in {count} pieces and the part in {bodies}, the least near ({}) mm: what joins them may be thinner than the \
-                 spacing; choose a smaller --voxel",
-                at.map(short).join(", ")
-            );
-            Notice::new("thinner-than-spacing", text).counted(count as u64).at(at)
-        })
-    }
-}
-
-impl Operated {
     /// Says where an offset by exact distances leaves something, of the part or of a gap in it, that its surface does not reach.
     ///
     /// # Errors
@@ -151,12 +156,6 @@ fn meant(part: &TriangleMesh, reach: Reach, spacing: Length) -> Vec<Box3> {
     become_of.filter(|(lo, hi)| (0..3).all(|a| (0.0..=longest).contains(&(hi[a] - lo[a])))).collect()
 }
 
-/// The boxes of the pieces of a mesh whose sides are no longer than a length.
-fn crumbs(mesh: &TriangleMesh, longest: Length) -> Vec<Box3> {
-    let is_small = |(lo, hi): &Box3| (0..3).all(|a| hi[a] - lo[a] <= longest.as_mm());
-    Pieces::of(mesh).boxes.into_iter().filter(is_small).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,9 +167,10 @@ mod tests {
         let large = cuboid([0.0; 3], [5.0, 1.0, 0.2]);
         let crumb = |x: f64| cuboid([x, 9.0, 0.0], [x + 0.2, 9.2, 0.1]);
         let mesh = large.joined(&crumb(0.0)).joined(&crumb(3.0));
-        assert_eq!(crumbs(&mesh, Length::mm(0.3)).len(), 2);
-        assert_eq!(crumbs(&mesh, Length::mm(0.15)).len(), 0);
-        assert_eq!(crumbs(&mesh, Length::mm(6.0)).len(), 3);
+        let crumbs = |mm: f64| Pieces::of(&mesh).crumbs(Length::mm(mm)).len();
+        assert_eq!(crumbs(0.3), 2);
+        assert_eq!(crumbs(0.15), 0);
+        assert_eq!(crumbs(6.0), 3);
     }
 
     fn made(part: &TriangleMesh, by: f64, h: f64) -> Operated {
@@ -182,15 +182,15 @@ mod tests {
         let pieces = cuboid([0.0; 3], [3.0; 3]).joined(&cuboid([3.4, 1.0, 0.0], [3.45, 1.1, 3.0]));
         let apart = made(&pieces, 0.01, 0.02);
         let whole = cuboid([0.0; 3], [3.0; 3]);
-        assert_eq!(apart.comes_apart(&pieces), None);
-        let told = apart.comes_apart(&whole).unwrap();
+        assert_eq!(apart.pieces().comes_apart(&pieces), None);
+        let told = apart.pieces().comes_apart(&whole).unwrap();
         let [x, ..] = told.at_mm.unwrap();
         assert!(
             told.count == Some(2) && (x - 3.425).abs() < 0.01 && told.message.contains("2 pieces and the part in 1")
         );
         // A void within a body is no piece.
         let hollow = whole.joined(&cuboid([1.0; 3], [2.0; 3]).flipped());
-        assert_eq!(made(&hollow, 0.1, 0.2).comes_apart(&hollow), None);
+        assert_eq!(made(&hollow, 0.1, 0.2).pieces().comes_apart(&hollow), None);
     }
 
     #[test]
@@ -202,11 +202,11 @@ mod tests {
         let knob = cuboid([5.0, 5.0, -0.1], [5.7, 5.7, 0.5]);
         let part = bar.clone().joined(&cuboid([0.0, 4.0, 0.0], [10.0, 8.0, 0.33]).joined(&knob));
         let found = made(&part, by, h);
-        assert_eq!(crumbs(&found.mesh, Length::mm(CRUMB * h)).len(), 1);
-        assert!(found.left_out(&part, Some(shrunk), Length::mm(h)).is_some());
+        assert_eq!(found.pieces().crumbs(Length::mm(CRUMB * h)).len(), 1);
+        assert!(found.pieces().left_out(&part, Some(shrunk), Length::mm(h)).is_some());
         let part = bar.joined(&cuboid([5.0, 5.0, 0.0], [5.8, 5.8, 0.8]));
         let found = made(&part, by, h);
-        assert_eq!(crumbs(&found.mesh, Length::mm(CRUMB * h)).len(), 1);
-        assert_eq!(found.left_out(&part, Some(shrunk), Length::mm(h)), None);
+        assert_eq!(found.pieces().crumbs(Length::mm(CRUMB * h)).len(), 1);
+        assert_eq!(found.pieces().left_out(&part, Some(shrunk), Length::mm(h)), None);
     }
 }

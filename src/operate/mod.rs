@@ -20,5 +20,6 @@ mod whole;
 pub use deposit::{Departure, Deposit, deposit};
 pub use left_out::Reach;
 pub use motion::sweep_motion;
+pub use pieces::Pieces;
 pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};
 pub use whole::solid_volume;

@@ -2,21 +2,22 @@
 
 use crate::geometry::vector::{Vec3, cross, dot, hull, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
-use rustc_hash::FxHashMap;
 
 /// A box by its least and its greatest corner.
 pub(super) type Box3 = (Vec3, Vec3);
 
 /// The pieces of a surface that hang together over corners, in the order of their first vertices.
-pub(super) struct Pieces<'a> {
-    mesh: &'a TriangleMesh,
+pub struct Pieces<'a> {
+    pub(super) mesh: &'a TriangleMesh,
     /// The piece of each facet.
     of: Vec<u32>,
     /// The box of each piece.
-    pub boxes: Vec<Box3>,
+    pub(super) boxes: Vec<Box3>,
 }
 
 impl<'a> Pieces<'a> {
+    /// Those of a mesh.
+    ///
     /// # Cost
     /// O(facets).
     pub fn of(mesh: &'a TriangleMesh) -> Self {
@@ -25,18 +26,18 @@ impl<'a> Pieces<'a> {
             sets.join(a, b);
             sets.join(b, c);
         }
-        let mut roots: Vec<u32> = mesh.triangles.iter().map(|t| sets.root(t[0])).collect();
-        let mut distinct = roots.clone();
-        distinct.sort_unstable();
-        distinct.dedup();
-        let numbers: FxHashMap<u32, u32> = distinct.iter().copied().zip(0..).collect();
-        let mut boxes = vec![([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]); distinct.len()];
-        for (facet, root) in roots.iter_mut().enumerate() {
-            *root = numbers.get(root).copied().unwrap_or_default();
-            let piece = &mut boxes[*root as usize];
-            *piece = mesh.corners(facet).into_iter().fold(*piece, |all, p| hull(all, (p, p)));
+        let mut of: Vec<u32> = mesh.triangles.iter().map(|t| sets.root(t[0])).collect();
+        let mut numbers = vec![None; mesh.vertices.len()];
+        of.iter().for_each(|&root| numbers[root as usize] = Some(0));
+        let mut count = 0..;
+        numbers.iter_mut().flatten().for_each(|number| *number = count.next().unwrap_or_default());
+        let mut boxes = vec![([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]); count.start as usize];
+        for (facet, piece) in of.iter_mut().enumerate() {
+            *piece = numbers[*piece as usize].unwrap_or_default();
+            let around = &mut boxes[*piece as usize];
+            *around = mesh.corners(facet).into_iter().fold(*around, |all, p| hull(all, (p, p)));
         }
-        Pieces { mesh, of: roots, boxes }
+        Pieces { mesh, of, boxes }
     }
 
     /// The volume of each piece, mm³: negative where its facets face inwards.

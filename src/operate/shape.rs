@@ -1,6 +1,7 @@
 //! The operations on a part and an element.
 
 use super::midway::{field_between, surface_between};
+use super::pieces::Pieces;
 use super::settled::{Settled, Touch, field_to};
 use super::twice::{closed, opened};
 use super::whole::Whole;
@@ -62,6 +63,14 @@ pub struct Operated {
 }
 
 impl Operated {
+    /// The pieces of its surface.
+    ///
+    /// # Cost
+    /// O(facets).
+    pub fn pieces(&self) -> Pieces<'_> {
+        Pieces::of(&self.mesh)
+    }
+
     /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
     /// offset; to the surface of a sum, an obstacle or a difference, and farther from it to the samples inside; else the mean of the
     /// distances to what is certainly and what possibly inside.

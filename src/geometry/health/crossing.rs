@@ -2,7 +2,7 @@
 
 use super::measure::Fault;
 use super::overlap::{Overlap, overlap_of};
-use super::pairs::{leaves, near_pairs};
+use super::pairs::{groups, near_pairs};
 use crate::geometry::bvh::Bvh;
 use crate::geometry::distance::MeshDistance;
 use crate::geometry::mesh::TriangleMesh;
@@ -77,11 +77,10 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
     let square = tolerance * tolerance;
     // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
-    let tally = leaves(tree.tree())
-        .map_init(Vec::new, |stack, run| {
+    let tally = groups(tree.tree())
+        .map_init(Vec::new, |near, group| {
             let mut found = Tally::default();
-            let Some(run) = run else { return found };
-            near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, stack, |f, g| {
+            near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, near, |f, g| {
                 if compared(f, g) {
                     let longest =
                         cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, Through::Inside);
@@ -135,9 +134,9 @@ pub fn crossing_pairs(mesh: &TriangleMesh, facets: &[u32], tolerance: f64, throu
     let boxes: Vec<(Vec3, Vec3)> = planes.par_iter().map(|(corners, _)| bounds(*corners).unwrap_or_default()).collect();
     let tree = Bvh::new(&boxes);
     let plane = |n: u32| planes.get(n as usize).copied().unwrap_or_default();
-    let pairs = leaves(&tree).map_init(Vec::new, |stack, run| {
+    let pairs = groups(&tree).map_init(Vec::new, |near, group| {
         let mut found = Vec::new();
-        near_pairs(&tree, &|n| plane(n).0, run.unwrap_or_default(), tolerance, stack, |f, g| {
+        near_pairs(&tree, &|n| plane(n).0, group, tolerance, near, |f, g| {
             let pair = [f, g].map(|n| facets.get(n as usize).copied().unwrap_or_default());
             let [a, b] = pair.map(|facet| mesh.triangles.get(facet as usize).copied().unwrap_or_default());
             if !neighbours(a, b) && cross_of([plane(f), plane(g)], tolerance, through).is_some() {

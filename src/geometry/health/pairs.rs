@@ -1,68 +1,71 @@
 //! Pairs of facets that are near each other.
 
-use crate::geometry::bvh::{Bvh, LEAF};
+use crate::geometry::bvh::{Bounds, Bvh, LEAF, Reached, Span};
 use crate::geometry::vector::{Vec3, bounds, hull};
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// What rounding may take off a gap between boxes, relative to the tolerance.
 const ROUNDING: f64 = 1e-9;
 
-/// The runs of facets in the leaves of a tree, on all cores.
-pub(in crate::geometry) fn leaves(tree: &Bvh) -> impl IndexedParallelIterator<Item = Option<Range<usize>>> {
-    tree.nodes().par_iter().with_min_len(256).with_max_len(1024).map(|n| n.children().is_none().then(|| n.run()))
+/// Facets that look for others together, at most.
+const GROUP: usize = 32;
+
+/// The parts of a tree whose facets look for others together, from left to right, on all cores.
+pub(in crate::geometry) fn groups(tree: &Bvh) -> impl IndexedParallelIterator<Item = Span> {
+    let groups = tree.whole().map_or_else(Vec::new, |whole| tree.cut(whole, GROUP));
+    groups.into_par_iter().with_min_len(16).with_max_len(64)
 }
 
-/// Calls `visit(f, g)`, f < g, for the pairs of a facet in the leaf of a run and one in the same leaf or a later one whose boxes are
-/// nowhere farther apart than `tolerance`: over all leaves each pair once.
+/// Calls `visit(f, g)`, f < g, for the pairs of a facet of a leaf in a group and one of the same leaf or a later one whose boxes are
+/// nowhere farther apart than `tolerance`: over all groups each pair once. `near` is a list to work with.
 ///
 /// # Cost
-/// One walk of the tree for the facets of a leaf.
+/// One walk of the tree for a group, and for each of its leaves one of what is near the group.
 pub(in crate::geometry) fn near_pairs(
     tree: &Bvh,
     corners: &impl Fn(u32) -> [Vec3; 3],
-    run: Range<usize>,
+    group: Span,
     tolerance: f64,
-    stack: &mut Vec<usize>,
+    near: &mut Vec<Span>,
     mut visit: impl FnMut(u32, u32),
 ) {
-    let (nodes, order) = (tree.nodes(), tree.order());
+    let order = tree.order();
     let far = tolerance * (1.0 + ROUNDING);
-    let mut own = [(0u32, ([0.0; 3], [0.0; 3])); LEAF];
-    let count = run.len().min(LEAF);
-    for (own, &f) in own.iter_mut().zip(&order[run.clone()]) {
-        *own = (f, grown(corners(f), far));
-    }
-    let Some((lo, hi)) = own[..count].iter().map(|o| o.1).reduce(hull) else { return };
-    stack.push(0);
-    while let Some(at) = stack.pop() {
-        let Some(node) = nodes.get(at) else { continue };
-        if node.box_distance2(lo, hi) > 0.0 {
-            continue;
+    let Some(whole) = tree.whole() else { return };
+    near.clear();
+    let around = Reached::of(wider(tree.extent(group), far));
+    tree.meeting(whole, &around, group.start, GROUP, &mut |span| near.push(span));
+    for leaf in tree.cut(group, 0) {
+        let mut own = [(0u32, ([0.0; 3], [0.0; 3])); LEAF];
+        let count = leaf.run().len().min(LEAF);
+        for (own, &f) in own.iter_mut().zip(&order[leaf.run()]) {
+            *own = (f, grown(corners(f), far));
         }
-        if let Some(children) = node.children() {
-            stack.extend(children);
-            continue;
-        }
-        let other = node.run();
-        if other.start < run.start {
-            continue;
-        }
-        for (place, &g) in order[other.clone()].iter().enumerate() {
-            let theirs = grown(corners(g), 0.0);
-            let before = if other.start == run.start { place } else { count };
-            for &(f, _) in own[..before].iter().filter(|(_, of_f)| overlap(*of_f, theirs)) {
-                visit(f.min(g), f.max(g));
+        let Some(around) = own[..count].iter().map(|o| o.1).reduce(hull) else { continue };
+        let mut in_leaf = |other: Span| {
+            for (place, &g) in order[other.run()].iter().enumerate() {
+                let theirs = grown(corners(g), 0.0);
+                let before = if other.start == leaf.start { place } else { count };
+                for &(f, _) in own[..before].iter().filter(|(_, of_f)| overlap(*of_f, theirs)) {
+                    visit(f.min(g), f.max(g));
+                }
             }
-        }
+        };
+        let reached = Reached::of(around);
+        near.iter().for_each(|&part| tree.meeting(part, &reached, leaf.start, 0, &mut in_leaf));
     }
+}
+
+/// A box, wider by `by` on all sides.
+#[inline]
+fn wider((lo, hi): Bounds, by: f64) -> Bounds {
+    (lo.map(|x| x - by), hi.map(|x| x + by))
 }
 
 /// The box of a facet, wider by `by` on all sides.
 #[inline]
 fn grown(corners: [Vec3; 3], by: f64) -> (Vec3, Vec3) {
-    let (lo, hi) = bounds(corners).unwrap_or(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]));
-    (lo.map(|x| x - by), hi.map(|x| x + by))
+    wider(bounds(corners).unwrap_or(([f64::INFINITY; 3], [f64::NEG_INFINITY; 3])), by)
 }
 
 /// Whether two boxes have a point in common.
@@ -91,8 +94,8 @@ mod tests {
         let tree = MeshDistance::new(&TriangleMesh::weld(facets));
         for tolerance in [0.0, 0.2] {
             let mut seen: BTreeMap<(u32, u32), usize> = BTreeMap::new();
-            for run in leaves(tree.tree()).collect::<Vec<_>>().into_iter().flatten() {
-                near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, &mut Vec::new(), |f, g| {
+            for group in groups(tree.tree()).collect::<Vec<_>>() {
+                near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, &mut Vec::new(), |f, g| {
                     *seen.entry((f, g)).or_default() += 1
                 });
             }

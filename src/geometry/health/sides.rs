@@ -1,6 +1,6 @@
 //! The winding number on both sides of each facet of a surface.
 
-use super::pairs::{leaves, near_pairs};
+use super::pairs::{groups, near_pairs};
 use crate::geometry::edges::EdgeTable;
 use crate::geometry::triangle::{closest_pair_within, closest_point};
 use crate::geometry::vector::{Vec3, add, along, distance, dot, sub, unit};
@@ -69,9 +69,8 @@ impl Sides<'_> {
         let has_area = |f| self.mesh.facet_area(f) > 0.0;
         let near: Vec<AtomicBool> = (0..self.mesh.triangles.len()).map(|f| AtomicBool::new(!has_area(f))).collect();
         // Each pair is looked at once; a mark is only ever set, so that no order matters.
-        leaves(tree.tree()).for_each_init(Vec::new, |stack, run| {
-            let Some(run) = run else { return };
-            near_pairs(tree.tree(), &|f| tree.corners(f), run, tolerance, stack, |f, g| {
+        groups(tree.tree()).for_each_init(Vec::new, |spans, group| {
+            near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, spans, |f, g| {
                 if !self.apart(f as usize, g as usize, tolerance) {
                     [f, g].iter().for_each(|&n| near[n as usize].store(true, Ordering::Relaxed));
                 }

@@ -3,7 +3,7 @@
 use super::contact::{Facet, contact, crossing, is_flat};
 use super::exact::{BITS, Exact, Lattice, Plane};
 use super::net::Net;
-use crate::geometry::health::pairs::{leaves, near_pairs};
+use crate::geometry::health::pairs::{groups, near_pairs};
 use crate::geometry::vector::Vec3;
 use crate::geometry::{MeshDistance, TriangleMesh};
 use rayon::prelude::*;
@@ -116,9 +116,9 @@ fn on_lattice(mesh: &TriangleMesh, scale: f64) -> (Vec<Lattice>, Vec<Vec3>, Vec<
 
 /// What cuts each facet.
 fn cuts(facets: &[Facet], tree: &MeshDistance, points: &mut Points) -> Option<BTreeMap<u32, Cuts>> {
-    let found = leaves(tree.tree()).map_init(Vec::new, |stack, run| {
+    let found = groups(tree.tree()).map_init(Vec::new, |near, group| {
         let mut pairs = Vec::new();
-        near_pairs(tree.tree(), &|f| tree.corners(f), run.unwrap_or_default(), 0.0, stack, |f, g| {
+        near_pairs(tree.tree(), &|f| tree.corners(f), group, 0.0, near, |f, g| {
             let (Some(of_f), Some(of_g)) = (facets.get(f as usize), facets.get(g as usize)) else { return };
             pairs.extend(contact(of_f, of_g).into_iter().map(|ends| ([f, g], ends)));
         });

@@ -1,7 +1,7 @@
 //! Where the facets of a mesh cut each other.
 
 use super::points::Points;
-use crate::geometry::health::pairs::{leaves, near_pairs};
+use crate::geometry::health::pairs::{groups, near_pairs};
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, along, cross, distance, dot, norm, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh};
@@ -37,9 +37,9 @@ impl<'a> Cuts<'a> {
     /// # Cost
     /// O(T log T + pairs of facets whose boxes meet).
     pub(super) fn of(mesh: &'a TriangleMesh, tree: &MeshDistance, tolerance: f64) -> Self {
-        let found = leaves(tree.tree()).map_init(Vec::new, |stack, run| {
+        let found = groups(tree.tree()).map_init(Vec::new, |near, group| {
             let mut pairs = Vec::new();
-            near_pairs(tree.tree(), &|f| tree.corners(f), run.unwrap_or_default(), tolerance, stack, |f, g| {
+            near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, near, |f, g| {
                 let met = met([f, g].map(|f| Facet::of(mesh, f)), tolerance);
                 pairs.extend(met.map(|met| ([f, g], met)));
             });

@@ -1,7 +1,8 @@
 //! Writing binary STL.
 
 use crate::geometry::TriangleMesh;
-use rayon::prelude::*;
+use crate::geometry::vector::Vec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::io::{Error, ErrorKind, Result, Write};
 
 /// Writes a mesh as binary STL, in the unit of its coordinates, by `stl_io`.
@@ -39,7 +40,7 @@ pub fn write(mesh: &TriangleMesh, mut out: &mut dyn Write) -> Result<()> {
 /// than two facets for them.
 ///
 /// # Cost
-/// O(n log n).
+/// O(n).
 ///
 /// ```
 /// use amcheck::geometry::cuboid;
@@ -48,12 +49,16 @@ pub fn write(mesh: &TriangleMesh, mut out: &mut dyn Write) -> Result<()> {
 /// ```
 pub fn merged(mesh: &TriangleMesh) -> usize {
     // Zero and its negative are one place; places of several vertices are as many in any format.
-    let kept = |mut places: Vec<[u64; 3]>| {
-        places.par_sort_unstable();
-        places.dedup();
-        places.len()
-    };
-    let exact = mesh.vertices.iter().map(|v| v.map(|x| (x + 0.0).to_bits()));
-    let single = mesh.vertices.iter().map(|v| v.map(|x| u64::from((x as f32 + 0.0).to_bits())));
-    kept(exact.collect()) - kept(single.collect())
+    let single = |v: &Vec3| v.map(|x| (x as f32 + 0.0).to_bits());
+    let exact = |v: &Vec3| v.map(|x| (x + 0.0).to_bits());
+    let mut first: FxHashMap<[u32; 3], &Vec3> = FxHashMap::default();
+    first.reserve(mesh.vertices.len());
+    let mut others: FxHashSet<[u64; 3]> = FxHashSet::default();
+    for v in &mesh.vertices {
+        let of = *first.entry(single(v)).or_insert(v);
+        if exact(of) != exact(v) {
+            others.insert(exact(v));
+        }
+    }
+    others.len()
 }
