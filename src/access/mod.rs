@@ -33,7 +33,7 @@ pub use meridian::{Meridian, Outline, Piece, Role, Support};
 pub use obstacle::{Inflation, Trio};
 pub use orient::{Orientation, Orientations, orientations, standing, stood, upright};
 pub use pose::{
-    Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns,
+    Rotation, Turns, about, axis_directions, axis_rotations, fibonacci, lattice_directions, quarter_turns, square_to,
     super_fibonacci, within_tilt,
 };
 pub use question::{Footing, Liquid, Question, self_holding, support_angle};

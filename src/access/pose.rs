@@ -142,6 +142,12 @@ pub(super) fn frame_of(direction: Vec3) -> Rotation {
     [a, b, d]
 }
 
+/// Two directions square to one and to each other.
+pub fn square_to(direction: Vec3) -> [Vec3; 2] {
+    let [a, b, _] = frame_of(direction);
+    [a, b]
+}
+
 pub(super) fn transposed(m: Rotation) -> Rotation {
     [0, 1, 2].map(|c| [0, 1, 2].map(|r| m[r][c]))
 }

@@ -1,11 +1,12 @@
 //! AM302: liquid that the part keeps in this orientation, and cups that suck.
 
 use super::basin::{Basin, greatest_layer};
+use super::bore::{Downward, Wanted, Ways};
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported, reported_box};
 use super::tilt::{MEASURED_TILTS, best_tilt};
-use super::vent::{Downward, Wanted, drilled, shortest_vent};
+use super::vent::drilled;
 use super::void::Voids;
 use crate::access::up_option;
 use crate::error::Result;
@@ -197,7 +198,7 @@ impl Judge<'_> {
     fn vented(&self, at: Vec3, widest: f64, now: Bracket) -> Result<String> {
         let solid = self.voids.solid;
         let wanted = Wanted { ball_mm: VENT, wall_mm: self.wall_mm, downward: Downward::Closed };
-        let Some(vent) = shortest_vent(solid, at, wanted) else {
+        let Some(vent) = Ways::of(self.part).shortest(solid, at, wanted) else {
             return Ok(no_vent());
         };
         let outer = drilled(&solid.outer, &[vent]);

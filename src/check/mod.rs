@@ -11,6 +11,7 @@ mod ball_way;
 mod basin;
 mod bed_contact;
 mod blend;
+mod bore;
 mod bridge;
 mod budget;
 mod build_volume;

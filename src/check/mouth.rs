@@ -1,10 +1,11 @@
 //! Chambers with fewer mouths than a process needs to empty them.
 
+use super::bore::{Vent, Wanted};
 use super::contract::Context;
 use super::filling::Filling;
 use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::{group_equal, locate, reported};
-use super::vent::{Vent, Wanted, drilled, vents};
+use super::vent::{drilled, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids, rises};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
@@ -35,10 +36,9 @@ impl Mouths<'_> {
         let mut rooms = self.voids.mouths(clearance, self.room_mm, self.wanted.ball_mm)?;
         rooms.retain(|(t, count)| !known.iter().any(|k| k.overlaps(t)) && self.judged(*count).state > State::Pass);
         let places: Vec<&Trapped> = rooms.iter().map(|(t, _)| t).collect();
-        let found: Vec<Option<Vent>> =
-            vents(self.voids.solid, &places, self.wanted)?.into_iter().map(|v| v.vent()).collect();
-        let enough = self.counted_again(&found, &rooms)?;
         let part = self.voids.part();
+        let found: Vec<Option<Vent>> = vents(part, &places, self.wanted)?.into_iter().map(|v| v.vent()).collect();
+        let enough = self.counted_again(&found, &rooms)?;
         let tried: Vec<([f64; 3], Option<Vent>)> =
             places.iter().zip(found).zip(enough).map(|((t, v), ok)| (reported(part, t.at), v.filter(|_| ok))).collect();
         let located = |(t, count): &(Trapped, Bracket)| {

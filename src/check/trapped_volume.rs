@@ -1,12 +1,13 @@
 //! AM301: voids that keep what is in them.
 
+use super::bore::{Downward, Wanted};
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::enclosed::ROUNDING;
 use super::finding::{Basis, Bracket, Finding, Limits, Sense, Spot, State, Witness};
 use super::mouth::Mouths;
 use super::place::{group_equal, locate, reported, reported_box};
-use super::vent::{Downward, Wanted, advice, vents};
+use super::vent::{advice, vents};
 use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use super::way_out::{Telling, Tried};
 use crate::error::Result;
@@ -203,7 +204,7 @@ impl Judge<'_> {
     fn narrow(&mut self, places: &[Trapped], limits: Limits, widest: f64) -> Result<()> {
         let mut order: Vec<&Trapped> = places.iter().collect();
         order.sort_by(|a, b| a.way_out_mm.value.total_cmp(&b.way_out_mm.value));
-        let all = vents(self.voids.solid, &order, self.wanted(widest))?;
+        let all = vents(self.part, &order, self.wanted(widest))?;
         let (mut findings, mut tried) = (Vec::new(), Vec::new());
         for (t, vent) in order.iter().zip(all) {
             let mut f = self.way_out(t, limits);

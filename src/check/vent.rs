@@ -1,7 +1,7 @@
 //! A straight vent for a trapped volume, drilled into the sets and looked at again before it is suggested.
 
+use super::bore::{Vent, Wanted, Ways};
 use super::place::reported;
-use super::tooling::direction_in_file;
 use super::void::{HALF_DIAGONAL, Trapped, rises, way_out};
 use crate::distance::squared_distance;
 use crate::error::Result;
@@ -11,118 +11,6 @@ use crate::geometry::vector::{Vec3, along, distance, dot, sub};
 use crate::part::Part;
 use crate::topology::{Adjacency, Chamber, Side, border, chambers, components};
 use crate::units::{hundredths, short};
-
-/// A channel along an axis from a trapped place to the outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Vent {
-    pub from: Vec3,
-    pub to: Vec3,
-    /// 0, 1, 2 for x, y, z; the sign tells which way.
-    pub axis: usize,
-    pub upward: bool,
-    pub diameter_mm: f64,
-    /// Length of the material on its axis, to a sample for each piece of it.
-    pub wall_mm: f64,
-}
-
-impl Vent {
-    /// In words, in the frame of the file: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
-    pub fn words(&self, part: &Part) -> String {
-        let mut way = [0.0; 3];
-        way[self.axis] = if self.upward { 1.0 } else { -1.0 };
-        format!(
-            "a straight vent of {} mm towards {} through about {} mm of material",
-            short(self.diameter_mm),
-            direction_in_file(part, way),
-            short((self.wall_mm * 10.0).round() / 10.0)
-        )
-    }
-}
-
-/// What a vent has to be like.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted {
-    /// Diameter of the ball that it lets out, mm.
-    pub ball_mm: f64,
-    /// The wall that stays on every side of it, mm.
-    pub wall_mm: f64,
-    /// Whether it may go through the plate.
-    pub downward: Downward,
-}
-
-/// Whether a vent may lead down.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Downward {
-    Allowed,
-    /// The plate is there.
-    Closed,
-}
-
-impl Wanted {
-    /// The least multiple of half a millimetre that is wider than the ball by two samples, because the sets know it only so well.
-    pub fn diameter_mm(&self, h: f64) -> f64 {
-        ((self.ball_mm + 2.0 * h) * 2.0).ceil() / 2.0
-    }
-}
-
-/// Lines beside a vent along which its wall is looked for.
-const LINES: usize = 16;
-
-/// The shortest of the straight vents along the axes that end outside and leave a wall around them.
-pub(super) fn shortest_vent(solid: &Solid, at: Vec3, wanted: Wanted) -> Option<Vent> {
-    let grid = solid.centres.grid();
-    let start = grid.sample_at(at)?;
-    let diameter_mm = wanted.diameter_mm(grid.h());
-    let mut found: Vec<Vent> = Vec::new();
-    for (axis, upward) in (0..3).flat_map(|axis| [true, false].map(|upward| (axis, upward))) {
-        if axis == 2 && !upward && wanted.downward == Downward::Closed {
-            continue;
-        }
-        let mut end = start;
-        end[axis] = if upward { grid.dims()[axis] - 1 } else { 0 };
-        let passed = start[axis].min(end[axis])..=start[axis].max(end[axis]);
-        let wall = passed.filter(|&c| solid.centres.contains(with(start, axis, c))).count();
-        if wall > 0 {
-            let wall_mm = wall as f64 * grid.h();
-            found.push(Vent { from: at, to: grid.position(end), axis, upward, diameter_mm, wall_mm });
-        }
-    }
-    found.sort_by(|a, b| a.wall_mm.total_cmp(&b.wall_mm));
-    found.into_iter().find(|v| leaves_a_wall(solid, v, wanted))
-}
-
-fn with(mut index: [usize; 3], axis: usize, at: usize) -> [usize; 3] {
-    index[axis] = at;
-    index
-}
-
-/// Whether a vent has a wall all round: a quarter, half and three quarters of the way through each piece of material on its axis,
-/// everything as far beside it as the wall is thick is material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
-fn leaves_a_wall(solid: &Solid, vent: &Vent, wanted: Wanted) -> bool {
-    let grid = solid.centres.grid();
-    let (u, v, beside) = ((vent.axis + 1) % 3, (vent.axis + 2) % 3, 0.5 * vent.diameter_mm + wanted.wall_mm);
-    let Some(start) = grid.sample_at(vent.from) else { return false };
-    let is_notch = wanted.downward == Downward::Closed && vent.from[2] <= 0.5 * vent.diameter_mm;
-    let is_walled = |c: usize| {
-        (0..LINES).all(|n| {
-            let turn = std::f64::consts::TAU * n as f64 / LINES as f64;
-            let mut at = grid.position(with(start, vent.axis, c));
-            at[u] += beside * turn.cos();
-            at[v] += beside * turn.sin();
-            (is_notch && at[2] < 0.0) || grid.sample_at(at).is_some_and(|sample| solid.centres.contains(sample))
-        })
-    };
-    along_walls(solid, vent, start).into_iter().all(is_walled)
-}
-
-/// Places a quarter, half and three quarters through the pieces of material on the axis of a vent, as indices along it.
-fn along_walls(solid: &Solid, vent: &Vent, start: [usize; 3]) -> Vec<usize> {
-    let last = solid.centres.grid().dims()[vent.axis].saturating_sub(1);
-    let passed = if vent.upward { start[vent.axis]..=last } else { 0..=start[vent.axis] };
-    let material: Vec<usize> = passed.filter(|&c| solid.centres.contains(with(start, vent.axis, c))).collect();
-    let quarters = |piece: &[usize]| [1, 2, 3].map(|n| piece.get(n * piece.len() / 4).copied());
-    material.chunk_by(|a, b| a + 1 == *b).flat_map(quarters).flatten().collect()
-}
 
 /// Samples of the least piece that counts: what is smaller may be how the grid cuts an edge.
 const LEAST_PIECE: u64 = 27;
@@ -268,8 +156,10 @@ impl Venting {
 }
 
 /// For each place its shortest vent that leaves the part whole, looked at again.
-pub(super) fn vents(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Result<Vec<Venting>> {
-    let mut found: Vec<Option<Vent>> = places.iter().map(|t| shortest_vent(solid, t.at, wanted)).collect();
+pub(super) fn vents(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result<Vec<Venting>> {
+    let solid = part.solid()?;
+    let ways = Ways::of(part);
+    let mut found: Vec<Option<Vent>> = places.iter().map(|t| ways.shortest(solid, t.at, wanted)).collect();
     let tried: Vec<Vent> = found.iter().flatten().copied().collect();
     let mut whole = keep_the_part_whole(solid, &tried).into_iter();
     found.iter_mut().for_each(|v| *v = v.filter(|_| whole.next().unwrap_or(false)));
@@ -282,8 +172,7 @@ pub(super) fn vents(solid: &Solid, places: &[&Trapped], wanted: Wanted) -> Resul
 
 /// What is advised for places that something does not leave, the largest first.
 pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result<String> {
-    let solid = part.solid()?;
-    let found = vents(solid, places, wanted)?;
+    let found = vents(part, places, wanted)?;
     let working = found.iter().filter_map(|v| v.vent()).count();
     Ok(match (found.iter().find_map(|v| v.vent()), found.len()) {
         (Some(v), 1) => format!("if it is not meant, drill {}; measured again, it then leads out", v.words(part)),
@@ -294,11 +183,12 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
             )
         }
         (None, n) if found.iter().all(|v| *v == Venting::NoRoom) => {
-            let diameter = short(wanted.diameter_mm(solid.centres.grid().h()));
+            let diameter = short(wanted.diameter_mm(part.solid()?.centres.grid().h()));
             let it = if n == 1 { "it is not meant, fill it" } else { "they are not meant, fill them" };
             let wall = hundredths(wanted.wall_mm);
             format!(
-                "if {it}: no straight vent of {diameter} mm along x, y or z has room in this part with {wall} mm of wall around it"
+                "if {it}: no straight vent of {diameter} mm along x, y or z or square to a large flat face has room in this part with {wall} mm of \
+                 wall around it"
             )
         }
         (None, n) => match (found.iter().find_map(|v| v.partly(part)), n) {
@@ -311,6 +201,7 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
 
 #[cfg(test)]
 mod tests {
+    use super::super::bore::Downward;
     use super::super::void::Voids;
     use super::super::void::tests::{flask, part};
     use super::*;
@@ -321,7 +212,7 @@ mod tests {
         let voids = Voids::of(&part).unwrap();
         let found = voids.sealed().unwrap().certain;
         let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Allowed };
-        vents(voids.solid, &[&found[0]], wanted).unwrap()[0]
+        vents(&part, &[&found[0]], wanted).unwrap()[0]
     }
 
     #[test]
@@ -369,7 +260,7 @@ mod tests {
                 (0..at.values().len()).filter(|&n| voids.is_sealed(n)).max_by_key(|&n| at.values()[n]).unwrap();
             let place = Trapped { at: voids.place(widest), ..found[0].clone() };
             let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
-            let venting = vents(voids.solid, &[&place], wanted).unwrap()[0];
+            let venting = vents(&part, &[&place], wanted).unwrap()[0];
             let words = venting.partly(&part);
             assert_eq!(venting.vent().is_none(), leaves, "{passage}: {venting:?}");
             assert_eq!(
@@ -379,34 +270,6 @@ mod tests {
                 leaves
             );
         }
-    }
-
-    #[test]
-    fn a_vent_leads_the_way_of_the_file_and_leaves_the_floor_beside_it() {
-        use crate::access::Up;
-        use crate::geometry::cuboid;
-        use crate::grid::Grid;
-        use crate::units::Length;
-        // A room whose wall towards +y of the file is the thinnest.
-        let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([8.0, 14.0, 8.0], [22.0, 28.0, 22.0]).flipped());
-        let ups = [Up::PlusZ, Up::Along([0.0, 0.0, -1.0]), Up::Along([1.0, 0.0, 0.0]), Up::Along([0.0, -1.0, 0.0])];
-        for up in ups {
-            let mut part = Part::new(room.clone(), up, 1e-6, 1.0).unwrap();
-            part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.5), 1, [0.0; 3]).unwrap());
-            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
-            let middle = part.to_build([15.0, 21.0, 15.0]);
-            let vent = shortest_vent(part.solid().unwrap(), middle, wanted).unwrap();
-            assert!(vent.words(&part).contains("towards +y through about 2 mm"), "{up:?}: {}", vent.words(&part));
-        }
-        // A cup on the plate, from just above its floor of 2 mm: a vent of 4 mm would leave a tenth of it.
-        let cup = cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0, 18.0, 18.0]).flipped());
-        let mut part = Part::new(cup, Up::PlusZ, 1e-6, 1.0).unwrap();
-        part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(0.1), 1, [0.0; 3]).unwrap());
-        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Closed };
-        let low = shortest_vent(part.solid().unwrap(), [10.0, 10.0, 2.1], wanted).unwrap();
-        assert!(low.axis == 2 && low.upward, "{low:?}");
-        let high = shortest_vent(part.solid().unwrap(), [10.0, 10.0, 4.6], wanted).unwrap();
-        assert!(high.axis != 2, "{high:?}");
     }
 
     #[test]
@@ -422,21 +285,10 @@ mod tests {
             let beside = [0, 1].map(|a| (p[a] - middle[a]).abs());
             solid.centres.contains(grid.index(at)) && ((p[2] - middle[2]).abs() > 6.0 || beside[0].max(beside[1]) < 2.0)
         });
-        let across = Vent {
-            from: middle,
-            to: [0.0, middle[1], middle[2]],
-            axis: 0,
-            upward: false,
-            diameter_mm: 5.0,
-            wall_mm: 1.0,
-        };
-        let block = Vent {
-            from: [middle[0], middle[1], 28.0],
-            to: [middle[0], middle[1], 31.0],
-            axis: 2,
-            upward: true,
-            ..across
-        };
+        let (to, way) = ([0.0, middle[1], middle[2]], [-1.0, 0.0, 0.0]);
+        let across = Vent { from: middle, to, way, diameter_mm: 5.0, wall_mm: 1.0 };
+        let up = [0.0, 0.0, 1.0];
+        let block = Vent { from: [middle[0], middle[1], 28.0], to: [middle[0], middle[1], 31.0], way: up, ..across };
         let through = Vent { from: [0.0, middle[1], middle[2]], to: [30.0, middle[1], middle[2]], ..across };
         assert_eq!(keep_the_part_whole(&waisted, &[through, block]), [false, true]);
     }

@@ -1,0 +1,225 @@
+//! Straight channels from a place inside a part to the outside.
+
+use super::tooling::direction_in_file;
+use super::void::HALF_DIAGONAL;
+use crate::access::{flat_face_normals, square_to};
+use crate::geometry::Solid;
+use crate::geometry::vector::{Vec3, along, angle};
+use crate::part::Part;
+use crate::units::short;
+use std::cell::OnceCell;
+
+/// A channel from a trapped place to the outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Vent {
+    pub from: Vec3,
+    pub to: Vec3,
+    /// Where it leads, of length 1.
+    pub way: Vec3,
+    pub diameter_mm: f64,
+    /// Length of the material on its axis, to a sample for each piece of it.
+    pub wall_mm: f64,
+}
+
+impl Vent {
+    /// In words, in the frame of the file: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
+    pub fn words(&self, part: &Part) -> String {
+        format!(
+            "a straight vent of {} mm towards {} through about {} mm of material",
+            short(self.diameter_mm),
+            direction_in_file(part, self.way),
+            short((self.wall_mm * 10.0).round() / 10.0)
+        )
+    }
+}
+
+/// What a vent has to be like.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// Diameter of the ball that it lets out, mm.
+    pub ball_mm: f64,
+    /// The wall that stays on every side of it, mm.
+    pub wall_mm: f64,
+    /// Whether it may go through the plate.
+    pub downward: Downward,
+}
+
+/// Whether a vent may lead down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Downward {
+    Allowed,
+    /// The plate is there.
+    Closed,
+}
+
+impl Wanted {
+    /// The least multiple of half a millimetre that is wider than the ball by two samples, because the sets know it only so well.
+    pub fn diameter_mm(&self, h: f64) -> f64 {
+        self.wider_by(2.0 * h)
+    }
+
+    /// The same off the axes: wider by four half diagonals, since there neither the middles of the ball lie on its axis nor the cubes
+    /// that are left beside it.
+    fn slanting_mm(&self, h: f64) -> f64 {
+        self.wider_by(4.0 * HALF_DIAGONAL * h)
+    }
+
+    fn wider_by(&self, by: f64) -> f64 {
+        ((self.ball_mm + by) * 2.0).ceil() / 2.0
+    }
+}
+
+/// Lines beside a vent along which its wall is looked for.
+const LINES: usize = 16;
+/// Directions closer than this, in radians, are one.
+const SAME: f64 = 1e-3;
+const ALONG_AXES: [Vec3; 6] =
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+
+/// The directions in which vents may lead.
+pub(super) struct Ways<'a> {
+    part: &'a Part,
+    faces: OnceCell<Vec<Vec3>>,
+}
+
+impl<'a> Ways<'a> {
+    /// Those of a part: along the axes, and out of its largest flat faces.
+    pub fn of(part: &'a Part) -> Self {
+        Ways { part, faces: OnceCell::new() }
+    }
+
+    /// Out of the part's largest flat faces, where that is not along an axis.
+    fn out_of_faces(&self) -> &[Vec3] {
+        let slanting = |n: &Vec3| !is_along_axis(*n);
+        self.faces.get_or_init(|| {
+            let normals = flat_face_normals(self.part.mesh(), &|f| self.part.bounds_solid(f));
+            normals.into_iter().filter(slanting).collect()
+        })
+    }
+
+    /// The shortest of the straight vents along the axes that end outside and leave a wall around them; where none does, of those
+    /// that lead out of a flat face.
+    ///
+    /// # Cost
+    /// A line of samples for each direction, and [`LINES`] samples for each piece of material on it until one has a wall.
+    pub fn shortest(&self, solid: &Solid, at: Vec3, wanted: Wanted) -> Option<Vent> {
+        let along = |ways: &[Vec3]| {
+            let mut bores: Vec<Bore> = ways.iter().filter_map(|way| Bore::of(solid, at, *way, wanted)).collect();
+            bores.sort_by(|a, b| a.vent.wall_mm.total_cmp(&b.vent.wall_mm));
+            bores.into_iter().find(Bore::leaves_a_wall).map(|bore| bore.vent)
+        };
+        along(&ALONG_AXES).or_else(|| along(self.out_of_faces()))
+    }
+}
+
+fn is_along_axis(way: Vec3) -> bool {
+    ALONG_AXES.iter().any(|a| angle(*a, way) <= SAME)
+}
+
+/// A vent that is tried: samples on its axis, as far apart as those of the grid.
+struct Bore<'a> {
+    solid: &'a Solid,
+    wanted: Wanted,
+    vent: Vent,
+    /// Steps from the middle of the first sample at which there is material.
+    material: Vec<usize>,
+}
+
+impl<'a> Bore<'a> {
+    /// The vent along a direction, where it leads out through material, and not through the plate where that is closed.
+    fn of(solid: &'a Solid, from: Vec3, way: Vec3, wanted: Wanted) -> Option<Self> {
+        let grid = solid.centres.grid();
+        let first = grid.position(grid.sample_at(from)?);
+        let on_axis = |n: usize| grid.sample_at(along(first, way, n as f64 * grid.h()));
+        let steps = (0..).take_while(|&n| on_axis(n).is_some()).count();
+        let last = on_axis(steps - 1)?;
+        let leads_down = way[2] < 0.0 && last[2] == 0;
+        if leads_down && wanted.downward == Downward::Closed {
+            return None;
+        }
+        let is_material = |n: &usize| on_axis(*n).is_some_and(|sample| solid.centres.contains(sample));
+        let material: Vec<usize> = (0..steps).filter(is_material).collect();
+        let to = along(first, way, (steps - 1) as f64 * grid.h());
+        let diameter_mm = if is_along_axis(way) { wanted.diameter_mm(grid.h()) } else { wanted.slanting_mm(grid.h()) };
+        let vent = Vent { from, to, way, diameter_mm, wall_mm: material.len() as f64 * grid.h() };
+        (!material.is_empty()).then_some(Bore { solid, wanted, vent, material })
+    }
+
+    /// Whether it has a wall all round: a quarter, half and three quarters of the way through each piece of material on its axis,
+    /// everything as far beside it as the wall is thick is material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
+    fn leaves_a_wall(&self) -> bool {
+        let (grid, vent) = (self.solid.centres.grid(), &self.vent);
+        let Some(first) = grid.sample_at(vent.from).map(|sample| grid.position(sample)) else { return false };
+        let [u, v] = square_to(vent.way);
+        let beside = 0.5 * vent.diameter_mm + self.wanted.wall_mm;
+        let is_notch = self.wanted.downward == Downward::Closed && vent.from[2] <= 0.5 * vent.diameter_mm;
+        let is_walled = |n: usize| {
+            (0..LINES).all(|line| {
+                let (sin, cos) = (std::f64::consts::TAU * line as f64 / LINES as f64).sin_cos();
+                let on_axis = along(first, vent.way, n as f64 * grid.h());
+                let at = along(along(on_axis, u, beside * cos), v, beside * sin);
+                let is_material = || grid.sample_at(at).is_some_and(|sample| self.solid.centres.contains(sample));
+                (is_notch && at[2] < 0.0) || is_material()
+            })
+        };
+        let quarters = |piece: &[usize]| [1, 2, 3].map(|n| piece.get(n * piece.len() / 4).copied());
+        self.material.chunk_by(|a, b| a + 1 == *b).flat_map(quarters).flatten().all(is_walled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::access::Up;
+    use crate::geometry::{TriangleMesh, cuboid};
+    use crate::grid::Grid;
+    use crate::units::Length;
+
+    fn cast(mesh: TriangleMesh, up: Up, h: f64) -> Part {
+        let mut part = Part::new(mesh, up, 1e-6, 1.0).unwrap();
+        part.cast_on(Grid::covering([0.0; 3], part.extent(), Length::mm(h), 1, [0.0; 3]).unwrap());
+        part
+    }
+
+    fn shortest(part: &Part, at: Vec3, wanted: Wanted) -> Option<Vent> {
+        Ways::of(part).shortest(part.solid().unwrap(), at, wanted)
+    }
+
+    #[test]
+    fn a_vent_leads_the_way_of_the_file_and_leaves_the_floor_beside_it() {
+        // A room whose wall towards +y of the file is the thinnest.
+        let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([8.0, 14.0, 8.0], [22.0, 28.0, 22.0]).flipped());
+        let ups = [Up::PlusZ, Up::Along([0.0, 0.0, -1.0]), Up::Along([1.0, 0.0, 0.0]), Up::Along([0.0, -1.0, 0.0])];
+        for up in ups {
+            let part = cast(room.clone(), up, 0.5);
+            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
+            let middle = part.to_build([15.0, 21.0, 15.0]);
+            let vent = shortest(&part, middle, wanted).unwrap();
+            assert!(vent.words(&part).contains("towards +y through about 2 mm"), "{up:?}: {}", vent.words(&part));
+        }
+        // A cup on the plate, from just above its floor of 2 mm: a vent of 4 mm would leave a tenth of it.
+        let cup = cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0, 18.0, 18.0]).flipped());
+        let part = cast(cup, Up::PlusZ, 0.1);
+        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Closed };
+        let low = shortest(&part, [10.0, 10.0, 2.1], wanted).unwrap();
+        assert_eq!(low.way, [0.0, 0.0, 1.0], "{low:?}");
+        let high = shortest(&part, [10.0, 10.0, 4.6], wanted).unwrap();
+        assert_eq!(high.way[2], 0.0, "{high:?}");
+    }
+
+    /// Walls of 3 mm about a room, and a vent of 4 mm: along an axis that is not square to them it has no wall all round.
+    #[test]
+    fn where_no_axis_has_room_a_vent_leads_out_of_a_face() {
+        let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([3.0; 3], [27.0, 27.0, 26.0]).flipped());
+        let wanted = Wanted { ball_mm: 3.0, wall_mm: 1.0, downward: Downward::Allowed };
+        for (up, slanting) in [([1.0, 0.0, 1.0], false), ([0.4, -0.5, 0.6], true), ([0.3, 0.8, -0.4], true)] {
+            let part = cast(room.clone(), Up::Along(up), 0.25);
+            let vent = shortest(&part, part.to_build([15.0, 15.0, 14.5]), wanted).unwrap();
+            let words = vent.words(&part);
+            assert!((vent.wall_mm - 3.0).abs() <= 1.3, "{up:?}: {words}");
+            assert_eq!(!is_along_axis(vent.way), slanting, "{up:?}: {words}");
+            // Square to a face, in the frame of the file it leads along an axis.
+            assert!(["+x", "-x", "+y", "-y", "+z", "-z"].iter().any(|way| words.contains(&format!("towards {way} "))));
+        }
+    }
+}
