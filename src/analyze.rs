@@ -224,8 +224,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
     let mut spent = 0;
     let mut acceptance = Acceptance::new(&options.process.accept, options.today)?;
     let mut stances = None;
-    // Ways to stand rest on the mesh alone: they are compared where a check leaves a core idle. What the part makes on first
-    // demand they must not ask for: taken up by a thread that is making it, they would wait for themselves.
+    // Ways to stand rest on the mesh alone: they are compared where a check leaves a core idle.
     rayon::in_place_scope(|beside| {
         if let Exhibited::Stances(count) = &options.exhibited {
             beside.spawn(|_| stances = stances_of(part, &options.process, *count));

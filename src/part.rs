@@ -1,6 +1,7 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
 mod bounding;
+mod once;
 mod printed;
 
 pub use crate::access::Up;
@@ -20,13 +21,14 @@ use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
 use crate::units::Length;
 use bounding::Before;
+use once::once;
 use printed::Printed;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 /// A part in the frame of the build: +z up, its box's least corner at the origin.
 ///
-/// Trees and fields are made when first asked for and shared by all checks.
+/// Trees and fields are made when first asked for and shared by all checks; those that tasks of the pool ask for, on threads of their own.
 pub struct Part {
     mesh: TriangleMesh,
     as_read: Health,
@@ -243,29 +245,29 @@ impl Part {
 
     /// Exact distances to the facets that bound the solid.
     pub fn distance(&self) -> &MeshDistance {
-        self.kept.distance.get_or_init(|| MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)))
+        once(&self.kept.distance, || MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)))
     }
 
     /// The facets that bound the solid and look up.
     pub fn floors(&self) -> &Floors {
-        self.kept.floors.get_or_init(|| Floors::of(&self.mesh, self))
+        once(&self.kept.floors, || Floors::of(&self.mesh, self))
     }
 
     /// The generalized winding number.
     pub fn winding(&self) -> &Winding {
-        self.kept.winding.get_or_init(|| Winding::new(&self.mesh))
+        once(&self.kept.winding, || Winding::new(&self.mesh))
     }
 
     /// The features a ball on one side can touch.
     pub fn features(&self, side: Side) -> &Features {
-        let bends = || self.kept.bends.get_or_init(|| Bends::of(&self.mesh, |f| self.bounds_solid(f)));
-        self.kept.features[side as usize]
-            .get_or_init(|| Features::of(&self.mesh, side, bends()).of_bodies(&self.health.facet_body))
+        let bends = || once(&self.kept.bends, || Bends::of(&self.mesh, |f| self.bounds_solid(f)));
+        let features = || Features::of(&self.mesh, side, bends()).of_bodies(&self.health.facet_body);
+        once(&self.kept.features[side as usize], features)
     }
 
     /// The facet across each edge, among those that bound the solid.
     pub fn adjacency(&self) -> &Adjacency {
-        self.kept.adjacency.get_or_init(|| Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
+        once(&self.kept.adjacency, || Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
     }
 
     /// The thin sheets on one side, kept for the first question asked, and the evaluations that this answer cost.
@@ -293,7 +295,7 @@ impl Part {
 
     /// All pairs of bodies nearer than the part's reach, nearest points and exact distance.
     pub fn body_pairs(&self) -> &[BodyPair] {
-        self.kept.pairs.get_or_init(|| body_pairs(&self.mesh, &self.health, self.reach))
+        once(&self.kept.pairs, || body_pairs(&self.mesh, &self.health, self.reach)).as_slice()
     }
 
     /// Sets the grid on which [`Part::solid`] is cast.

@@ -42,6 +42,8 @@ static META: Meta = Meta {
     source: "Priority flood: R. Barnes, C. Lehman, D. Mulla, Priority-flood: an optimal depression-filling algorithm, 2014.",
 };
 
+/// From this share of the film that is allowed on a tilt's cup is told: across slanted layers it is counted to a fifth.
+const NEARLY: f64 = 0.8;
 /// Cups for which a vent is tried; the others are told to have one.
 const VENTED: usize = 12;
 /// A vent against suction, millimetres: the least hole that drains, by the escape limit of resin.
@@ -151,6 +153,8 @@ impl Judge<'_> {
         let film = short(tilt.film_mm2.round());
         let cup = if tilt.film_mm2 > most {
             format!(", but a cup closes about {film} mm² of film: drill it at the lowest place, too")
+        } else if tilt.film_mm2 > NEARLY * most {
+            format!(", and a cup closes about {film} mm² of film, nearly the {} that are allowed", short(most))
         } else {
             String::new()
         };
