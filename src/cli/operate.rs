@@ -239,13 +239,12 @@ impl Job {
         spacing: Length,
         make: impl Fn(&Operand, Length) -> Result<Operated>,
     ) -> Result<Vec<Notice>> {
-        let part = self.part.mesh(spacing);
+        let (part, pieces) = (self.part.mesh(spacing), made.pieces());
         let again = |body: &TriangleMesh, finer: Length| make(&Operand::of(body.clone()), finer);
         let short = self.reach.and_then(|reach| {
             let lost = made.lost_bodies(&part, reach, spacing, again);
             lost.or_else(|| made.falls_short(&part, reach, spacing))
         });
-        let pieces = made.pieces();
         let crumbs = pieces.left_out(&part, self.reach, spacing);
         let thin = self.by.map(|by| made.thinned_out(&part, by, spacing)).transpose()?.flatten();
         let grows = self.by.map_or(self.reach == Some(CLOSING), |by| by.as_mm() >= 0.0);
