@@ -40,6 +40,7 @@ pub mod medial;
 pub mod memory;
 pub mod morphology;
 pub mod notice;
+mod once;
 pub mod operate;
 pub mod part;
 pub mod process;

@@ -1,7 +1,6 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
 mod bounding;
-mod once;
 mod printed;
 
 pub use crate::access::Up;
@@ -19,9 +18,9 @@ use crate::layer::{Bounding, Ceiling, Floors};
 use crate::medial::rod::{Rods, Search, Wanted};
 use crate::medial::{Bends, Cover, Features, Question, Side};
 use crate::notice::{Notice, number_of};
+use crate::once::once;
 use crate::units::Length;
 use bounding::Before;
-use once::once;
 use printed::Printed;
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};

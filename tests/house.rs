@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Every room with its floor; a room uses itself and lower floors only.
 const FLOORS: &[(usize, &[&str])] = &[
-    (0, &["error", "notice", "random"]),
+    (0, &["error", "notice", "once", "random"]),
     (1, &["units"]),
     (2, &["grid"]),
     (3, &["field"]),

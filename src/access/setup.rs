@@ -7,6 +7,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, dot};
 use crate::geometry::{InsideRule, TriangleMesh, voxelize};
 use crate::grid::Grid;
+use crate::once::once;
 use crate::units::Length;
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -127,12 +128,12 @@ impl Setup {
 
     /// The cubes wholly in the part, made ready for tools of any shape.
     pub fn inner_descent(&self) -> &Descent {
-        self.ready[0].get_or_init(|| Descent::new(&self.inner))
+        once(&self.ready[0], || Descent::new(&self.inner))
     }
 
     /// The cubes the part touches, made ready for tools of any shape.
     pub fn outer_descent(&self) -> &Descent {
-        self.ready[1].get_or_init(|| Descent::new(&self.outer))
+        once(&self.ready[1], || Descent::new(&self.outer))
     }
 
     /// The grid of its sets.

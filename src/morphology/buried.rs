@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
 use crate::geometry::vector::{Vec3, along, distance, sub, unit};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};
+use crate::once::once;
 use rayon::prelude::*;
 
 /// A sample whose next outside sample is this many spacings further than the next facet is looked at: two half
@@ -44,7 +45,7 @@ pub(super) fn refuse_buried_facets(
         // A little into the facet, so that the other side of a narrow groove is further than the step off it.
         let inwards = (0.25 * h).min(0.5 * distance(centre, n.point));
         let beside = along(along(n.point, unit(sub(centre, n.point)), inwards), exact.normal(n.facet), 1e-6 * h);
-        let winding = winding.get_or_init(|| Winding::new(mesh));
+        let winding = once(&winding, || Winding::new(mesh));
         (winding.at(beside) >= 0.5).then_some(n.point)
     };
     match (0..grid.samples()).into_par_iter().find_map_first(buried) {

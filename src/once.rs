@@ -1,4 +1,4 @@
-//! What is made once, by whoever asks first, and asked for by tasks of the pool among others.
+//! What is made once, by whoever asks first, where tasks of the pool ask for it.
 
 use std::sync::OnceLock;
 
@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 ///
 /// # Cost
 /// That of `make`, and of starting as many threads as the pool has.
-pub(super) fn once<T: Send + Sync>(cell: &OnceLock<T>, make: impl FnOnce() -> T + Send) -> &T {
+pub(crate) fn once<T: Send + Sync>(cell: &OnceLock<T>, make: impl FnOnce() -> T + Send) -> &T {
     cell.get_or_init(|| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build();
         let made = std::thread::scope(|scope| {
