@@ -4,25 +4,14 @@ use std::sync::OnceLock;
 
 /// What a cell holds; made now if nothing was yet.
 ///
-/// It is made on threads of its own. On those of the pool, whoever makes it could take up a task that asks for it and wait for itself, or
-/// wait for threads that all wait for it.
-///
-/// # Cost
-/// That of `make`, and of starting as many threads as the pool has.
-pub(crate) fn once<T: Send + Sync>(cell: &OnceLock<T>, make: impl FnOnce() -> T + Send) -> &T {
-    cell.get_or_init(|| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(rayon::current_num_threads()).build();
-        let made = std::thread::scope(|scope| {
-            scope
-                .spawn(|| match pool {
-                    Ok(pool) => pool.install(make),
-                    // Without threads it is made on the pool's after all.
-                    Err(_) => make(),
-                })
-                .join()
-        });
-        made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
+/// Nobody waits for another to make it, as [`OnceLock::get_or_init`] would: a thread of the pool that makes it could take up a task that asks
+/// for it and wait for itself, or wait for threads that all wait for it. Two may make it; the first one's is kept.
+pub(crate) fn once<T>(cell: &OnceLock<T>, make: impl FnOnce() -> T) -> &T {
+    if let Some(made) = cell.get() {
+        return made;
+    }
+    let made = make();
+    cell.get_or_init(|| made)
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ use std::sync::{Arc, OnceLock};
 
 /// A part in the frame of the build: +z up, its box's least corner at the origin.
 ///
-/// Trees and fields are made when first asked for and shared by all checks; those that tasks of the pool ask for, on threads of their own.
+/// Trees and fields are made when first asked for and shared by all checks.
 pub struct Part {
     mesh: TriangleMesh,
     as_read: Health,

@@ -121,6 +121,8 @@ impl Part {
             );
             self.notices.push(Notice::new("turned-facets", text).counted(turned));
         }
+        // Many tasks at once ask for it first, to know what is covered.
+        self.kept.distance = OnceLock::from(MeshDistance::to_some(&self.mesh, |f| self.bounds_solid(f)));
         Ok(())
     }
 
