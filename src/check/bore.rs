@@ -131,15 +131,14 @@ impl<'a> Bore<'a> {
         let grid = solid.centres.grid();
         let first = grid.position(grid.sample_at(from)?);
         let on_axis = |n: usize| grid.sample_at(along(first, way, n as f64 * grid.h()));
-        let steps = (0..).take_while(|&n| on_axis(n).is_some()).count();
-        let last = on_axis(steps - 1)?;
-        let leads_down = way[2] < 0.0 && last[2] == 0;
+        let end = (0..).take_while(|&n| on_axis(n).is_some()).last()?;
+        let leads_down = way[2] < 0.0 && on_axis(end)?[2] == 0;
         if leads_down && wanted.downward == Downward::Closed {
             return None;
         }
         let is_material = |n: &usize| on_axis(*n).is_some_and(|sample| solid.centres.contains(sample));
-        let material: Vec<usize> = (0..steps).filter(is_material).collect();
-        let to = along(first, way, (steps - 1) as f64 * grid.h());
+        let material: Vec<usize> = (0..=end).filter(is_material).collect();
+        let to = along(first, way, end as f64 * grid.h());
         let diameter_mm = if is_along_axis(way) { wanted.diameter_mm(grid.h()) } else { wanted.slanting_mm(grid.h()) };
         let vent = Vent { from, to, way, diameter_mm, wall_mm: material.len() as f64 * grid.h() };
         (!material.is_empty()).then_some(Bore { solid, wanted, vent, material })
