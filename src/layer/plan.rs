@@ -204,7 +204,7 @@ impl Plan {
         }
         let (mut all, mut some) = (f64::INFINITY, 0.0f64);
         for &d in &self.lines {
-            let (longest, whole, held) = self.strip(x, d, reach);
+            let (longest, whole, held) = self.strip(x, d, reach, all);
             work += held;
             some = some.max(longest);
             if whole {
@@ -227,8 +227,9 @@ impl Plan {
     }
 
     /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
-    /// anchored; then how many sides lines were held against.
-    fn strip(&self, x: Point, d: Point, reach: f64) -> (f64, bool, usize) {
+    /// anchored; then how many sides lines were held against. Whoever knows a direction whose chords are all anchored and no longer than
+    /// `known` is told no more than that this is none of shorter ones.
+    fn strip(&self, x: Point, d: Point, reach: f64, known: f64) -> (f64, bool, usize) {
         let tiny = self.tiny;
         // Only sides that reach into the strip are met by its lines.
         let turned = self.sides.iter().map(|s| Turned::new(s, x, d));
@@ -239,11 +240,15 @@ impl Plan {
             offsets.extend([o - tiny, o + tiny]);
         }
         offsets.sort_by(f64::total_cmp);
-        let work = self.sides.len() + offsets.len() * local.len();
+        let mut work = self.sides.len();
         let (mut longest, mut whole) = (0.0f64, true);
         // The lines sweep over the strip; a side is at hand from its near end to its far one.
         let (mut at_hand, mut crossings, mut next): (Vec<Turned>, Vec<Crossing>, usize) = (vec![], vec![], 0);
         for o in offsets {
+            if known.is_finite() && (longest >= known || !whole) {
+                break;
+            }
+            work += local.len();
             at_hand.retain(|s| s.hi() >= o);
             while let Some(s) = local.get(next).filter(|s| s.lo() < o) {
                 at_hand.push(*s);
