@@ -32,10 +32,19 @@ impl Up {
     }
 }
 
+/// Six decimals, as far as they are not 0.
+fn coordinate(c: f64) -> String {
+    let told = format!("{c:.6}");
+    match told.trim_end_matches('0').trim_end_matches('.') {
+        "-0" => "0".into(),
+        told => told.into(),
+    }
+}
+
 /// A direction of the file as `--up` takes it, told so well that a facet laid on the plate lies there.
 pub fn up_option(direction: Vec3) -> String {
     match (0..3).find(|&a| direction[a].abs() > 1.0 - 1e-9) {
         Some(a) => format!("{}{}", if direction[a] > 0.0 { '+' } else { '-' }, ['x', 'y', 'z'][a]),
-        None => direction.map(|c| format!("{c:.6}")).join(","),
+        None => direction.map(coordinate).join(","),
     }
 }
