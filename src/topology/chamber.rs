@@ -170,9 +170,12 @@ struct Search<'a> {
     /// Runs of the rooms that are not open: first offset and count.
     runs: Vec<Vec<(u32, u32)>>,
     seen: Indicator,
-    /// Samples still to be visited, by clearance.
+    /// Samples still to be visited, by clearance: their places among those marked.
     buckets: Vec<Vec<u32>>,
 }
+
+/// Before a sample that was marked from a room: no sample.
+const ROOM: u32 = u32::MAX;
 
 /// The state of one flood.
 #[derive(Default)]
@@ -180,7 +183,8 @@ struct Flood {
     /// Samples visited, and rooms with the number of samples that were visited before.
     visited: Vec<u32>,
     rooms: Vec<(u32, usize)>,
-    marked: Vec<u32>,
+    /// Samples that were marked, each with the place here of the one that it was marked from, or [`ROOM`].
+    marked: Vec<(u32, u32)>,
     /// A room that leads out was met.
     out: bool,
 }
@@ -220,43 +224,52 @@ impl<'a> Search<'a> {
     /// Floods from a room, the widest samples first, until an exit or an open room is met.
     fn flood(&mut self, room: u32) -> Chamber {
         let mut flood = Flood::default();
-        self.enter(room, &mut flood);
+        self.enter(room, ROOM, &mut flood);
         let mut top = self.buckets.len();
-        let mut throat: Option<(Throat, usize)> = None;
-        let mut least = u32::MAX;
+        // The least clearance, and how many samples were visited before it was met; the sample that was visited last.
+        let (mut least, mut last) = ((u32::MAX, 0), ROOM);
         while !flood.out {
             while top > 0 && self.buckets[top - 1].is_empty() {
                 top -= 1;
             }
-            let Some(at) = top.checked_sub(1).and_then(|b| self.buckets[b].pop()) else { break };
+            let Some(place) = top.checked_sub(1).and_then(|b| self.buckets[b].pop()) else { break };
+            let at = flood.marked[place as usize].0;
             let clearance = self.values[at as usize];
-            if clearance < least {
-                least = clearance;
-                throat = Some((Throat { at: at as usize, clearance }, flood.visited.len()));
+            if clearance < least.0 {
+                least = (clearance, flood.visited.len());
             }
+            last = place;
             flood.visited.push(at);
             let index = self.grid.index(at as usize);
             if self.exits.contains(index) {
                 flood.out = true;
                 break;
             }
-            top = top.max(self.spread(index, &mut flood));
+            top = top.max(self.spread(index, place, &mut flood));
         }
         self.buckets.iter_mut().for_each(Vec::clear);
-        for &at in &flood.marked {
+        for &(at, _) in &flood.marked {
             self.seen.set(self.grid.index(at as usize), false);
         }
+        let throat = self.innermost(least.0, last, &flood).map(|throat| (throat, least.1));
         self.chamber(flood, throat)
     }
 
+    /// The sample of a clearance that the way to the last one visited meets first: the flood visits others as narrow that lead nowhere.
+    fn innermost(&self, clearance: u32, last: u32, flood: &Flood) -> Option<Throat> {
+        let way = std::iter::successors(flood.marked.get(last as usize), |(_, from)| flood.marked.get(*from as usize));
+        let narrow = way.map(|&(at, _)| at as usize).filter(|&at| self.values[at] == clearance);
+        narrow.last().map(|at| Throat { at, clearance })
+    }
+
     /// Marks the neighbours of a sample; the topmost bucket that got one, counted from 1.
-    fn spread(&mut self, [i, j, k]: [usize; 3], flood: &mut Flood) -> usize {
+    fn spread(&mut self, [i, j, k]: [usize; 3], from: u32, flood: &mut Flood) -> usize {
         let [nx, ny, nz] = self.grid.dims();
         let mut top = 0;
         for z in k.saturating_sub(1)..(k + 2).min(nz) {
             for y in j.saturating_sub(1)..(j + 2).min(ny) {
                 for x in i.saturating_sub(1)..(i + 2).min(nx) {
-                    top = top.max(self.mark([x, y, z], flood));
+                    top = top.max(self.mark([x, y, z], from, flood));
                 }
             }
         }
@@ -264,7 +277,7 @@ impl<'a> Search<'a> {
     }
 
     /// Puts a sample into its bucket if it is void and not yet seen; meets the room it belongs to.
-    fn mark(&mut self, index: [usize; 3], flood: &mut Flood) -> usize {
+    fn mark(&mut self, index: [usize; 3], from: u32, flood: &mut Flood) -> usize {
         let at = self.grid.offset(index) as u32;
         let clearance = self.values[at as usize];
         if clearance == 0 {
@@ -276,7 +289,7 @@ impl<'a> Search<'a> {
                     flood.out = true;
                     0
                 }
-                Some(room) if flood.rooms.iter().all(|r| r.0 != room) => self.enter(room, flood),
+                Some(room) if flood.rooms.iter().all(|r| r.0 != room) => self.enter(room, from, flood),
                 _ => 0,
             };
         }
@@ -284,13 +297,13 @@ impl<'a> Search<'a> {
             return 0;
         }
         self.seen.set(index, true);
-        flood.marked.push(at);
-        self.buckets[clearance as usize].push(at);
+        self.buckets[clearance as usize].push(flood.marked.len() as u32);
+        flood.marked.push((at, from));
         clearance as usize + 1
     }
 
     /// Adds a room to the flood and marks what surrounds it.
-    fn enter(&mut self, room: u32, flood: &mut Flood) -> usize {
+    fn enter(&mut self, room: u32, origin: u32, flood: &mut Flood) -> usize {
         flood.rooms.push((room, flood.visited.len()));
         let [nx, ny, nz] = self.grid.dims();
         let mut top = 0;
@@ -304,7 +317,7 @@ impl<'a> Search<'a> {
                         while rest != 0 {
                             let x = 64 * w + rest.trailing_zeros() as usize;
                             rest &= rest - 1;
-                            top = top.max(self.mark([x, y, z], flood));
+                            top = top.max(self.mark([x, y, z], origin, flood));
                         }
                     }
                 }
@@ -392,6 +405,16 @@ mod tests {
                             owner[at] == usize::MAX && values[at] > way_out && truth.values()[at] == way_out as f32
                         );
                         owner[at] = c;
+                    }
+                    // Its throat touches it, and from there a way as wide leads out beside it.
+                    if let Some(throat) = chamber.throat {
+                        let mut touches = false;
+                        for_each_neighbour(&grid, grid.index(throat.at), |n| touches |= owner[n] == c);
+                        let way = Indicator::from_predicate(grid, |at| values[at] >= way_out && owner[at] != c);
+                        let ways = components(&way, Adjacency::Corner);
+                        let own = ways.of(grid.index(throat.at));
+                        let leads_out = exits.iter().any(|at| own.is_some() && ways.of(grid.index(at)) == own);
+                        assert!(touches && leads_out, "{dims:?} {level} {throat:?}");
                     }
                     // Closed under touching: what is wider than the throat and touches the region belongs to it.
                     for at in chamber.offsets() {
