@@ -114,7 +114,7 @@ pub(super) mod tests {
         let part = part(mesh, h, phase);
         let voids = Voids::of(&part).unwrap();
         let standing = voids.above_plate(&voids.clearance().unwrap()).unwrap();
-        let found = voids.on_plate(&standing, 3.0, &mut voids.nothing()).unwrap();
+        let found = voids.on_plate(&standing, 3.0).unwrap();
         found.iter().map(|t| t.volume_mm3).collect()
     }
 

@@ -383,7 +383,7 @@ mod tests {
             let mut budget = Budget::of(1 << 24);
             let free = voids.narrow(&clearance, 4.5, &mut voids.nothing()).unwrap();
             assert!(voids.lets_out(&clearance, &free[0], (2.8, Ground::Nothing), &mut budget).unwrap());
-            let shut = voids.on_plate(&standing, 4.5, &mut voids.nothing()).unwrap();
+            let shut = voids.on_plate(&standing, 4.5).unwrap();
             let out = voids.lets_out(&standing, &shut[0], (2.8, Ground::Plate), &mut budget).unwrap();
             assert_eq!(out, leaves_the_plate);
         }

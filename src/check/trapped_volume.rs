@@ -134,12 +134,15 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&small, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
-        if let Some(limits) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
+        if let Some(most) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
             let standing = voids.above_plate(&clearance)?;
-            let mut held = voids.on_plate(&standing, widest, &mut met)?;
-            held.retain(|t| !chambers.iter().any(|k| k.overlaps(t)));
+            let mut held = voids.on_plate(&standing, widest)?;
+            // What is told as narrow is told again only where the plate makes it narrower for certain.
+            let is_told = |k: &Trapped| judge.way_out(k, limits).state > State::Pass;
+            let as_narrow = |t: &Trapped, k: &Trapped| k.overlaps(t) && t.way_out_mm.high >= k.way_out_mm.low;
+            held.retain(|t| !chambers.iter().any(|k| is_told(k) && as_narrow(t, k)));
             let held = voids.still_shut(&standing, held, widest, budget)?;
-            judge.on_plate(&held, (limits, widest));
+            judge.on_plate(&held, (most, widest));
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);

@@ -277,8 +277,8 @@ impl<'a> Voids<'a> {
     }
 
     /// As [`Voids::narrow`], with a clearance that the plate caps: each with the volume that it holds above the plate.
-    pub fn on_plate(&self, standing: &Field<u32>, limit_mm: f64, met: &mut Indicator) -> Result<Vec<Trapped>> {
-        let found = self.shut_chambers(standing, &self.radii_about(limit_mm), met)?;
+    pub fn on_plate(&self, standing: &Field<u32>, limit_mm: f64) -> Result<Vec<Trapped>> {
+        let found = self.shut_chambers(standing, &self.radii_about(limit_mm), &mut self.nothing())?;
         let held =
             |c: &Chamber| Ok(Trapped { volume_mm3: enclosed(c, standing, self.solid)?, ..self.trapped(c, standing)? });
         found.iter().map(held).collect()
