@@ -101,7 +101,7 @@ impl<'a> Ways<'a> {
     /// that lead out of a flat face.
     ///
     /// # Cost
-    /// A line of samples for each direction, and [`LINES`] samples for each piece of material on it until one has a wall.
+    /// A line of samples for each direction, and [`LINES`] beside its pieces of material until one has a wall.
     pub fn shortest(&self, solid: &Solid, at: Vec3, wanted: Wanted) -> Option<Vent> {
         let along = |ways: &[Vec3]| {
             let mut bores: Vec<Bore> = ways.iter().filter_map(|way| Bore::of(solid, at, *way, wanted)).collect();
@@ -144,25 +144,31 @@ impl<'a> Bore<'a> {
         (!material.is_empty()).then_some(Bore { solid, wanted, vent, material })
     }
 
-    /// Whether it has a wall all round: a quarter, half and three quarters of the way through each piece of material on its axis,
-    /// everything as far beside it as the wall is thick is material. Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
+    /// Whether it has a wall all round: on every line as far beside it as the wall is thick there is material along half of each piece of
+    /// material on its axis, or more, without a gap. Where walls are round or slant they begin and end elsewhere beside it than on it.
+    /// Where the plate is there a vent that reaches it is a notch in what stands on it, and needs no wall below.
     fn leaves_a_wall(&self) -> bool {
         let (grid, vent) = (self.solid.centres.grid(), &self.vent);
         let Some(first) = grid.sample_at(vent.from).map(|sample| grid.position(sample)) else { return false };
         let [u, v] = square_to(vent.way);
         let beside = 0.5 * vent.diameter_mm + self.wanted.wall_mm;
         let is_notch = self.wanted.downward == Downward::Closed && vent.from[2] <= 0.5 * vent.diameter_mm;
-        let is_walled = |n: usize| {
+        let is_wall = |at: Vec3| {
+            let is_material = || grid.sample_at(at).is_some_and(|sample| self.solid.centres.contains(sample));
+            (is_notch && at[2] < 0.0) || is_material()
+        };
+        let is_walled = |piece: &[usize]| {
             (0..LINES).all(|line| {
                 let (sin, cos) = (std::f64::consts::TAU * line as f64 / LINES as f64).sin_cos();
-                let on_axis = along(first, vent.way, n as f64 * grid.h());
-                let at = along(along(on_axis, u, beside * cos), v, beside * sin);
-                let is_material = || grid.sample_at(at).is_some_and(|sample| self.solid.centres.contains(sample));
-                (is_notch && at[2] < 0.0) || is_material()
+                let start = along(along(first, u, beside * cos), v, beside * sin);
+                let mut run = 0;
+                piece.iter().any(|&n| {
+                    run = if is_wall(along(start, vent.way, n as f64 * grid.h())) { run + 1 } else { 0 };
+                    2 * run >= piece.len()
+                })
             })
         };
-        let quarters = |piece: &[usize]| [1, 2, 3].map(|n| piece.get(n * piece.len() / 4).copied());
-        self.material.chunk_by(|a, b| a + 1 == *b).flat_map(quarters).flatten().all(is_walled)
+        self.material.chunk_by(|a, b| a + 1 == *b).all(is_walled)
     }
 }
 
@@ -170,7 +176,7 @@ impl<'a> Bore<'a> {
 mod tests {
     use super::*;
     use crate::access::Up;
-    use crate::geometry::{TriangleMesh, cuboid};
+    use crate::geometry::{Primitive, TriangleMesh, cuboid};
     use crate::grid::Grid;
     use crate::units::Length;
 
@@ -206,11 +212,27 @@ mod tests {
         assert_eq!(high.way[2], 0.0, "{high:?}");
     }
 
-    /// Walls of 3 mm about a room, and a vent of 4 mm: along an axis that is not square to them it has no wall all round.
+    /// Walls of 3 mm about a room, and a vent of 4 mm with as much around it: along an axis that is not square to them these begin too far
+    /// up or down beside it.
+    #[test]
+    fn a_round_wall_has_room_for_a_vent_along_an_axis() {
+        // A ball of 14 mm with a wall of 2 mm: 2.7 mm beside the axis the wall begins 0.8 mm lower than on it.
+        let ball = |radius: f64| Primitive::Ball { radius: Length::mm(radius) }.mesh(Length::mm(0.02));
+        let hollow = ball(7.0).joined(&ball(5.0).flipped());
+        for h in [0.1, 0.2] {
+            let part = cast(hollow.clone(), Up::PlusZ, h);
+            let wanted = |wall_mm: f64| Wanted { ball_mm: 3.5, wall_mm, downward: Downward::Allowed };
+            let vent = shortest(&part, part.to_build([0.0; 3]), wanted(0.7)).unwrap();
+            assert!(vent.diameter_mm == 4.0 && (vent.wall_mm - 2.0).abs() <= 2.0 * h, "{vent:?}");
+            // Nothing of it is left 5 mm beside the axis: there is no such wall.
+            assert_eq!(shortest(&part, part.to_build([0.0; 3]), wanted(3.0)), None);
+        }
+    }
+
     #[test]
     fn where_no_axis_has_room_a_vent_leads_out_of_a_face() {
         let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([3.0; 3], [27.0, 27.0, 26.0]).flipped());
-        let wanted = Wanted { ball_mm: 3.0, wall_mm: 1.0, downward: Downward::Allowed };
+        let wanted = Wanted { ball_mm: 3.0, wall_mm: 3.0, downward: Downward::Allowed };
         for (up, slanting) in [([1.0, 0.0, 1.0], false), ([0.4, -0.5, 0.6], true), ([0.3, 0.8, -0.4], true)] {
             let part = cast(room.clone(), Up::Along(up), 0.25);
             let vent = shortest(&part, part.to_build([15.0, 15.0, 14.5]), wanted).unwrap();
