@@ -28,7 +28,8 @@ static META: Meta = Meta {
           the higher one goes on; of two that are equally high neither does, and what they stand on is a piece of its own. It is judged by its height over the least width of the convex hull of its section, so that legs under a \
           common top, or the four walls of a box, count together, and told at its most slender section. That is sought over all heights \
           down from a layer below its top: stretches of height are divided until no section in them can be more slender by two thousandths than one \
-          that was measured. The lowest layer of what joins nothing else is as its section at half its height is. Sections longer than four times their width carry walls, which \
+          that was measured. The lowest layer of what joins nothing else is as its section at half its height is; what stands on a point, an edge or a \
+          round side, and widens from there without getting as tall as it is wide, is judged from where it widens no more. Sections longer than four times their width carry walls, which \
           `thin-wall` judges, if one of their outlines is as long by itself: two legs beside each other, or posts beside an opening, carry none, \
           however far apart. The length is that of a rectangle with the section's least and greatest width. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
           first layer. Bodies that fuse topple together; as a pillar each is judged by itself.",

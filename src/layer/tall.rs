@@ -67,8 +67,10 @@ const ROUNDING: f64 = 1e-9;
 /// A piece is what hangs together above a height about its top, followed down until it joins another with a top as high or higher. Let its
 /// top be at height t, and let w(z) be the least width of the convex hull of its section at z. Its slenderness is the supremum of
 /// (t − z)/w(z) over the heights z from where it joins another piece to one layer below t, at which the section is no wall. A wall is longer than so many times
-/// its width: its hull, and that of one of its outlines, since two legs beside each other are none. A piece that joins none stands on its lowest layer, which is as its section at half its height is and
-/// begins at the piece's lowest point: what stands on a point or a round side is not slender for that.
+/// its width: its hull, and that of one of its outlines, since two legs beside each other are none. A piece that joins none is judged
+/// from its lowest layer on, which is as its section at half its height is and begins at the piece's lowest point. If it widens from
+/// there without getting as tall as it is wide, it stands on a point, an edge or a round side and is not slender for that: then it is judged from where it widens no
+/// more, looked for a tenth farther up each time, and all below counts as that section is.
 ///
 /// Both sides are certified. What is measured is a section of the mesh. For the bound, heights are halved at those of vertices until
 /// no stretch can hold more: the edges that cross a whole stretch move linearly in it, and the hull of their points lies in that of the
@@ -117,7 +119,7 @@ struct Search<'a> {
 /// The most slender section of a piece; `None` if none is more slender than what is told.
 fn most_slender(piece: &Piece, counting: &Counting) -> Option<TallFeature> {
     let top = piece.top[2];
-    let low = if piece.joins { piece.bottom } else { piece.bottom + 0.5 * counting.layer_mm };
+    let low = if piece.joins { piece.bottom } else { foot(piece, counting) };
     let mut search = Search { piece, counting, best: None, at_most: 0.0, left: STRETCHES, walls_left: WALLS };
     if !piece.joins && low < top - counting.layer_mm {
         let lowest: Vec<&Rising> = piece.edges.iter().filter(|e| e.heights[0] <= low && e.heights[1] > low).collect();
@@ -151,6 +153,26 @@ fn most_slender(piece: &Piece, counting: &Counting) -> Option<TallFeature> {
         foot: [x, y, best.z],
         extent: ([lo[0], lo[1], best.z], [hi[0], hi[1], top]),
     })
+}
+
+/// From which height on a piece is judged that joins no other.
+fn foot(piece: &Piece, counting: &Counting) -> f64 {
+    let width = |up: f64| {
+        let z = piece.bottom + up;
+        let crossing = piece.edges.iter().filter(|e| e.heights[0] <= z && e.heights[1] > z);
+        Hull::of(crossing.map(|e| e.at(z))).widths().0
+    };
+    let first = 0.5 * counting.layer_mm;
+    let (mut up, mut wide) = (first, width(first));
+    while wide > up {
+        let (next, tie) = (1.1 * up, 2.0 * MOVED * counting.tie_mm);
+        let wider = width(next);
+        if wider <= wide + tie {
+            return piece.bottom + up;
+        }
+        (up, wide) = (next, wider);
+    }
+    piece.bottom + first
 }
 
 /// Least and greatest coordinates.
@@ -436,12 +458,7 @@ mod tests {
     #[test]
     fn values_are_those_of_many_heights_however_the_part_lies() {
         let mut random = Lcg(17);
-        let rings = (1..45).map(|k| (std::f64::consts::PI * f64::from(k) / 45.0).sin_cos());
-        let round = rings.map(|(s, c)| [12.0 * s, 12.0 - 12.0 * c]);
-        let ball: Vec<[f64; 2]> = [[0.0, 0.0]].into_iter().chain(round).chain([[0.0, 24.0]]).collect();
-        let shapes: [(&str, TriangleMesh, f64); 7] = [
-            // Half a layer above its lowest point it is 2·√(δ(2R − δ)) wide.
-            ("ball", turned(&ball, 60), 24.0 / (2.0 * (0.1f64 * 23.9).sqrt())),
+        let shapes: [(&str, TriangleMesh, f64); 6] = [
             ("cone", turned(&[[2.0, 0.0], [0.0, 40.0]], 48), 40.0 / 4.0),
             ("frustum", turned(&[[1.0, 0.0], [4.0, 40.0]], 48), 40.0 / (2.0 * (1.0 + 0.3 / 40.0))),
             ("waist", turned(&[[3.0, 0.0], [1.0, 15.0], [3.0, 40.0]], 48), 25.0 / 2.0),
@@ -459,6 +476,34 @@ mod tests {
         }
     }
 
+    /// Radii and heights of a quarter of a circle from its lowest point on.
+    fn round_foot(radius: f64) -> Vec<[f64; 2]> {
+        let rings = (0..=24).map(|k| (std::f64::consts::FRAC_PI_2 * f64::from(k) / 24.0).sin_cos());
+        rings.map(|(s, c)| [radius * s, radius * (1.0 - c)]).collect()
+    }
+
+    #[test]
+    fn what_stands_on_a_point_or_a_round_side_is_not_slender_for_that() {
+        let mut random = Lcg(29);
+        let over = |radius: f64| round_foot(radius).into_iter().rev().skip(1).map(move |[r, z]| [r, 2.0 * radius - z]);
+        let ball: Vec<[f64; 2]> = round_foot(12.0).into_iter().chain(over(12.0)).collect();
+        let (a, b) = (0.5f64.sqrt(), (1.0f64 / 3.0).sqrt());
+        let on_a_corner = [[a, -a, 0.0], [b * a, b * a, -2.0 * b * a], [b, b, b]];
+        let cube = cuboid([0.0; 3], [20.0; 3]).transformed(on_a_corner, [0.0; 3]);
+        // At half a layer above its point the ball is an eighth as wide as it is tall, the cube a thousandth.
+        for part in [turned(&ball, 60), cube] {
+            let all = found(&moved(&part, &mut random), 1.5, 0.2);
+            assert!(all.is_empty(), "{all:?}");
+        }
+        // A pin on its round end is as slender as one on a flat one, to what it widens in the last tenth of its way.
+        let pin: Vec<[f64; 2]> = round_foot(1.0).into_iter().chain([[1.0, 30.0]]).collect();
+        let [one] = &found(&moved(&turned(&pin, 48), &mut random), 8.0, 0.2)[..] else { panic!() };
+        assert!((one.slenderness() / 15.0 - 1.0).abs() < 0.01 && one.at_most <= 15.0 * 1.01, "{one:?}");
+        // On a point that is taller than wide it is a pillar from there on.
+        let [needle] = &found(&turned(&[[0.0, 0.0], [2.0, 40.0]], 48), 8.0, 0.2)[..] else { panic!() };
+        assert!(needle.slenderness() > 1000.0, "{needle:?}");
+    }
+
     #[test]
     fn a_tilted_pin_is_measured_across_its_level_sections() {
         let mut random = Lcg(23);
@@ -470,7 +515,9 @@ mod tests {
         }
         let (s, c) = 0.2f64.sin_cos();
         let tilted = upright.transformed([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]], [0.0; 3]);
-        check_against_many_heights(&tilted, 0.2, &mut random);
+        // On its edge it stands as on its section above that.
+        let [one] = &found(&moved(&tilted, &mut random), 8.0, 0.2)[..] else { panic!() };
+        assert!((one.slenderness() / ((30.0 * c + 2.0 * s) / 2.0) - 1.0).abs() < 0.01, "{one:?}");
     }
 
     #[test]
