@@ -8,6 +8,7 @@ mod altered;
 mod apart;
 mod as_printed;
 mod ball_way;
+mod barred;
 mod basin;
 mod bed_contact;
 mod blend;

@@ -248,43 +248,61 @@ impl Voids<'_> {
         Ok(())
     }
 
-    /// Lowers the high end of a chamber's way out below the limits that no ball gets past for certain: its middle is followed from
-    /// the widest place over a lattice, wherever it may stand by half a diagonal, and gets nowhere.
+    /// Lowers the high end of a chamber's way out below the limits that no ball gets past for certain: as [`Voids::is_barred`] tells,
+    /// or as its middle is followed from the widest place and gets nowhere.
     ///
-    /// # Cost
-    /// A distance for each point that a ball may stand on, up to [`MOST_ASKED`] for each lattice.
-    pub(super) fn shut_for_certain(&self, chamber: &mut Trapped, limits: Limits, budget: &mut Budget) {
-        let extent = self.part().extent();
+    /// # Errors
+    /// As [`Voids::is_barred`].
+    pub(super) fn shut_for_certain(
+        &self,
+        clearance: &Field<u32>,
+        chamber: &mut Trapped,
+        limits: Limits,
+        budget: &mut Budget,
+    ) -> Result<()> {
         for limit in limits.warn.into_iter().chain(limits.fail) {
             let (Bracket { value, low, high }, ball) = (chamber.way_out_mm, BELOW * limit);
             if low >= ball || high < limit || !self.part().health().is_solid() {
                 continue;
             }
-            let (wide, middle) = self.widest_about(chamber.at, f64::INFINITY, limit);
-            for step in FINER.map(|f| f * self.spacing_mm()) {
-                if wide < ball || !budget.allows(MOST_ASKED) {
-                    break;
-                }
-                let needed = (0.5 * ball - HALF_DIAGONAL * step).max(0.0);
-                let place = |p: Vec3| {
-                    if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0) {
-                        Place::End(End::Outside)
-                    } else if is_clear(self.part(), p, needed) {
-                        Place::Free
-                    } else {
-                        Place::Blocked
-                    }
-                };
-                let mut search = Search::over(Lattice { origin: middle, step }, Beside::Corner);
-                let met = search.met_from([0; 3], &place);
-                budget.note(1, search.asked);
-                if met == Some(Met::default()) {
-                    let neck = chamber.throat.map(|t| self.widest_about(t, HALF_DIAGONAL * self.spacing_mm(), ball).0);
-                    chamber.way_out_mm = Bracket { value: neck.unwrap_or(value).clamp(low, ball), low, high: ball };
-                    break;
-                }
+            if self.is_barred(clearance, chamber, ball, budget)? || self.gets_nowhere(chamber, ball, budget) {
+                let neck = chamber.throat.map(|t| self.widest_about(t, HALF_DIAGONAL * self.spacing_mm(), ball).0);
+                chamber.way_out_mm = Bracket { value: neck.unwrap_or(value).clamp(low, ball), low, high: ball };
             }
         }
+        Ok(())
+    }
+
+    /// Whether the middle of a ball, followed from the widest place of a chamber over a lattice, wherever it may stand by half a diagonal,
+    /// gets nowhere.
+    ///
+    /// # Cost
+    /// A distance for each point that it may stand on, up to [`MOST_ASKED`] for each lattice.
+    fn gets_nowhere(&self, chamber: &Trapped, ball_mm: f64, budget: &mut Budget) -> bool {
+        let extent = self.part().extent();
+        let (wide, middle) = self.widest_about(chamber.at, f64::INFINITY, ball_mm / BELOW);
+        for step in FINER.map(|f| f * self.spacing_mm()) {
+            if wide < ball_mm || !budget.allows(MOST_ASKED) {
+                break;
+            }
+            let needed = (0.5 * ball_mm - HALF_DIAGONAL * step).max(0.0);
+            let place = |p: Vec3| {
+                if (0..3).any(|a| p[a] > extent[a] || p[a] < 0.0) {
+                    Place::End(End::Outside)
+                } else if is_clear(self.part(), p, needed) {
+                    Place::Free
+                } else {
+                    Place::Blocked
+                }
+            };
+            let mut search = Search::over(Lattice { origin: middle, step }, Beside::Corner);
+            let met = search.met_from([0; 3], &place);
+            budget.note(1, search.asked);
+            if met == Some(Met::default()) {
+                return true;
+            }
+        }
+        false
     }
 
     /// Those of the places that the plate closes from which no ball of the limit is known to get out; the clearance is the one that
@@ -339,7 +357,7 @@ mod tests {
             assert!(out || ball > neck - doubt, "{case}: no ball of {ball} through a neck of {neck}, h {h}");
             let limits = Limits { fail: Some(ball), warn: None, sense: Sense::Min };
             let mut shut = chamber.clone();
-            voids.shut_for_certain(&mut shut, limits, &mut budget);
+            voids.shut_for_certain(&clearance, &mut shut, limits, &mut budget).unwrap();
             assert!(
                 shut.way_out_mm.high >= neck && shut.way_out_mm.low <= neck,
                 "{case}: {:?} of {neck}",

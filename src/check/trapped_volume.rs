@@ -39,8 +39,9 @@ static META: Meta = Meta {
              the part in as many pieces as it is in and the least wall of the process on all sides. \
           A room that the samples do not tell from a passage is measured on the surface itself. \
           Where a limit lies within the bracket of a closed mesh, the middle of a ball of the limit is followed from the throat over points up to \
-          eight times finer, with the distance to the surface itself, and so for what the plate closes; and one of 0.99 of the limit that gets \
-          nowhere from the widest place, wherever it may stand between such points, is stuck. \
+          eight times finer, with the distance to the surface itself, and so for what the plate closes; and one of 0.99 of the limit is stuck \
+          where no cube at any way out, halved four times, may hold its middle by the distance to the surface, or where it gets nowhere from \
+          the widest place, wherever it may stand between points eight times finer. \
           What stays undecided is looked at again with half the \
           spacing; both as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
@@ -129,7 +130,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         chambers.extend(hidden);
         for chamber in &mut chambers {
             voids.open_for_certain(&clearance, chamber, limits, budget)?;
-            voids.shut_for_certain(chamber, limits, budget);
+            voids.shut_for_certain(&clearance, chamber, limits, budget)?;
         }
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&small, widest)?;
