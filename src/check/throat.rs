@@ -95,6 +95,9 @@ impl Ways<'_> {
         let starts = (0..edge.pow(3)).map(|n| [n, n / edge, n / edge.pow(2)].map(|n| n % edge - reach));
         // Away from the throat what is wide enough to matter is met in strides.
         let starts = starts.filter(|at| at.iter().all(|x| x.abs() <= close) || at.iter().all(|x| x % 4 == 0));
+        // Where there is a way through the throat it is met before what lies around the part.
+        let mut starts: Vec<[i32; 3]> = starts.collect();
+        starts.sort_by_key(|at| at.iter().map(|x| x * x).sum::<i32>());
         let mut search = Search::over(Lattice { origin: throat, step }, Beside::Face);
         let mut met = Some(Met::default());
         for start in starts {

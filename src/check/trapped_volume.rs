@@ -35,7 +35,7 @@ static META: Meta = Meta {
           from each that does not lead out the void is flooded, widest places first, until it does. The narrowest place of that \
           flood is the throat. With exact distances at the samples replaced by distances between samples its radius is within \
           1.73 samples. Mouths are where the void goes on to the outside as wide as a ball \
-          of the limit. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
+          of the limit; one about as wide is measured on the surface with all others closed. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
           A room that the samples do not tell from a passage is measured on the surface itself. \
           Where a limit lies within the bracket of a closed mesh, the middle of a ball of the limit is followed from the throat over points up to \
@@ -151,7 +151,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
             let mouths = Mouths { voids: &voids, context, limits: mouths, room_mm: MOUTHS_ROOM * widest, wanted };
             let is_told = |t: &&Trapped| judge.way_out(t, limits).state > State::Pass;
             let told: Vec<&Trapped> = chambers.iter().filter(is_told).collect();
-            let (findings, rooms) = mouths.findings(&clearance, &told)?;
+            let (findings, rooms) = mouths.findings(&clearance, &told, budget)?;
             for f in findings {
                 let at = rooms.iter().find(|t| reported(part, t.at) == f.at_mm).map(|t| t.at);
                 judge.note(f, at, "1", "trapped-volume.mouths");
