@@ -6,12 +6,14 @@ use super::void::{HALF_DIAGONAL, Trapped, Voids};
 use crate::error::Result;
 use crate::field::Field;
 use crate::geometry::vector::Vec3;
-use crate::topology::{Side, border, chambers};
+use crate::topology::{Chamber, Side, border, chambers};
 
 /// Narrow places that are looked at one after another.
 const MOST_PLACES: usize = 32;
 /// Samples on each side of a narrow place that are looked at with it.
 const REACH: isize = 3;
+/// A search for chambers counts as one sample of so many.
+const SEARCHED: u64 = 8;
 /// How often the cube of a sample is halved.
 const HALVINGS: u32 = 4;
 
@@ -35,15 +37,13 @@ impl Voids<'_> {
         let Some(start) = grid.sample_at(chamber.at).map(|index| grid.offset(index)) else { return Ok(false) };
         let squared = |r: f64| ((r.max(0.0) * r.max(0.0)).ceil() as u32).max(1);
         let least = squared(radius - 2.0 * HALF_DIAGONAL);
-        let exits = border(&grid, &Side::ALL);
         let mut left = clearance.clone();
         let level = squared(radius + 2.0 * HALF_DIAGONAL).min(left.values()[start]);
         if level <= least {
             return Ok(false);
         }
         for _ in 0..MOST_PLACES {
-            let found = chambers(&left, &exits, level, |_| false)?;
-            let Some(room) = found.iter().find(|room| room.holds(start)) else { return Ok(false) };
+            let Some(room) = self.room_about(&left, (start, level), budget)? else { return Ok(false) };
             let Some(throat) = room.throat.filter(|throat| throat.clearance >= least) else { return Ok(true) };
             if !budget.allows(MOST_ASKED) {
                 return Ok(false);
@@ -55,6 +55,28 @@ impl Voids<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// The chamber that holds a sample, shut at a level of clearance; `None` if it is open there, or the budget does not allow a search.
+    ///
+    /// # Errors
+    /// As [`chambers`].
+    ///
+    /// # Cost
+    /// That of [`chambers`]; an eighth of the grid's samples of the budget.
+    pub(super) fn room_about(
+        &self,
+        clearance: &Field<u32>,
+        (at, level): (usize, u32),
+        budget: &mut Budget,
+    ) -> Result<Option<Chamber>> {
+        let cost = clearance.grid().samples() as u64 / SEARCHED;
+        if !budget.allows(cost) {
+            return Ok(None);
+        }
+        budget.note(0, cost);
+        let found = chambers(clearance, &border(clearance.grid(), &Side::ALL), level, |_| false)?;
+        Ok(found.into_iter().find(|room| room.holds(at)))
     }
 
     /// Takes away the samples about one in whose cubes no ball has its middle, one by one while distances may be asked; how many were.

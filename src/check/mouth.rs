@@ -203,15 +203,13 @@ impl Voids<'_> {
         let bracket = mouths.bracket();
         let doubtful = mouths.doubtful().filter(|_| bracket.low < bracket.high && self.part().health().is_solid());
         let Some(doubtful) = doubtful else { return Ok(bracket) };
-        let exits = border(&self.grid, &Side::ALL);
         let (mut sure, mut open) = (mouths.wide.count(), mouths.narrow.count());
         for mouth in doubtful {
             let mut alone = clearance.clone();
             mouths.narrow.select(|m| m != mouth).iter().for_each(|at| alone.values_mut()[at] = 0);
-            let shut = chambers(&alone, &exits, chamber.widest, |_| false)?;
-            let throat = shut.iter().find(|c| c.holds(chamber.deepest)).and_then(|c| c.throat);
-            let Some(throat) = throat.map(|t| self.place(t.at)) else { continue };
-            let way = Trapped { throat: Some(throat), ..room.clone() };
+            let shut = self.room_about(&alone, (chamber.deepest, chamber.widest), budget)?;
+            let Some(throat) = shut.and_then(|shut| shut.throat) else { continue };
+            let way = Trapped { throat: Some(self.place(throat.at)), ..room.clone() };
             if self.lets_out(&alone, &way, (ball_mm, Ground::Nothing), budget)? {
                 sure += 1;
             } else if self.is_barred(&alone, &way, ball_mm, budget)? {
