@@ -76,6 +76,22 @@ fn a_bore_through_a_chamber_has_two_mouths_also_where_one_is_on_the_plate() {
     }
 }
 
+#[test]
+fn what_the_plate_closes_is_told_whatever_the_way_out_is_without_it() {
+    // Under a limit of 3 mm for ways out: narrower, within what the samples tell, and wider.
+    for neck in [2.5, 3.2, 4.4] {
+        let mut options = only("lpbf", &["AM301"]);
+        options.voxel = Some(Length::mm(0.25));
+        let over = flask(20.0, 14.0, neck).transformed(facing([0.0, 0.0, -1.0]), [0.0; 3]);
+        let found = findings(&judge_mesh(over, &options), "AM301").to_vec();
+        let closed: Vec<_> = found.iter().filter(|f| f.kind == "on-plate").collect();
+        let truth = 14f64.powi(3) + 3.0 * neck * neck;
+        let [one] = closed[..] else { panic!("{neck}: {found:?}") };
+        assert!(one.low <= truth && truth <= one.high && one.high - one.low < 0.01 * truth, "{neck} {truth}: {one:?}");
+        assert_eq!(found.iter().any(|f| f.kind == "narrow-way-out"), neck < 3.0, "{neck}: {found:?}");
+    }
+}
+
 /// A cube with a cubic room in its middle and a square bore through its top and its bottom.
 fn bored(edge: f64, room: f64, bore: f64) -> TriangleMesh {
     let (h, r, b) = (0.5 * edge, 0.5 * room, 0.5 * bore);
