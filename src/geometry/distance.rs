@@ -96,7 +96,15 @@ impl MeshDistance {
     ///
     /// Only the nearest point of each facet is offered.
     pub fn nearest_where(&self, p: Vec3, within: f64, accept: impl Fn(u32, Vec3) -> bool) -> Option<Nearest> {
-        self.search(p, (None, within * within), accept)
+        self.search(p, (None, within * within), 0.0, accept)
+    }
+
+    /// The nearest point nearer than `within`, or, where some are nearer than `enough`, any one of those.
+    ///
+    /// # Cost
+    /// As [`nearest`](Self::nearest) where there are none: the first one ends the search, however many facets are about as near.
+    pub fn nearest_or_any(&self, p: Vec3, within: f64, enough: f64) -> Option<Nearest> {
+        self.search(p, (None, within * within), enough * enough, |_, _| true)
     }
 
     /// The nearest point of the mesh, sought from a facet that should be near it.
@@ -105,7 +113,7 @@ impl MeshDistance {
     /// The less, the nearer the facet is: boxes further away are not opened.
     pub fn nearest_from(&self, p: Vec3, facet: u32) -> Nearest {
         let start = self.nearest_of(p, facet);
-        self.search(p, (Some(start), start.distance * start.distance), |_, _| true).unwrap_or(start)
+        self.search(p, (Some(start), start.distance * start.distance), 0.0, |_, _| true).unwrap_or(start)
     }
 
     /// The point of one facet that is nearest to another point.
@@ -114,11 +122,13 @@ impl MeshDistance {
         Nearest { point, facet, distance: norm2(sub(p, point)).sqrt() }
     }
 
-    /// The nearest acceptable point, if it is nearer than the one found so far, whose squared distance is given.
+    /// The nearest acceptable point, if it is nearer than the one found so far, whose squared distance is given; one whose squared
+    /// distance is below `enough2` ends the search.
     fn search(
         &self,
         p: Vec3,
         (mut found, best2): (Option<Nearest>, f64),
+        enough2: f64,
         accept: impl Fn(u32, Vec3) -> bool,
     ) -> Option<Nearest> {
         self.wide.nearest(p, best2, |run, mut best2| {
@@ -127,7 +137,7 @@ impl MeshDistance {
                 let d2 = norm2(sub(p, q));
                 let nearer = d2 < best2 || (d2 == best2 && found.is_some_and(|n| f < n.facet));
                 if nearer && accept(f, q) {
-                    best2 = d2;
+                    best2 = if d2 < enough2 { 0.0 } else { d2 };
                     found = Some(Nearest { point: q, facet: f, distance: d2.sqrt() });
                 }
             });
@@ -338,6 +348,9 @@ mod tests {
             assert_eq!(mesh.nearest(p, f64::INFINITY).unwrap().distance, want.distance);
             assert_eq!(mesh.nearest_from(p, n % 800).facet, want.facet);
             assert!(mesh.nearest(p, want.distance * (1.0 - 1e-12)).is_none());
+            let enough = want.distance * [0.5, 1.5][n as usize % 2];
+            let some = mesh.nearest_or_any(p, f64::INFINITY, enough).unwrap().distance;
+            assert!(some == want.distance || some < enough, "{n}: {some}");
             let odd: Vec<Nearest> = all.iter().filter(|n| n.facet % 2 == 1).copied().collect();
             let found = mesh.nearest_where(p, f64::INFINITY, |f, _| f % 2 == 1).unwrap();
             assert_eq!(found.distance, least(&odd).distance);

@@ -2,10 +2,10 @@
 
 use super::bodies::{Bodies, Facets};
 use super::level::Level;
-use super::near::Near;
+use super::near::{EXACT, Near};
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
 use super::traced::Traced;
-use super::walls::{Distances, Walls};
+use super::walls::{Distances, REACH_IN, Walls};
 use super::within::{Side, drawn_back};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
@@ -53,10 +53,10 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
     let (values, near) = Near::of(of, &sides.centres, &shell2, there.as_mm(), None)?;
     let covered = Covered::of(&values, there)?;
     let (between, of) = reached(values, near, there)?;
-    let (distances, walls) = Walls::of(of, &sides.centres, &shell2, there, &covered.surely)?;
+    let (distances, walls) = Walls::of(of, &sides.centres, &shell2, there, &covered)?;
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
-    let traced = back(&between, distances, walls, there)?;
+    let traced = back(&between, (distances, walls, &covered.reached), there)?;
     let mut surface = traced.surface()?;
     if let Some(walls) = &traced.walls {
         let side = if there.as_mm() < 0.0 { Side::Within } else { Side::Outside };
@@ -75,7 +75,11 @@ fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMes
 
 /// The field on the way back: distances to walls where the ball touches them, elsewhere to the surface of what its centre
 /// reaches.
-fn back(between: &TriangleMesh, distances: Distances, mut walls: Walls, there: Length) -> Result<Traced> {
+fn back(
+    between: &TriangleMesh,
+    (distances, mut walls, reached): (Distances, Walls, &Indicator),
+    there: Length,
+) -> Result<Traced> {
     let grid = *distances.grid();
     let (mut values, level) = if between.triangles.is_empty() {
         // Its centre reaches nothing (or everything) by these samples: the ball covers no sample but at walls.
@@ -97,16 +101,18 @@ fn back(between: &TriangleMesh, distances: Distances, mut walls: Walls, there: L
             }
         }
     });
-    walls.press(&mut values, &distances);
+    walls.press(&mut values, &distances, reached);
     Ok(Traced { values, level, walls: Some(walls) })
 }
 
 /// What balls cover whose centres are samples: for an opening cubes of the part, for a closing cubes of its complement.
-struct Covered {
+pub(super) struct Covered {
     /// Cubes that balls surely cover.
-    surely: Indicator,
+    pub surely: Indicator,
     /// Cubes that they possibly touch.
     possibly: Indicator,
+    /// Samples to whose values within a spacing of zero a ball may matter, also one that facets reach into by [`REACH_IN`].
+    pub reached: Indicator,
 }
 
 impl Covered {
@@ -134,6 +140,7 @@ impl Covered {
         Ok(Covered {
             surely: covered(at_most(-1e-6), rho - slack)?.union(&at_most(-slack - 1e-6))?,
             possibly: covered(at_most(slack + 1e-6), rho + 2.0 * slack)?,
+            reached: covered(at_most(slack + REACH_IN + 1e-6), rho + slack + EXACT)?,
         })
     }
 
@@ -264,6 +271,19 @@ mod tests {
             println!("slot at {h}: {filled:.3} mm³ too much, {:?}", closed.volume);
             // Two grooves of 10 mm, and 34 mm of mouth that is left sharp.
             assert!(filled.abs() < 44.0 * 0.25 * h * h, "{filled}");
+        }
+    }
+
+    #[test]
+    fn a_round_void_is_filled_by_a_ball_that_does_not_fit_into_it() {
+        let round = |r: f64| Primitive::Ball { radius: Length::mm(r) }.mesh(Length::mm(0.005));
+        let (whole, void) = (round(5.0), round(4.0));
+        let hollow = whole.clone().joined(&void.flipped());
+        for (r, filled) in [(3.5, false), (4.3, true), (6.0, true), (8.5, true)] {
+            let closed = close_by_ball(&hollow, Length::mm(r), Length::mm(0.3)).unwrap();
+            let truth = whole.signed_volume() - if filled { 0.0 } else { void.signed_volume() };
+            inside_bracket(&closed, truth);
+            assert!((closed.mesh.signed_volume() / truth - 1.0).abs() < 0.003, "{r}: {}", closed.mesh.signed_volume());
         }
     }
 

@@ -10,6 +10,7 @@ use super::level::{Level, Seen};
 use super::near::{EXACT, Near};
 use super::offset::HALF_DIAGONAL;
 use super::press::nearest_place;
+use super::rolling::Covered;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::distance::Nearest;
@@ -53,7 +54,7 @@ impl Walls {
         centres: &Indicator,
         shell2: &Field<u32>,
         ball: Length,
-        covered: &Indicator,
+        covered: &Covered,
     ) -> Result<(Distances, Self)> {
         let (mut distances, near) = Near::of(of, centres, shell2, 0.0, None)?;
         let (grid, ball) = (*centres.grid(), ball.as_mm());
@@ -71,8 +72,10 @@ impl Walls {
         let rows = held.words_mut().par_chunks_mut(words).zip(clear.words_mut().par_chunks_mut(words));
         let rows = distances.values_mut().par_chunks_mut(nx).zip(rows).enumerate();
         rows.for_each(|(row, (distances, (held, clear)))| {
+            let mut last = None;
             for (i, distance) in distances.iter_mut().enumerate() {
-                if let Some(reach_in) = walls.holds_sample([i, row % ny, row / ny], distance, covered) {
+                let index = [i, row % ny, row / ny];
+                if let Some(reach_in) = walls.holds_sample(index, distance, covered, &mut last) {
                     held[i / 64] |= 1 << (i % 64);
                     clear[i / 64] |= u64::from(reach_in == 0.0) << (i % 64);
                 }
@@ -83,18 +86,23 @@ impl Walls {
     }
 
     /// How far facets reach into the ball that touches at a sample's foot, if the sample is measured to a wall; its distance
-    /// becomes exact then.
-    fn holds_sample(&self, index: [usize; 3], distance: &mut f32, covered: &Indicator) -> Option<f64> {
+    /// becomes exact then. The facet of the last sample that was sought in the tree is where this one's is sought from.
+    fn holds_sample(
+        &self,
+        index: [usize; 3],
+        distance: &mut f32,
+        covered: &Covered,
+        last: &mut Option<u32>,
+    ) -> Option<f64> {
         let (grid, near) = (self.centres.grid(), &self.level.near);
         let d = f64::from(*distance);
         let beside = d.abs() <= EXACT * grid.h();
         let balls_side = self.centres.contains(index) == (self.ball < 0.0);
-        if !(beside || balls_side && !covered.contains(index)) {
+        if !(beside || balls_side && !covered.surely.contains(index)) || !covered.reached.contains(index) {
             return None;
         }
         let p = grid.position(index);
-        let found = if beside { near.nearest_of_sample(index) } else { near.mesh().nearest(p, self.ball.abs()) };
-        let n = found?;
+        let n = if beside { near.nearest_of_sample(index)? } else { self.sought(p, last)? };
         let outwards = match n.distance > 1e-6 * grid.h() {
             true => scale(sub(p, n.point), 1f64.copysign(d) / n.distance),
             false => near.facing(&n),
@@ -102,6 +110,17 @@ impl Walls {
         let reach_in = self.reach_in(&n, outwards)?;
         *distance = n.distance.copysign(d) as f32;
         Some(reach_in)
+    }
+
+    /// The point of the part nearest to another one, if it is nearer than the ball's radius.
+    fn sought(&self, p: Vec3, last: &mut Option<u32>) -> Option<Nearest> {
+        let (mesh, radius) = (self.level.near.mesh(), self.ball.abs());
+        let found = match *last {
+            Some(facet) => Some(mesh.nearest_from(p, facet)).filter(|n| n.distance < radius),
+            None => mesh.nearest(p, radius),
+        };
+        *last = found.map(|n| n.facet).or(*last);
+        found
     }
 
     /// Whether the ball fits that touches the part in a point, seen from the direction given.
@@ -117,7 +136,7 @@ impl Walls {
         if !self.may_stand(centre, free) {
             return None;
         }
-        match self.level.near.mesh().nearest(centre, radius * (1.0 - 1e-9)) {
+        match self.level.near.mesh().nearest_or_any(centre, radius * (1.0 - 1e-9), free) {
             None => Some(0.0),
             Some(facet) => (facet.distance >= free).then_some(radius - facet.distance),
         }
@@ -144,7 +163,7 @@ impl Walls {
     ///
     /// # Cost
     /// A distance to the mesh for each plane that stops the ball, at samples that it seems not to cover.
-    pub(super) fn press(&mut self, values: &mut Field<f32>, distances: &Distances) {
+    pub(super) fn press(&mut self, values: &mut Field<f32>, distances: &Distances, reached: &Indicator) {
         let grid = *self.centres.grid();
         let ([nx, ny, _], words, h) = (grid.dims(), self.held.words_per_row(), grid.h());
         let side = -self.ball.signum();
@@ -156,7 +175,7 @@ impl Walls {
                     let index = [i, row % ny, row / ny];
                     let left = side * f64::from(*value);
                     let near = f64::from(d.abs()) <= EXACT * h || self.centres.contains(index) == (self.ball < 0.0);
-                    if left <= 0.0 || !near || self.held.contains(index) {
+                    if left <= 0.0 || !near || self.held.contains(index) || !reached.contains(index) {
                         continue;
                     }
                     if let Some(found) =
