@@ -4,9 +4,10 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of}
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
+use super::resting::Ball;
 use super::step::{Stretch, higher_than};
 use crate::error::Result;
-use crate::geometry::vector::{Vec3, add, along, angle, bounds, distance, dot, sub, unit};
+use crate::geometry::vector::{Vec3, angle, bounds, distance};
 use crate::medial::cluster::principal_extents;
 use crate::medial::reflex::{ReflexEdge, joined, reflex_edges};
 use crate::part::Part;
@@ -21,22 +22,14 @@ pub struct Blend;
 const MISSED: f64 = 0.1;
 /// An edge bent by less belongs to no round, radians (0.2°): a quarter of a circle in 450 facets.
 const FLAT: f64 = 0.2 * std::f64::consts::PI / 180.0;
-/// What turns further than this is a groove or a hole, no fillet, radians (150°).
-const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// Height in fillet radii below which a step is relief, such as text.
 const RELIEF: f64 = 5.0;
 /// A ball that stays no further than this share of its radius from a round touches it.
 const TOUCHED: f64 = 2e-3;
 /// A ball that stays no further than this share of its radius from what it would touch fits a round as it was written.
 const NEAR: f64 = 0.01;
-/// A ball that reaches no deeper than this share of its radius is clear.
-const CLEAR: f64 = 1e-6;
 /// How a round turns is seen from a ball of this share of the asked radius: one that the round is smaller than by enough to be told.
 const LESS: f64 = 0.95;
-/// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
-const STRAIGHT: usize = 6;
-/// Facets that a ball slides over at most.
-const SLIDES: usize = 16;
 /// Edges of a round that a ball stays away from by less than this share of the most lie towards its sides.
 const DEEP: f64 = 0.5;
 /// Edges of a round shorter than this share of its longest say nothing of it.
@@ -82,20 +75,24 @@ impl Check for Blend {
             return Ok(Outcome::NotApplicable(why.into()));
         };
         let radius = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
+        // What is no relief by either limit violates that one.
+        let least = limits.fail.into_iter().chain(limits.warn).fold(radius, f64::min);
         let edges = reflex_edges(part.mesh(), FLAT, |f| part.bounds_solid(f));
         let sharp_bend = 2.0 * (1.0 / (1.0 + MISSED)).acos();
         let (sharp, shallow): (Vec<ReflexEdge>, Vec<ReflexEdge>) = edges.iter().partition(|e| e.bend > sharp_bend);
         let all_sharp = sharp.len();
-        let notches = Notches { part, context, limits, radius };
+        let notches = Notches { part, context, limits, radius, least };
         let chains = notches.chains(&sharp);
         let rounds = notches.rounds(&shallow);
         let mut measured = Measured {
             cover: format!(
-                "All {} concave edges were looked at, {all_sharp} of them bent by more than {:.0}°; steps lower than {} mm are relief \
-                 and were left out.",
+                "All {} concave edges were looked at, {all_sharp} of them bent by more than {:.0}°; {} of these were left out as relief, at \
+                 steps lower than {} mm or shorter than {} mm in all.",
                 edges.len(),
                 sharp_bend.to_degrees(),
-                short(RELIEF * radius)
+                all_sharp - kept(&chains),
+                short(RELIEF * least),
+                short(least)
             ),
             rule: Some("blend"),
             spent: 2 * all_sharp as u64,
@@ -118,6 +115,8 @@ struct Notches<'a> {
     limits: Limits,
     /// The radius asked for.
     radius: f64,
+    /// The least radius that is asked for: where there are two limits, the one below which a round fails.
+    least: f64,
 }
 
 /// Sharp edges end to end.
@@ -135,7 +134,7 @@ impl Chain {
 impl Notches<'_> {
     /// The sharp edges where they are no relief, joined where they share a vertex, longest first.
     fn chains(&self, sharp: &[ReflexEdge]) -> Vec<Chain> {
-        let lower = RELIEF * self.radius * (1.0 - 1e-9);
+        let lower = RELIEF * self.least * (1.0 - 1e-9);
         let high: Vec<Stretch> = sharp.par_iter().flat_map_iter(|e| higher_than(self.part, e, lower)).collect();
         let mut chains: Vec<Chain> = joined(&high, |s| s.vertices.into_iter().flatten().collect())
             .into_iter()
@@ -143,7 +142,7 @@ impl Notches<'_> {
                 let stretches: Vec<Stretch> = members.into_iter().map(|i| high[i]).collect();
                 Chain { length: stretches.iter().map(|s| s.edge.length).sum(), stretches }
             })
-            .filter(|c| c.length >= self.radius)
+            .filter(|c| c.length >= self.least)
             .collect();
         chains.sort_by(|a, b| b.length.total_cmp(&a.length));
         chains
@@ -265,62 +264,8 @@ impl Notches<'_> {
     }
 
     /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
-    ///
-    /// The ball moves out from the edge by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides along
-    /// what it touches. One that is not clear within its radius over cos 75°, or before the surface on the other side, lies in a groove or a hole.
     fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
-        let outward = edge.outward();
-        let deepest = r / (0.5 * GROOVE).cos();
-        let beside = 4.0 * self.part.step() + CLEAR * r;
-        let opposite = self.part.distance().first_hit(edge.middle, outward, beside, deepest);
-        let room = opposite.map_or(deepest, |(far, _)| far);
-        let mut away = (1.0 + share) * r;
-        for looks in 0..40 {
-            if away > room {
-                return None;
-            }
-            let centre = along(edge.middle, outward, away);
-            let Some(near) = self.part.distance().nearest(centre, r * (1.0 - CLEAR)) else {
-                let rest = if looks > 0 { self.slid(centre, edge.middle, r, share) } else { centre };
-                return (looks > 0 && distance(rest, edge.middle) > (1.0 + share) * r).then_some(rest);
-            };
-            away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
-        }
-        None
-    }
-
-    /// A ball that is clear of the surface, slid along what it touches towards a point, until it is within its radius and a share of it or goes
-    /// no further.
-    fn slid(&self, mut centre: Vec3, to: Vec3, r: f64, share: f64) -> Vec3 {
-        let surface = self.part.distance();
-        let is_clear = |c: Vec3| surface.nearest(c, r * (1.0 - CLEAR)).is_none();
-        let mut touched = surface.nearest(centre, 1.01 * r);
-        let mut stuck = false;
-        for _ in 0..SLIDES {
-            let way = sub(to, centre);
-            let level = touched.map_or(way, |touched| {
-                let normal = unit(sub(centre, touched.point));
-                along(way, normal, -dot(way, normal))
-            });
-            let (mut clear, mut met) = (0.0, 1.0);
-            if is_clear(add(centre, level)) {
-                clear = 1.0;
-            }
-            while clear < 1.0 && met - clear > 1e-3 {
-                let middle = 0.5 * (clear + met);
-                if is_clear(along(centre, level, middle)) { clear = middle } else { met = middle }
-            }
-            // What stops it is what it slides along next: in a round of facets it touches more than one.
-            touched = surface.nearest(along(centre, level, met), 1.01 * r);
-            let before = distance(centre, to);
-            centre = along(centre, level, clear);
-            let now = distance(centre, to);
-            let was_stuck = std::mem::replace(&mut stuck, now > before - CLEAR * r);
-            if now <= (1.0 + share) * r || (stuck && was_stuck) {
-                break;
-            }
-        }
-        centre
+        Ball { part: self.part, radius: r }.rest(edge.middle, edge.outward(), share)
     }
 
     /// The largest ball, up to the asked radius, that touches the facets beside an edge, and the largest radius of a round that they are facets of:
@@ -349,9 +294,13 @@ impl Notches<'_> {
     fn round(&self, edges: &[Tight]) -> Option<(Finding, bool)> {
         let vertices = &self.part.mesh().vertices;
         let ends: Vec<_> = edges.iter().flat_map(|t| t.edge.ends).map(|v| vertices[v as usize]).collect();
-        if principal_extents(&ends)[0] < RELIEF * self.radius {
+        let long = principal_extents(&ends)[0];
+        if long < RELIEF * self.least {
             return None;
         }
+        // What is relief by the warn limit may fail all the same.
+        let warn = self.limits.warn.filter(|warn| long >= RELIEF * warn);
+        let limits = Limits { warn, ..self.limits };
         let missed = edges.iter().map(|t| t.missed).fold(0.0, f64::max);
         let mut longest: Vec<&ReflexEdge> =
             edges.iter().filter(|t| t.missed >= DEEP * missed).map(|t| &t.edge).collect();
@@ -370,7 +319,7 @@ impl Notches<'_> {
         let low = radii.first()?.0 * (1.0 - self.too_large(edges));
         let high = radii.iter().map(|r| r.1).fold(0.0, f64::max);
         let bracket = Bracket::new(radius, low, high);
-        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, self.limits, "mm", self.part.tie());
+        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, limits, "mm", self.part.tie());
         // A round of few facets that may be as large as asked is told where the ball misses it as it misses a sharp edge.
         if f.state == State::Pass || (f.high >= self.radius && missed <= MISSED * self.radius) {
             return None;
@@ -385,6 +334,12 @@ impl Notches<'_> {
 struct Tight {
     edge: ReflexEdge,
     missed: f64,
+}
+
+/// How many edges all of which, or some, are in chains.
+fn kept(chains: &[Chain]) -> usize {
+    let ends = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge.ends);
+    ends.collect::<std::collections::BTreeSet<_>>().len()
 }
 
 /// The share of its radius that a ball stays away from an edge whose two facets it touches.
@@ -593,6 +548,21 @@ mod tests {
                 assert_eq!(judge(&bored(diameter, facets), "1mm").findings, [], "{diameter} {facets}");
             }
         }
+    }
+
+    #[test]
+    fn a_stricter_warning_does_not_make_relief_of_what_fails() {
+        // Walls of 16 mm, a round of 30 mm.
+        for limit in ["2mm", "2mm,3.1mm", "2mm,3.3mm", "1mm,20mm"] {
+            let found = judge(&bracket(0.0, 0, 0.0), limit).findings;
+            assert_eq!(found.iter().map(|f| f.state).collect::<Vec<_>>(), [State::Fail], "{limit}");
+        }
+        for limit in ["2mm", "2mm,5mm", "2mm,7mm"] {
+            let found = judge(&bracket(1.0, 12, 0.0), limit).findings;
+            assert_eq!(found.iter().map(|f| f.state).collect::<Vec<_>>(), [State::Warn], "{limit}");
+        }
+        assert_eq!(judge(&bracket(3.0, 12, 0.0), "2mm,7mm").findings, []);
+        assert_eq!(judge(&bracket(3.0, 12, 0.0), "2mm,5mm").findings.len(), 1);
     }
 
     #[test]

@@ -46,6 +46,7 @@ mod place;
 mod powder;
 pub mod registry;
 mod relief;
+mod resting;
 mod rib;
 mod rod_detail;
 mod rods;

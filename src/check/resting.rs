@@ -1,0 +1,81 @@
+//! Where a ball that comes down over a concave edge comes to rest.
+
+use crate::geometry::vector::{Vec3, add, along, distance, dot, sub, unit};
+use crate::part::Part;
+
+/// A ball that reaches no deeper than this share of its radius is clear.
+const CLEAR: f64 = 1e-6;
+/// What turns further than this is a groove or a hole, no fillet, radians (150°).
+const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
+/// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
+const STRAIGHT: usize = 6;
+/// Facets that a ball slides over at most.
+const SLIDES: usize = 16;
+
+/// A ball outside a part.
+#[derive(Clone, Copy)]
+pub(super) struct Ball<'a> {
+    pub part: &'a Part,
+    pub radius: f64,
+}
+
+impl Ball<'_> {
+    /// Where the centre comes to rest over a point of the surface, if the ball stays more than a share of its radius away from it.
+    ///
+    /// The ball moves out from the point by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides
+    /// along what it touches. One that is not clear within its radius over cos 75°, or before the surface on the other side, lies in a groove or
+    /// a hole.
+    pub fn rest(&self, foot: Vec3, outward: Vec3, share: f64) -> Option<Vec3> {
+        let (surface, r) = (self.part.distance(), self.radius);
+        let deepest = r / (0.5 * GROOVE).cos();
+        let opposite = surface.first_hit(foot, outward, 4.0 * self.part.step() + CLEAR * r, deepest);
+        let room = opposite.map_or(deepest, |(far, _)| far);
+        let mut away = (1.0 + share) * r;
+        for looks in 0..40 {
+            if away > room {
+                return None;
+            }
+            let centre = along(foot, outward, away);
+            let Some(near) = surface.nearest(centre, r * (1.0 - CLEAR)) else {
+                let rest = if looks > 0 { self.slid(centre, foot, share) } else { centre };
+                return (looks > 0 && distance(rest, foot) > (1.0 + share) * r).then_some(rest);
+            };
+            away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
+        }
+        None
+    }
+
+    /// The centre of a ball that is clear of the surface, slid along what it touches towards a point, until it is within its radius and a share of
+    /// it or goes no further.
+    fn slid(&self, mut centre: Vec3, to: Vec3, share: f64) -> Vec3 {
+        let (surface, r) = (self.part.distance(), self.radius);
+        let is_clear = |c: Vec3| surface.nearest(c, r * (1.0 - CLEAR)).is_none();
+        let mut touched = surface.nearest(centre, 1.01 * r);
+        let mut stuck = false;
+        for _ in 0..SLIDES {
+            let way = sub(to, centre);
+            let level = touched.map_or(way, |touched| {
+                let normal = unit(sub(centre, touched.point));
+                along(way, normal, -dot(way, normal))
+            });
+            let (mut clear, mut met) = (0.0, 1.0);
+            if is_clear(add(centre, level)) {
+                clear = 1.0;
+            }
+            while clear < 1.0 && met - clear > 1e-3 {
+                let middle = 0.5 * (clear + met);
+                if is_clear(along(centre, level, middle)) { clear = middle } else { met = middle }
+            }
+            // What stops it is what it slides along next: in a round of facets it touches more than one.
+            touched = surface.nearest(along(centre, level, met), 1.01 * r);
+            let before = distance(centre, to);
+            centre = along(centre, level, clear);
+            let now = distance(centre, to);
+            let was_stuck = std::mem::replace(&mut stuck, now > before - CLEAR * r);
+            if now <= (1.0 + share) * r || (stuck && was_stuck) {
+                break;
+            }
+        }
+        centre
+    }
+}
