@@ -47,6 +47,9 @@ pub struct Stand {
 /// So many samples a pose may lie from touching: what 2·√3 spacings round to.
 const NEAR: usize = 4;
 
+/// A tool that is drawn back is tried to so many sides as well.
+const SIDES: u8 = 24;
+
 /// Millimetres above the tip that a cutter is used along to grip or cut.
 const REACHED_ALONG: f64 = 12.0;
 
@@ -229,20 +232,35 @@ impl<'a> Station<'a> {
     ///
     /// A flat end touches what it lies on with any of its points: of all tips of the grid at which it covers the middle of the patch, the
     /// one that is drawn back least, of equals the nearest to it. Any other tool is drawn back from the poses in which the points that
-    /// touch such a plane lie there. `rise` is that of the station, which tells it faster for a coaxial tool.
+    /// touch such a plane lie there, or beside them, as [`Station::beside_touching`] says; then it is as far from touching as its way back and aside
+    /// is long. `rise` is that of the station, which tells it faster for a coaxial tool.
     pub(super) fn retreat(&self, patch: &Patch, below: f64, rise: Option<&Rise>) -> Option<(f64, Vec3)> {
         let normal = self.frame.map(|r| dot(r, patch.normal));
         // Nearly level counts as level, since coordinates are rounded.
         let lies_flat = normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3;
         match self.tool.flat_end().filter(|_| lies_flat) {
             Some(end) => self.retreat_of_end(patch, end, below),
-            None => self.retreat_from(patch, &self.contacts(normal), below, rise),
+            None => self.retreat_from(patch, (&self.contacts(normal), &self.beside_touching(normal)), below, rise),
         }
+    }
+
+    /// Steps across the tool's axis, in samples, that may free it: off a wall, along which the cubes that the wall touches are never free, and as far as
+    /// the tool is wide to all sides, since a round end stays away from the foot of a wall, however far up it is drawn back along that.
+    fn beside_touching(&self, normal: Vec3) -> Vec<Vec3> {
+        let axis = [0, 1, 2].map(|r| self.turn[r][2]);
+        let across = along(normal, axis, -dot(normal, axis));
+        // What lies within 30° of level is no wall.
+        let off = (norm(across) > 0.5).then(|| unit(across));
+        let off = (1..=NEAR).filter_map(|n| off.map(|d| scale(d, n as f64)));
+        let wide = self.tool.meridian().map(|m| m.cutter_radius() / self.hit.grid().h() + 2.0);
+        let turns = (0..SIDES).map(|n| TAU * f64::from(n) / f64::from(SIDES));
+        let sides = turns.filter_map(|turn| wide.map(|r| [r * turn.cos(), r * turn.sin(), 0.0]));
+        std::iter::once([0.0; 3]).chain(off).chain(sides).collect()
     }
 
     /// How far along its axis the tool has to be drawn back from standing with the tip in the patch until it is free, and that tip.
     pub fn retreat_of_tip(&self, patch: &Patch) -> Option<(f64, Vec3)> {
-        self.retreat_from(patch, &[[0.0; 3]], f64::INFINITY, None)
+        self.retreat_from(patch, (&[[0.0; 3]], &[[0.0; 3]]), f64::INFINITY, None)
     }
 
     /// How far up it is free for a coaxial tool.
@@ -270,7 +288,13 @@ impl<'a> Station<'a> {
         (by < below).then(|| (by, back.map(|row| dot(row, tip))))
     }
 
-    fn retreat_from(&self, patch: &Patch, contacts: &[Vec3], below: f64, rise: Option<&Rise>) -> Option<(f64, Vec3)> {
+    fn retreat_from(
+        &self,
+        patch: &Patch,
+        (contacts, steps_aside): (&[Vec3], &[Vec3]),
+        below: f64,
+        rise: Option<&Rise>,
+    ) -> Option<(f64, Vec3)> {
         let at = self.frame.map(|r| dot(r, patch.at));
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
         let grid = self.hit.grid();
@@ -283,17 +307,19 @@ impl<'a> Station<'a> {
             // other holds all tips at which it can meet the part.
             None => self.tool.meridian().is_none() || tip[2] >= above,
         };
-        let nearer = |best: Option<(f64, Vec3)>, contact: &Vec3| {
+        let poses = steps_aside.iter().flat_map(|aside| contacts.iter().map(move |contact| (contact, aside)));
+        let nearer = |best: Option<(f64, Vec3)>, (contact, aside): (&Vec3, &Vec3)| {
             let (tip, below) = (sub(at, *contact), best.map_or(below, |b| b.0));
-            let touches = grid.continuous_index(tip);
-            let is_nearer = |s: &usize| *s <= longest && grid.h() * (*s as f64) < below;
+            let touches = add(grid.continuous_index(tip), *aside);
+            let far = |s: usize| grid.h() * (s as f64).hypot(norm(*aside));
+            let is_nearer = |s: &usize| *s <= longest && far(*s) < below;
             let found = match rise {
                 Some(rise) => Some(rise.from(touches)).filter(is_nearer),
                 None => (0..=longest).take_while(is_nearer).find(|&s| free(along(touches, axis, s as f64))),
             };
-            found.map(|s| (grid.h() * s as f64, tip)).or(best)
+            found.map(|s| (far(s), tip)).or(best)
         };
-        let found = contacts.iter().fold(None, nearer);
+        let found = poses.fold(None, nearer);
         let back = transposed(self.frame);
         found.map(|(s, tip)| (s, back.map(|row| dot(row, tip))))
     }

@@ -34,7 +34,7 @@ static META: Meta = Meta {
           cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
-             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. Narrow places within about four spacings of a tool's width stay open: their area is given, and for tools that the user named they are undecided. A tool \
+             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. What is reached within 2·√3 spacings may yet be too narrow to be touched, so the area's upper bound is that of what no tool comes so near to. Narrow places within about four spacings of a tool's width stay open: their area is given, and for tools that the user named they are undecided. A tool \
              of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
              one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
@@ -237,11 +237,11 @@ impl Judged<'_> {
         locate(&mut f, self.part, self.context, at, bounds(open().map(|p| p.at))?);
         let spacing = short(round(self.tooling.spacing));
         f.message = format!(
-            "{} lies so narrow that a lattice of {spacing} mm does not tell whether {} touch it",
+            "{} lies so narrow that a lattice of {spacing} mm does not tell whether {} can touch it",
             area(bracket.high),
             self.names()
         );
-        f.fix = "name the faces that matter with --faces, or a tool that is clearly thinner or wider".into();
+        f.fix = "name the faces that matter with --faces, or a tool that is clearly thinner or wider; --voxel makes this lattice no finer".into();
         Some(f)
     }
 
@@ -325,10 +325,17 @@ impl Judged<'_> {
             // What is still outside where it strikes has to get in.
             let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
             let [wide, deep] = [wide, stops].map(|v| short(round(v)));
-            found.way = Some(format!(
-                "open a way to this place, at least {wide} mm wide and {deep} mm deep from {}",
-                found.from
-            ));
+            // The end of the tool strikes, and comes as near beside: what is in the way is the corner itself.
+            let by_its_end = height < m.cutter_radius() && stops < 1.5 * m.cutter_radius() + self.tooling.stand_off;
+            found.way = Some(match by_its_end {
+                true => format!(
+                    "give the corner a fillet as large as the end of {} is round, or name a tool with a smaller end",
+                    found.tool
+                ),
+                false => {
+                    format!("open a way to this place, at least {wide} mm wide and {deep} mm deep from {}", found.from)
+                }
+            });
             found.points.push(reported(self.part, place));
         }
         Some(found)
