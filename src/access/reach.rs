@@ -240,6 +240,25 @@ mod tests {
     }
 
     #[test]
+    fn a_round_end_stops_short_of_the_foot_of_a_wall_by_no_more_than_it_is_wide() {
+        // A pocket of radius 10 mm, 9 mm deep, and a ball of 6 mm.
+        let pan = revolved(&[[0.0, 0.0], [14.0, 0.0], [14.0, 14.0], [10.0, 14.0], [10.0, 5.0], [0.0, 5.0]], 96);
+        let text = "[[piece]]\nrole = \"cutter\"\nshape = \"ball-end\"\ndiameter_mm = 6\nlength_mm = 30\n";
+        let ball = Tool::from_toml("ball", text, |_| Ok(TriangleMesh::default())).unwrap();
+        let judged = Judged::new(&pan, ball, &axis_directions()[..1]);
+        let within = |p: &Patch| p.at[0].hypot(p.at[1]) < 10.01 && p.at[2] > 4.9;
+        let mut missed = 0;
+        for (p, short) in judged.patches.iter().zip(&judged.reach.short).filter(|(p, _)| within(p)) {
+            if let Some((by, _)) = short {
+                // Two samples more to the side, and a step and a cube up.
+                assert!(by.is_finite() && *by <= (3.0 + 2.0 * 0.25f64).hypot(2.0 * 0.25), "{by} {p:?}");
+                missed += 1;
+            }
+        }
+        assert!(missed > 100, "{missed}");
+    }
+
+    #[test]
     fn a_tool_wider_than_the_hole_touches_nothing_in_it() {
         let wide = Judged::new(&cup(), pin(9.0, 30.0), &axis_directions());
         let [reached, never, _] = wide.areas(|p| floor(p) || bore(p, 8.0, 17.0));

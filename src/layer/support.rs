@@ -155,6 +155,10 @@ fn scan_down(centres: &Indicator, heads: &Indicator, above: usize) -> Result<(In
     Ok((set(columns)?, set(on_part)?, set(on_plate)?))
 }
 
+/// A sample that lies no further below a facet, in spacings, may count as inside: corners are cast rounded to the next 2⁻¹⁶ of a spacing, which
+/// moves a facet up by half of that, and by more where it slopes.
+const TIE: f64 = 1.0 / 16384.0;
+
 /// Calls back with the highest sample strictly below a facet, for every column of samples whose axis meets it.
 fn each_column_under(corners: [Vec3; 3], grid: &Grid, mut found: impl FnMut([usize; 3])) {
     let [a, b, c] = corners.map(|p| grid.continuous_index(p));
@@ -188,7 +192,7 @@ fn each_column_under(corners: [Vec3; 3], grid: &Grid, mut found: impl FnMut([usi
         let mut i = lo.ceil().max(0.0);
         while i <= hi.floor().min(nx as f64 - 1.0) {
             let z = (a[2] + zx * (i - a[0]) + zy * (j - a[1])).clamp(least(2), most(2));
-            let k = z.ceil() - 1.0;
+            let k = (z - TIE).ceil() - 1.0;
             if k >= 0.0 && k < nz as f64 {
                 found([i as usize, j as usize, k as usize]);
             }
@@ -213,6 +217,29 @@ mod tests {
             |f: usize| crate::geometry::ray::Ray::of(p, [0.0, 0.0, 1.0]).hit(mesh.corners(f)).filter(|t| *t > 0.0);
         let first = (0..mesh.triangles.len()).filter_map(|f| Some((hit(f)?, f))).min_by(|a, b| a.0.total_cmp(&b.0));
         first.is_some_and(|(_, f)| wanted.contains(&(f as u32)))
+    }
+
+    #[test]
+    fn a_shelf_on_a_plane_of_samples_is_held_up_wherever_the_file_puts_it() {
+        let shelf = cuboid([0.0; 3], [4.0, 20.0, 30.0]).joined(&cuboid([4.0, 0.0, 27.0], [16.0, 20.0, 30.0]));
+        let mut random = crate::random::Lcg(5);
+        for _ in 0..60 {
+            let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            // Rounded to 32 bits, and put back.
+            let by = random.point(0.0, 1.0);
+            let written = shelf.transformed(still, by);
+            let facets = written.triangles.iter().map(|t| t.map(|v| written.vertices[v as usize]));
+            let written = TriangleMesh::weld(facets.map(|t| t.map(|p| p.map(|x| f64::from(x as f32)))));
+            let mesh = written.transformed(still, written.bounds().unwrap().0.map(|x| -x));
+            // The layer 70 at 27 mm, but for rounding.
+            let origin = [-1.1, -1.1, -1.0 + 5e-6 * (random.unit() - 0.5)];
+            let grid = Grid::new(origin, Length::mm(0.4), [46, 56, 80]).unwrap();
+            let facets = downward_facets(&mesh, 0.0, Angle::degrees(45.0), 1e-6);
+            let made = supports(&occupancy(&mesh, &grid).unwrap(), &mesh, &facets, 0.0).unwrap();
+            // To a sample at either end and at three of the sides.
+            let [least, most] = [11.6 * 19.6 * 26.4, 12.4 * 20.4 * 27.4];
+            assert!((least..most).contains(&made.volume().as_mm3()), "{by:?}: {}", made.volume().as_mm3());
+        }
     }
 
     #[test]
