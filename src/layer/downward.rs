@@ -11,8 +11,10 @@ use std::collections::BTreeMap;
 const SMOOTH: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Neighbouring facets whose normals differ by less than this lie in one plane (0.5°).
 const FLAT: f64 = 0.5 * std::f64::consts::PI / 180.0;
-/// A flat piece at least this wide, in millimetres, is a face of its own and not a strip of a curved one.
+/// A flat piece at least this wide, in millimetres, is a face of its own, unless it is a strip of a curved one.
 const FACE_WIDTH: f64 = 5.0;
+/// Strips of one curved surface differ from each other in width by no more than this factor, and so do their bends.
+const ALIKE: f64 = 2.0;
 
 /// A connected piece of downward surface.
 #[derive(Debug, Clone)]
@@ -37,7 +39,8 @@ pub struct DownwardRegion {
 /// The regions of facets whose outward normal points down and whose angle from the horizontal is below `limit`.
 ///
 /// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
-/// face at least 5 mm wide is a region of its own. The tie of a facet
+/// face at least 5 mm wide is a region of its own, unless three such follow each other that are about as wide and bent alike: the strips of a large
+/// curved surface. The tie of a facet
 /// is what a coordinate step does to its direction: `step` over its least height. `share` tells which share of a facet counts, from 0,
 /// for one that is left out, to 1.
 ///
@@ -57,7 +60,7 @@ pub fn downward_regions(
     let edges = shared_edges(mesh, &down);
     let mut sets = DisjointSets::new(down.len());
     join(&mut sets, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
-    let faces = faces(mesh, &down, &mut sets);
+    let faces = faces(mesh, &down, &edges, &mut sets);
     join(&mut sets, &edges, |i, j| !faces[i] && !faces[j] && angle(down[i].1, down[j].1) < SMOOTH);
     let mut regions: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
     for (i, &counted) in shares.iter().enumerate() {
@@ -108,21 +111,42 @@ fn join(sets: &mut DisjointSets, edges: &[(usize, usize)], alike: impl Fn(usize,
     }
 }
 
-/// For each facet whether its flat piece is a face of its own: area over longest span at least [`FACE_WIDTH`].
-fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], sets: &mut DisjointSets) -> Vec<bool> {
-    let mut pieces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for i in 0..down.len() {
-        pieces.entry(sets.root(i as u32)).or_default().push(i);
+/// For each facet whether its flat piece is a face of its own: area over longest span at least [`FACE_WIDTH`], and no strip of a curved surface.
+fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], edges: &[(usize, usize)], sets: &mut DisjointSets) -> Vec<bool> {
+    let piece: Vec<u32> = (0..down.len()).map(|i| sets.root(i as u32)).collect();
+    let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    piece.iter().enumerate().for_each(|(i, &p)| members.entry(p).or_default().push(i));
+    let width = |of: &Vec<usize>| {
+        let area: f64 = of.iter().map(|&i| mesh.facet_area(down[i].0 as usize)).sum();
+        let span = bounds(of.iter().flat_map(|&i| mesh.corners(down[i].0 as usize)));
+        span.map(|(lo, hi)| distance(lo, hi)).filter(|s| *s > 0.0).map_or(0.0, |span| area / span)
+    };
+    let widths: BTreeMap<u32, f64> = members.iter().map(|(&p, of)| (p, width(of))).collect();
+    let mut beside: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+    for &(i, j) in edges {
+        let bend = angle(down[i].1, down[j].1);
+        let alike = |p: u32, q: u32| widths.get(&p).zip(widths.get(&q)).is_some_and(|(a, b)| is_alike(*a, *b));
+        if piece[i] != piece[j] && bend < SMOOTH && alike(piece[i], piece[j]) {
+            beside.entry(piece[i]).or_default().push((piece[j], bend));
+            beside.entry(piece[j]).or_default().push((piece[i], bend));
+        }
     }
-    let mut faces = vec![false; down.len()];
-    for members in pieces.into_values() {
-        let area: f64 = members.iter().map(|&i| mesh.facet_area(down[i].0 as usize)).sum();
-        let span = bounds(members.iter().flat_map(|&i| mesh.corners(down[i].0 as usize)))
-            .map_or(0.0, |(lo, hi)| distance(lo, hi));
-        let wide = span > 0.0 && area / span >= FACE_WIDTH;
-        members.into_iter().for_each(|i| faces[i] = wide);
-    }
-    faces
+    let next_to = |p: u32| beside.get(&p).map_or(&[][..], Vec::as_slice);
+    let goes_on = |from: u32, at: u32, bend: f64| {
+        next_to(at).iter().any(|&(next, other)| next != from && next != at && is_alike(bend, other))
+    };
+    let is_strip = |p: u32| {
+        let sides = next_to(p);
+        let between = sides.iter().any(|&(q, bend)| goes_on(q, p, bend));
+        between || sides.iter().any(|&(q, bend)| goes_on(p, q, bend))
+    };
+    let own: BTreeMap<u32, bool> = widths.iter().map(|(&p, &width)| (p, width >= FACE_WIDTH && !is_strip(p))).collect();
+    piece.iter().map(|p| own.get(p).is_some_and(|own| *own)).collect()
+}
+
+/// Whether two lengths, or two angles, are of one size.
+fn is_alike(a: f64, b: f64) -> bool {
+    a <= ALIKE * b && b <= ALIKE * a
 }
 
 /// Angle of a surface from the horizontal, from its downward normal.
@@ -199,6 +223,31 @@ mod tests {
         };
         // A step turns facets 3.7 mm high by 2e-6 / 3.7, which is 3e-5 degrees.
         assert!(at(30.0 - 1e-5) > 0.0 && at(30.0) > 0.0 && at(30.0 - 1e-4) < 0.0);
+    }
+
+    #[test]
+    fn a_large_round_is_one_region_and_two_large_faces_are_two() {
+        // Undersides of 40 mm: faces of a width, each bent by some degrees from the last one.
+        let underside = |bends: &[f64], wide: f64| {
+            let (mut at, mut lean, mut points) = ([0.0, 5.0], 0.0f64, vec![[0.0, 5.0]]);
+            for bend in bends {
+                lean += bend.to_radians();
+                at = [at[0] + wide * lean.cos(), at[1] + wide * lean.sin()];
+                points.push(at);
+            }
+            let facets = points.windows(2).flat_map(|w| {
+                let [p, q] = [w[0], w[1]].map(|p| [[p[0], 0.0, p[1]], [p[0], 40.0, p[1]]]);
+                [[p[0], q[1], q[0]], [p[0], p[1], q[1]]]
+            });
+            downward_regions(&TriangleMesh::weld(facets), 0.0, Angle::degrees(45.0), 1e-6, |_| 1.0).len()
+        };
+        for wide in [1.0, 4.0, 8.0, 30.0] {
+            assert_eq!(underside(&[0.0, 3.0, 3.0, 3.0, 3.0, 3.0], wide), 1, "{wide}");
+            assert_eq!(underside(&[0.0, 15.0, 15.0], wide), 1, "{wide}");
+            assert_eq!(underside(&[0.0, 15.0], wide), if wide > FACE_WIDTH { 2 } else { 1 }, "{wide}");
+        }
+        // A ceiling beside a round.
+        assert_eq!(underside(&[2.0, 2.0, 2.0, 18.0], 8.0), 2);
     }
 
     #[test]
