@@ -31,6 +31,10 @@ const BELOW_RIM: f64 = 0.25;
 /// A stroke is so many thicknesses long at least, so that no pin or dot is one.
 const LONG: f64 = 1.5;
 
+/// How far along a stroke its height is asked again, millimetres, in steps of so many thicknesses: what rises there is the tip of a rib.
+const ASKED_AGAIN_MM: [f64; 3] = [2.0, 4.0, 8.0];
+const STRIDE: f64 = 0.5;
+
 /// Steps to where it widens, in thicknesses, and halvings of the last one.
 const STEP: f64 = 0.0625;
 const HALVINGS: usize = 24;
@@ -52,7 +56,7 @@ pub fn relief<'a>(part: &'a Part, side: Side, thin: &Thin) -> Option<Stroke<'a>>
         let up = unit(along(normal, between, -dot(normal, between)));
         if rims.iter().all(|rim| dot(*rim, up) < SAME) {
             rims.push(up);
-            if let Some(ending) = stroke.ending(up).filter(|s| s.foot().is_some()) {
+            if let Some(ending) = stroke.ending(up).filter(|s| s.foot().is_some() && !s.grows()) {
                 return Some(ending);
             }
         }
@@ -155,6 +159,35 @@ impl Stroke<'_> {
             && blocked.is_none_or(|blocked| at < blocked - TOLD_MM)
             && at - straight * norm(step) <= (ABRUPT + STEP) * self.diameter;
         is_foot.then_some(at)
+    }
+
+    /// Whether it goes on, as thin and to the same face, to where it is higher than relief is.
+    fn grows(&self) -> bool {
+        let stride = STRIDE * self.diameter;
+        self.ways().into_iter().any(|way| {
+            let mut at = *self;
+            let mut gone = 0.0;
+            ASKED_AGAIN_MM.into_iter().any(|asked| {
+                while gone < asked {
+                    let next = Stroke { centre: along(at.centre, way, stride), ..at };
+                    if at.clear(at.centre, way, stride) < stride || !next.is_thin(next.centre) {
+                        return false;
+                    }
+                    (at, gone) = (next, gone + stride);
+                }
+                at.is_high()
+            })
+        })
+    }
+
+    /// Whether it stays as thin from a face near its middle until it is too high for relief.
+    fn is_high(&self) -> bool {
+        let Some((rim, _)) = self.rim().filter(|(at, _)| *at <= 2.0 * BELOW_RIM * self.diameter) else { return false };
+        let (within, stride) = (RELIEF_MM + self.part.tie() + TOLD_MM - rim, STRIDE * self.diameter);
+        let down = scale(self.up, -1.0);
+        let steps = (within / stride).ceil() as usize;
+        self.clear(self.centre, down, within) >= within
+            && (1..=steps).all(|n| self.is_thin(along(self.centre, down, (n as f64 * stride).min(within))))
     }
 
     /// How far it reaches to both sides of a point, as far as that matters.
@@ -267,6 +300,31 @@ mod tests {
         let fin = TriangleMesh::weld(facets.map(|[p, q, r]| [p, r, q]));
         assert!(fin.signed_volume() > 0.0);
         assert!(!told(fin, Side::Material, thin([10.0, 0.0, 2.7], [0.0, 1.0, 0.0], 0.5)));
+    }
+
+    #[test]
+    fn the_tip_of_a_gusset_is_no_relief() {
+        // A rib of 0.85 mm whose edge climbs from the base, and a low one of 1.5 mm that climbs to no more.
+        let rib = |long: f64, high: f64| {
+            let side = |y: f64| [[0.0, y, 0.0], [long, y, 0.0], [0.0, y, high]];
+            let ([a, b, c], [d, e, f]) = (side(4.0), side(4.85));
+            let facets = [[a, b, c], [d, f, e], [a, d, e], [a, e, b], [b, e, f], [b, f, c], [c, f, d], [c, d, a]];
+            cuboid([-3.0, 0.0, -3.0], [40.0, 9.0, 0.0]).joined(&TriangleMesh::weld(facets))
+        };
+        for (long, high, relief) in [(27.0, 27.0, false), (27.0, 9.0, false), (9.0, 27.0, false), (27.0, 1.5, true)] {
+            let mesh = rib(long, high);
+            assert!(mesh.signed_volume() > 43.0 * 27.0, "outwards");
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
+            let asked = (1..40).map(|n| long * (1.0 - 0.005 * f64::from(n)));
+            let told = asked.filter(|&x| {
+                let z = 0.6 * high * (1.0 - x / long);
+                let at = |y: f64| part.to_build([x, y, z]);
+                let thin = Thin { centre: at(4.425), contacts: [at(4.0), at(4.85)], diameter: 0.85 };
+                super::relief(&part, Side::Material, &thin).is_some()
+            });
+            let told = told.count();
+            assert_eq!(told > 0, relief, "{long} × {high}: {told}");
+        }
     }
 
     #[test]
