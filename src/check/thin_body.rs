@@ -103,12 +103,12 @@ pub fn thin_bodies(part: &Part, asked: impl Fn(Vec3) -> f64 + Sync) -> Vec<ThinB
 }
 
 /// The directions in which a body's width is taken.
-fn directions(part: &Part, mut facets: Vec<u32>) -> Vec<Vec3> {
+fn directions(part: &Part, facets: Vec<u32>) -> Vec<Vec3> {
     let mesh = part.mesh();
-    let area = |f: &u32| mesh.facet_area(*f as usize);
-    facets.sort_by(|a, b| area(b).total_cmp(&area(a)).then(a.cmp(b)));
+    let mut by_area: Vec<(f64, u32)> = facets.into_par_iter().map(|f| (mesh.facet_area(f as usize), f)).collect();
+    by_area.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut all: Vec<Vec3> = Vec::new();
-    for n in facets.into_iter().filter(|f| area(f) > 0.0).map(|f| mesh.normal(f as usize)) {
+    for n in by_area.into_iter().filter(|(area, _)| *area > 0.0).map(|(_, f)| mesh.normal(f as usize)) {
         if all.len() == NORMALS {
             break;
         }

@@ -13,8 +13,10 @@ const SMOOTH: f64 = 20.0 * std::f64::consts::PI / 180.0;
 const FLAT: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// A flat piece at least this wide, in millimetres, is a face of its own, unless it is a strip of a curved one.
 const FACE_WIDTH: f64 = 5.0;
-/// Strips of one curved surface differ from each other in width by no more than this factor, and so do their bends.
+/// Strips of one curved surface differ from each other in width by no more than this factor, and so do their bends,
 const ALIKE: f64 = 2.0;
+/// and are bent by less than this (7.5°, a round of 48 facets): plates in steps of 10° or 15° are meant to be told apart.
+const GENTLE: f64 = 7.5 * std::f64::consts::PI / 180.0;
 
 /// A connected piece of downward surface.
 #[derive(Debug, Clone)]
@@ -39,8 +41,8 @@ pub struct DownwardRegion {
 /// The regions of facets whose outward normal points down and whose angle from the horizontal is below `limit`.
 ///
 /// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
-/// face at least 5 mm wide is a region of its own, unless three such follow each other that are about as wide and bent alike: the strips of a large
-/// curved surface. The tie of a facet
+/// face at least 5 mm wide is a region of its own, unless three such follow each other that are about as wide and bent alike, by less than 7.5°: the strips of a
+/// large curved surface. The tie of a facet
 /// is what a coordinate step does to its direction: `step` over its least height. `share` tells which share of a facet counts, from 0,
 /// for one that is left out, to 1.
 ///
@@ -126,7 +128,7 @@ fn faces(mesh: &TriangleMesh, down: &[(u32, Vec3)], edges: &[(usize, usize)], se
     for &(i, j) in edges {
         let bend = angle(down[i].1, down[j].1);
         let alike = |p: u32, q: u32| widths.get(&p).zip(widths.get(&q)).is_some_and(|(a, b)| is_alike(*a, *b));
-        if piece[i] != piece[j] && bend < SMOOTH && alike(piece[i], piece[j]) {
+        if piece[i] != piece[j] && bend < GENTLE && alike(piece[i], piece[j]) {
             beside.entry(piece[i]).or_default().push((piece[j], bend));
             beside.entry(piece[j]).or_default().push((piece[i], bend));
         }
@@ -243,8 +245,8 @@ mod tests {
         };
         for wide in [1.0, 4.0, 8.0, 30.0] {
             assert_eq!(underside(&[0.0, 3.0, 3.0, 3.0, 3.0, 3.0], wide), 1, "{wide}");
-            assert_eq!(underside(&[0.0, 15.0, 15.0], wide), 1, "{wide}");
-            assert_eq!(underside(&[0.0, 15.0], wide), if wide > FACE_WIDTH { 2 } else { 1 }, "{wide}");
+            assert_eq!(underside(&[0.0, 10.0, 10.0], wide), if wide > FACE_WIDTH { 3 } else { 1 }, "{wide}");
+            assert_eq!(underside(&[0.0, 5.0], wide), if wide > FACE_WIDTH { 2 } else { 1 }, "{wide}");
         }
         // A ceiling beside a round.
         assert_eq!(underside(&[2.0, 2.0, 2.0, 18.0], 8.0), 2);

@@ -9,6 +9,9 @@ use rustc_hash::FxHashMap;
 /// Chords whose directions have at least this cosine run alike.
 const ALIKE: f64 = 0.8;
 
+/// Planes that differ by no more than this share of what lies between them are one, and directions by so many radians.
+const COPLANAR: f64 = 1e-3;
+
 /// Samples of one sheet, as indices into the list they were grouped from, in increasing order.
 pub type Group = Vec<usize>;
 
@@ -16,7 +19,8 @@ pub type Group = Vec<usize>;
 ///
 /// Two samples are neighbours if their centres are at most `link` apart and neither lies more than half a thickness
 /// off the other's middle surface; parallel sheets stay apart. So are samples whose patches may touch, on one facet or on
-/// facets that share a vertex, if their chords run alike. Labels (of bodies, say) never mix.
+/// facets that share a vertex, if their chords run alike, and those between the same two planes whose facets share a vertex on either. Labels (of
+/// bodies, say) never mix.
 ///
 /// # Cost
 /// Samples are thinned to one representative per cell of `link`/3 and direction, so the cost follows the extent of the
@@ -27,11 +31,6 @@ pub fn group(
     label: impl Fn(&Sample) -> u64,
     corners: impl Fn(u32) -> [u32; 3],
 ) -> Vec<Group> {
-    let direction = |s: &Sample| {
-        let d = unit(sub(s.contacts[1], s.contacts[0]));
-        let lead = d.iter().find(|x| x.abs() > 0.3).copied().unwrap_or(1.0);
-        if lead < 0.0 { scale(d, -1.0) } else { d }
-    };
     let cell = |p: Vec3, size: f64| p.map(|x| (x / size).floor() as i64);
     let mut cells: FxHashMap<([i64; 3], [i8; 3], u64), usize> = FxHashMap::default();
     let mut representative = Vec::with_capacity(samples.len());
@@ -81,6 +80,7 @@ pub fn group(
                 && (of_facets || is_level(s, t, direction(s), direction(t)))
         });
     }
+    join_flat(samples, &representative, &mut sets, label, corners);
     let mut groups: FxHashMap<usize, usize> = FxHashMap::default();
     let mut out: Vec<Group> = Vec::new();
     for (i, &rep) in representative.iter().enumerate() {
@@ -92,6 +92,55 @@ pub fn group(
         out[at].push(i);
     }
     out
+}
+
+/// From contact to contact, or back: the same for what was sampled from either side.
+fn direction(s: &Sample) -> Vec3 {
+    let d = unit(sub(s.contacts[1], s.contacts[0]));
+    let lead = d.iter().find(|x| x.abs() > 0.3).copied().unwrap_or(1.0);
+    if lead < 0.0 { scale(d, -1.0) } else { d }
+}
+
+/// Joins samples between the same two planes, however far apart, if their facets share a vertex on one plane and on the other: the search looks at a large
+/// facet in few places. Only facets that were sampled in places apart are looked at.
+fn join_flat(
+    samples: &[Sample],
+    representative: &[usize],
+    sets: &mut DisjointSets,
+    label: impl Fn(&Sample) -> u64,
+    corners: impl Fn(u32) -> [u32; 3],
+) {
+    let mut seen: FxHashMap<u32, (usize, bool)> = FxHashMap::default();
+    for (s, &rep) in samples.iter().zip(representative) {
+        for facet in [s.facet, s.opposite] {
+            let (first, apart) = seen.entry(facet).or_insert((rep, false));
+            *apart |= *first != rep;
+        }
+    }
+    let is_apart = |facet: &u32| seen.get(facet).is_some_and(|(_, apart)| *apart);
+    // By a vertex of the facet at which the direction starts, and one of that at which it ends: a sample of each sheet there.
+    let mut between: FxHashMap<(u32, u32, u64), Vec<usize>> = FxHashMap::default();
+    for (i, s) in samples.iter().enumerate().filter(|(_, s)| [s.facet, s.opposite].iter().any(is_apart)) {
+        let forth = dot(direction(s), sub(s.contacts[1], s.contacts[0])) > 0.0;
+        let [from, to] = if forth { [s.facet, s.opposite] } else { [s.opposite, s.facet] };
+        for (v, w) in corners(from).into_iter().flat_map(|v| corners(to).map(|w| (v, w))) {
+            let sheets = between.entry((v, w, label(s))).or_default();
+            if let Some(&t) = sheets.iter().find(|&&t| is_of_one_plane(s, &samples[t])) {
+                sets.join(representative[i] as u32, representative[t] as u32);
+            } else {
+                sheets.push(i);
+            }
+        }
+    }
+}
+
+/// Whether two samples lie between the same two planes.
+fn is_of_one_plane(s: &Sample, t: &Sample) -> bool {
+    let (d, apart) = (direction(s), sub(t.centre, s.centre));
+    let tolerance = COPLANAR * s.diameter;
+    dot(d, direction(t)) > 1.0 - COPLANAR * COPLANAR
+        && dot(apart, d).abs() <= tolerance
+        && (s.diameter - t.diameter).abs() <= tolerance
 }
 
 /// Joins the samples at one vertex whose patches may touch: their contacts are no farther apart than both longest edges.
@@ -187,9 +236,27 @@ mod tests {
     #[test]
     fn patches_of_one_facet_are_one_place_where_they_touch() {
         assert_eq!(groups(&[0.0, 9.0, 4.5].map(|x| sample(x, 3.0))), [[0, 1, 2]]);
-        assert_eq!(groups(&[sample(0.0, 0.5), sample(29.0, 0.5), sample(0.4, 0.5)]), [vec![0, 2], vec![1]]);
+        let thicker = |s: Sample| Sample { diameter: 1.2, ..s };
+        assert_eq!(groups(&[sample(0.0, 0.5), thicker(sample(29.0, 0.5)), sample(0.4, 0.5)]), [vec![0, 2], vec![1]]);
         let side = |s: Sample| Sample { contacts: [s.contacts[0], along(s.contacts[0], [0.0, 1.0, 0.0], 1.0)], ..s };
         assert_eq!(groups(&[sample(0.0, 3.0), side(sample(4.5, 3.0))]), [[0], [1]]);
+    }
+
+    #[test]
+    fn what_lies_between_the_same_two_large_facets_is_one_place_however_far_apart_and_from_either_side() {
+        // Facets 0 and 1 bound a sheet of 1 mm, 2 goes on beside facet 1, and 3 belongs to another pad on the same plane.
+        let corners = |f: u32| [[0, 1, 2], [10, 11, 12], [11, 12, 13], [20, 21, 22]][f as usize];
+        let from_below =
+            |s: Sample| Sample { contacts: [s.contacts[1], s.contacts[0]], facet: s.opposite, opposite: s.facet, ..s };
+        let over = |x: f64, opposite: u32| Sample { opposite, ..sample(x, 0.5) };
+        let list = [over(0.0, 1), over(7.0, 1), from_below(over(19.0, 2)), over(30.0, 3), over(33.0, 3)];
+        assert_eq!(group(&list, 1.0, |_| 0, corners), [vec![0, 1, 2], vec![3, 4]]);
+        // Not of one plane, and of another thickness.
+        let lower = Sample { centre: [7.0, 0.0, 0.01], ..over(7.0, 1) };
+        let thicker = Sample { diameter: 1.01, ..over(7.0, 1) };
+        for other in [lower, thicker] {
+            assert_eq!(group(&[over(0.0, 1), other], 1.0, |_| 0, corners), [[0], [1]]);
+        }
     }
 
     #[test]
