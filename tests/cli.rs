@@ -512,6 +512,28 @@ fn reports_are_compared() {
         assert_eq!((ran.exit, ran.err.as_str()), (exit, ""), "{old} {now}");
         assert!(ran.out.contains(word), "{old} {now}: {}", ran.out);
     }
+    // The same wall of 0.24 mm, which warns by one limit and fails by another.
+    for (limit, out) in [("thin-wall=0.2mm,0.5mm", "warns"), ("thin-wall=0.5mm", "fails")] {
+        s.run(&[&[wall.as_str(), "--limit", limit, "--fail-on", "never"][..], &only, &[out]].concat());
+    }
+    for (old, now, exit, words) in [
+        ("warns", "fails", 1, ["1 worse", "warn → fail"]),
+        ("fails", "warns", 0, ["1 better", "fail → warn"]),
+        ("fails", "fails", 0, ["1 same", "compared"]),
+    ] {
+        let ran = compare(old, now);
+        assert_eq!(ran.exit, exit, "{old} {now}: {}", ran.out);
+        assert!(words.iter().all(|w| ran.out.contains(w)), "{old} {now}: {}", ran.out);
+    }
+    let ran = s.run(
+        &[
+            &[wall.as_str(), "--limit", "thin-wall=0.5mm", "--baseline", "warns/report.json", "--fail-on", "new"][..],
+            &only,
+            &["r"],
+        ]
+        .concat(),
+    );
+    assert_eq!(ran.exit, 1, "{}", ran.out);
 }
 
 #[cfg(target_os = "linux")]

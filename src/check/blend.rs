@@ -36,6 +36,8 @@ const DEEP: f64 = 0.5;
 const CRUMB: f64 = 0.1;
 /// Edges of a round that are measured.
 const TRIED: usize = 9;
+/// Radii that differ by less than this share of the asked one are equal.
+const EQUAL: f64 = 0.05;
 /// Places named one by one.
 const NAMED: usize = 12;
 
@@ -214,7 +216,7 @@ impl Notches<'_> {
             .map(|(f, fits)| (f.clone(), (f.at_mm, fits)))
             .unzip();
         findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
-        let mut grouped = group_equal(findings, 0.05 * self.radius);
+        let mut grouped = group_equal(findings, EQUAL * self.radius);
         for f in &mut grouped {
             let value = rounded(f.value);
             f.message = match f.count {
@@ -288,7 +290,8 @@ impl Notches<'_> {
         TOUCHED / (DEEP * (1.0 / (0.5 * turn).cos() - 1.0).max(MISSED))
     }
 
-    /// One round, if it is long enough to be a fillet: the median over the longest of its edges that the asked ball stays far from.
+    /// One round, if it is long enough to be a fillet: the median over the longest of its edges that the asked ball stays far from, or what is
+    /// there where it stays farthest from it, if that is clearly less.
     ///
     /// And whether a ball of the asked radius comes to rest on faces beside it.
     fn round(&self, edges: &[Tight]) -> Option<(Finding, bool)> {
@@ -306,25 +309,32 @@ impl Notches<'_> {
             edges.iter().filter(|t| t.missed >= DEEP * missed).map(|t| &t.edge).collect();
         longest.sort_by(|a, b| b.length.total_cmp(&a.length));
         let lead = *longest.first()?;
+        let is_crumb = |e: &ReflexEdge| e.length < CRUMB * lead.length;
         longest.truncate(TRIED);
-        longest.retain(|e| e.length >= CRUMB * lead.length);
+        longest.retain(|e| !is_crumb(e));
+        // Where the ball stays farthest from it it is narrowest.
+        let narrowest = edges.iter().filter(|t| !is_crumb(&t.edge)).max_by(|a, b| a.missed.total_cmp(&b.missed))?;
+        longest.push(&narrowest.edge);
         let fits = |e: &&ReflexEdge| {
             let rest = self.rest(e, self.radius, touching(e));
             rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
         };
         let has_room = longest.iter().all(fits);
-        let mut radii: Vec<(f64, f64)> = longest.into_iter().map(|e| self.largest(e)).collect();
-        radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (radius, _) = *radii.get(radii.len() / 2)?;
-        let low = radii.first()?.0 * (1.0 - self.too_large(edges));
-        let high = radii.iter().map(|r| r.1).fold(0.0, f64::max);
+        let mut radii: Vec<((f64, f64), Vec3)> = longest.into_iter().map(|e| (self.largest(e), e.middle)).collect();
+        radii.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+        let (least, ((middling, _), _)) = (*radii.first()?, *radii.get(radii.len() / 2)?);
+        let low = least.0.0 * (1.0 - self.too_large(edges));
+        // One that narrows is told by its narrowest place.
+        let narrows = least.0.0 < middling - EQUAL * self.radius;
+        let ((radius, high), at) =
+            if narrows { least } else { ((middling, radii.iter().map(|r| r.0.1).fold(0.0, f64::max)), lead.middle) };
         let bracket = Bracket::new(radius, low, high);
         let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, limits, "mm", self.part.tie());
         // A round of few facets that may be as large as asked is told where the ball misses it as it misses a sharp edge.
         if f.state == State::Pass || (f.high >= self.radius && missed <= MISSED * self.radius) {
             return None;
         }
-        locate(&mut f, self.part, self.context, lead.middle, bounds(ends)?);
+        locate(&mut f, self.part, self.context, at, bounds(ends)?);
         Some((f, has_room))
     }
 }
@@ -546,6 +556,45 @@ mod tests {
         for diameter in [0.7, 1.2, 1.5, 1.8, 1.95, 2.0, 3.0] {
             for facets in [12, 24, 64] {
                 assert_eq!(judge(&bored(diameter, facets), "1mm").findings, [], "{diameter} {facets}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fillet_that_narrows_is_told_by_its_narrowest_place() {
+        // The bracket's outline at 61 places along 30 mm, its fillet of 12 facets from one radius to another.
+        let outline = |fillet: f64| -> Vec<[f64; 2]> {
+            let arc = (0..=12).map(|i| std::f64::consts::FRAC_PI_2 * f64::from(i) / 12.0);
+            let arc = arc.map(|a| [4.0 + fillet * (1.0 - a.sin()), 4.0 + fillet * (1.0 - a.cos())]);
+            [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0]].into_iter().chain(arc).chain([[4.0, 20.0], [0.0, 20.0]]).collect()
+        };
+        for [from, to] in [[0.4, 0.6], [0.6, 0.4], [0.3, 1.5]] {
+            let slices: Vec<Vec<[f64; 2]>> =
+                (0..=60).map(|k| outline(from + (to - from) * f64::from(k) / 60.0)).collect();
+            let at = |k: usize, i: usize| {
+                let p = slices[k][i % slices[k].len()];
+                [p[0], 0.5 * k as f64, p[1]]
+            };
+            let n = slices[0].len();
+            let mut facets = Vec::new();
+            for (k, i) in (0..60).flat_map(|k| (0..n).map(move |i| (k, i))) {
+                facets.extend([[at(k, i), at(k + 1, i + 1), at(k, i + 1)], [at(k, i), at(k + 1, i), at(k + 1, i + 1)]]);
+            }
+            for i in 1..n - 1 {
+                facets.extend([[at(0, 0), at(0, i), at(0, i + 1)], [at(60, 0), at(60, i + 1), at(60, i)]]);
+            }
+            let mesh = TriangleMesh::weld(facets);
+            let mesh = if mesh.signed_volume() < 0.0 { mesh.flipped() } else { mesh };
+            for degrees in [0.0f64, 25.0, 70.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turned = mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [3.7, -1.3, 0.4]);
+                let found = judge(&Part::new(turned, Up::PlusZ, 1e-6, 1.0).unwrap(), "1mm").findings;
+                let least = from.min(to);
+                assert_eq!(found.len(), 1, "{from} {to}: {found:?}");
+                // The first middle of an edge lies up to a slice from the end.
+                let slice = (to - from).abs() / 60.0;
+                assert!(found[0].low <= least + slice && least <= found[0].high, "{from} {to}: {found:?}");
+                assert!((found[0].value - least).abs() < 0.03 + slice, "{from} {to}: {found:?}");
             }
         }
     }

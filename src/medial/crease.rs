@@ -13,8 +13,10 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// Narrow facets of a blunt edge that are crossed at most, from one side of the wedge to the other.
-const CROSSED: usize = 32;
+/// Narrow facets of a blunt edge that are crossed at most, from one side of the wedge to the other: those of a rounding in 128 strips.
+const CROSSED: usize = 256;
+/// A facet whose normal has this cosine with the run of an edge lies across its end and not between its sides.
+const ACROSS_END: f64 = 0.7;
 /// Components of two normals that differ by less say nothing about their order.
 const ALIKE: f64 = 0.1;
 
@@ -65,7 +67,7 @@ pub struct Ridge {
 /// the face. A face is all that is joined over edges between facets of one plane, so that a sliver of a side is no face of its own. Sides within 4° of parallel are a plate's, and no wedge's.
 ///
 /// # Cost
-/// One walk over the edges; some tens of nearest points for each that is sharp, and up to 32 facets for each beside a narrow one.
+/// One walk over the edges; some tens of nearest points for each that is sharp, and up to 256 facets for each beside a narrow one.
 pub fn creases(mesh: &TriangleMesh, surface: &MeshDistance, next: &Adjacency, sought: Sharpness) -> Vec<Crease> {
     let normal = |f: u32| mesh.normal(f as usize);
     let wedge =
@@ -198,11 +200,13 @@ fn beyond(
         at += 1;
         for e in 0..3 {
             let Some(h) = next.across(narrow, e).filter(|h| *h != f && !known.contains(h)) else { continue };
+            let opposite = closest_point(middle, mesh.corners(h as usize));
             let Some(other) = wide(h) else {
-                known.push(h);
+                if distance(middle, opposite) <= sought.blunt && dot(mesh.normal(h as usize), run).abs() < ACROSS_END {
+                    known.push(h);
+                }
                 continue;
             };
-            let opposite = closest_point(middle, mesh.corners(h as usize));
             let inner = PI - angle(mesh.normal(own as usize), mesh.normal(other as usize));
             // Where the narrow face makes as sharp an edge with the other side, that is the edge.
             let t = mesh.triangles[narrow as usize];
@@ -283,9 +287,9 @@ mod tests {
 
     #[test]
     fn a_wedge_with_a_narrow_face_or_a_rounding_at_its_edge_is_one_edge_as_deep_from_there() {
-        for (degrees, radius) in [(20.0f64, 0.01), (20.0, 0.025), (40.0, 0.02), (8.0, 0.001)] {
+        for (degrees, radius) in [(20.0f64, 0.01), (20.0, 0.025), (40.0, 0.02), (8.0, 0.001), (26.0, 0.005)] {
             let half = 0.5 * degrees.to_radians();
-            for turns in [1, 2, 7] {
+            for turns in [1, 2, 7, 10, 14, 20, 32, 90] {
                 // The arc that touches both sides, of so many chords, its apex at x = 0.
                 let turn =
                     |k: i32| (half - std::f64::consts::FRAC_PI_2) * (1.0 - 2.0 * f64::from(k) / f64::from(turns));

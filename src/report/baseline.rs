@@ -2,7 +2,7 @@
 //!
 //! Findings are matched by check, kind and places within a tolerance, because geometry moves; those of a part that was moved as a whole
 //! by their fingerprints, which are of its own frame. *Worse* and *better* need brackets of a place that part by more than files are rounded,
-//! or places that came or went: a change inside the uncertainty is no change.
+//! or places that came or went, or a verdict that became *fail* or was it: a change inside the uncertainty is no other change.
 
 use super::matched::Matched;
 use super::phrase;
@@ -20,13 +20,14 @@ use std::collections::BTreeSet;
 pub enum Delta {
     /// Only in the new report.
     New,
-    /// In both; the new bracket of a place lies wholly on the worse side of the old, or a place is new.
+    /// In both; the new bracket of a place lies wholly on the worse side of the old, or a place is new, or it fails and did not.
     Worse,
     /// Only in the old report, and its check gave no answer in the new, or one by other limits: nobody knows.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
-    /// In both; the new bracket of a place lies wholly on the better side of the old, or a place is gone, and none is worse or new.
+    /// In both; the new bracket of a place lies wholly on the better side of the old, or a place is gone, or it failed and only warns, and
+    /// none is worse or new.
     Better,
     /// Only in the old report, and its check gave an answer in the new by the same limits.
     Fixed,
@@ -209,6 +210,9 @@ pub fn from_to(c: &Change) -> String {
         (Some(a), Some(b)) if a.count != b.count => {
             format!("{} → {}, {} → {} places, {}", value(a), value(b), a.count, b.count, at(b))
         }
+        (Some(a), Some(b)) if value(a) == value(b) && a.state != b.state => {
+            format!("{} {} → {} {}", value(b), a.state.word(), b.state.word(), at(b))
+        }
         (Some(a), Some(b)) => format!("{} → {} {}", value(a), value(b), at(b)),
         (Some(f), None) | (None, Some(f)) => format!("{} {}", value(f), at(f)),
         (None, None) => String::new(),
@@ -272,7 +276,16 @@ fn became(matched: &Matched, (i, a): (usize, &Finding), (j, b): (usize, &Finding
     // What all of it says, where it is the same one.
     let whole = (!come && !gone && a.count == b.count).then(|| moved(b, [a.low, a.high], [b.low, b.high]));
     let places = matched.new.with(j, &matched.old).map(|(new, old)| moved(b, bracket(old), bracket(new)));
-    overall(places.chain(counted).chain(whole))
+    overall(places.chain(counted).chain(whole).chain(judged(a.state, b.state)))
+}
+
+/// What the verdicts say, by whatever limits: that one fails is news however little its value changed, and by tighter limits it need not have changed.
+fn judged(old: State, new: State) -> Option<Delta> {
+    match (old, new) {
+        (State::Warn | State::Undecided, State::Fail) => Some(Delta::Worse),
+        (State::Fail, State::Warn) => Some(Delta::Better),
+        _ => None,
+    }
 }
 
 fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {
