@@ -25,7 +25,8 @@ static META: Meta = Meta {
           and circumscribed circle about the centroid. Closed loops of edges beyond which the void widens on both sides, such as where two countersinks meet, are \
           holes too. What is judged here is not judged as a slot.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.5 \
-             are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged.",
+             are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged. \
+             Where holes cross, each piece up to the crossing is a hole of its own.",
     source: "Limits: see the profile.",
 };
 

@@ -120,6 +120,16 @@ const KINDS: [Kind; 10] = [
     ("void-filled", "a void is filled", "voids are filled", "widen it", Side::Void),
 ];
 
+/// How often something happens at so many places, in words: at one place it may happen several times.
+fn counted(one: &str, many: &str, [places, times]: [u64; 2]) -> String {
+    match (places, times) {
+        (_, 1) => one.into(),
+        (1, _) if many.starts_with("places") => format!("{one} {times} times"),
+        _ if many.starts_with("places") && times > places => format!("{places} {many}, {times} times in all"),
+        _ => format!("{times} {many}"),
+    }
+}
+
 /// Pieces, tunnels and voids in words.
 fn words(b: Betti) -> String {
     let many = |n: u64, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
@@ -176,7 +186,7 @@ impl Judge<'_> {
         } else {
             String::new()
         };
-        f.message = if times == 1 { format!("{one}{named}") } else { format!("{times} {many}{named}") };
+        f.message = format!("{}{named}", counted(one, many, [order.len() as u64, times]));
         f.fix = match kind {
             "fused" => self.parted(&order),
             _ => {
@@ -213,6 +223,16 @@ mod tests {
     use super::*;
     use crate::geometry::{TriangleMesh, cuboid, extruded};
     use crate::part::Up;
+
+    #[test]
+    fn places_are_counted_as_places() {
+        let (one, many) = ("a slot is bridged", "places where a slot is bridged");
+        assert_eq!(counted(one, many, [1, 1]), "a slot is bridged");
+        assert_eq!(counted(one, many, [1, 3]), "a slot is bridged 3 times");
+        assert_eq!(counted(one, many, [7, 7]), "7 places where a slot is bridged");
+        assert_eq!(counted(one, many, [70, 99]), "70 places where a slot is bridged, 99 times in all");
+        assert_eq!(counted("a void is enclosed", "voids are enclosed", [2, 15]), "15 voids are enclosed");
+    }
 
     /// A mesh turned by so many degrees about x and then about z.
     fn turned(mesh: &TriangleMesh, about_x: f64, about_z: f64) -> TriangleMesh {

@@ -192,8 +192,11 @@ impl Plan {
             Centre::Inside(most) => most,
         };
         let farthest = |from_centre: f64, holds: &Holds| {
-            // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it.
-            let behind = met.iter().filter(|&&n| self.before(&self.sides[n], x) < 0.0);
+            // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it; one that is no place
+            // of the region though it lies on a side's line has that side before it.
+            let within = if matches!(centre, Centre::Outside) { self.tiny } else { 0.0 };
+            let is_behind = |s: &Side| self.before(s, x) < 0.0 || self.ahead(s, x).abs() < within;
+            let behind = met.iter().filter(|&&n| is_behind(&self.sides[n]));
             let from_sides = behind.map(|&n| self.walk_along(n, x, reach, holds)).fold(0.0, f64::max);
             (from_centre.max(from_sides) + reach).min(self.around)
         };
@@ -389,6 +392,28 @@ mod tests {
         let f = f.unwrap();
         assert!(f.low <= truth * (1.0 + 1e-6) && truth <= f.high * (1.0 + 1e-6), "{truth}: {f:?}");
         assert!(f.high - f.low <= share * truth, "{truth}: {f:?}");
+    }
+
+    #[test]
+    fn squares_whose_middle_lies_on_a_side_are_bounded_too() {
+        // A bar of 24 × 4 mm between two anchors, with a free stem of 11 mm: coordinates at which squares are divided.
+        let corners = [
+            [-12.0, -2.0],
+            [12.0, -2.0],
+            [12.0, 2.0],
+            [2.0, 2.0],
+            [2.0, 13.0],
+            [-2.0, 13.0],
+            [-2.0, 2.0],
+            [-12.0, 2.0],
+        ];
+        let anchored = [false, true, false, false, false, false, false, true];
+        for turn in [0.0, 0.5 * std::f64::consts::PI, 0.3] {
+            let plan = region(&corners, &anchored, turn, [0.0; 2]);
+            let spans = plan.spans(Limits { ledge: 0.4, bridge: 10.0 }, Search::Measure);
+            holds(spans.cantilever, 11.0, 0.02);
+            holds(spans.bridge, 24.0, 0.02);
+        }
     }
 
     #[test]
