@@ -111,13 +111,17 @@ impl Fillets<'_> {
         let down = sub(foot, centre);
         let (height, beside) = (norm(down), unit(cross(run, down)));
         let behind = surface.first_hit(foot, scale(down, -1.0 / height), 4.0 * self.0.step() + 1e-6 * radius, height);
+        // Between planes the ball touches them so far from the edge: on faces that bend away it sinks nearer to it. What it touches further out are the
+        // sides of a groove that it would fill.
+        let reach = radius * ((0.5 * edge.bend).tan() + CONTACT);
         let contact = |side: f64| {
             let met =
                 surface.nearest_where(centre, RESTING * radius, |_, q| side * dot(sub(q, centre), beside) > 0.0)?;
             let way = sub(met.point, centre);
             let is_across = dot(way, run).abs() < AHEAD * radius;
             let across = along(way, run, -dot(way, run));
-            (is_across && self.is_on_round(&met, centre)).then(|| unit(across))
+            let is_near = distance(met.point, foot) <= reach;
+            (is_across && is_near && self.is_on_round(&met, centre)).then(|| unit(across))
         };
         let contacts = [contact(1.0)?, contact(-1.0)?];
         if behind.is_some() {
@@ -346,6 +350,33 @@ mod tests {
             // Facets of 15° leave out a sagitta of 0.03 mm along a contact of 0.8 mm.
             let chords = 24.0 * 2.0 * 0.8 * r * (1.0 - (most / facets as f64).cos());
             assert!((found.volume - truth).abs() < 0.02 * truth + chords, "{facets}: {} not {truth}", found.volume);
+        }
+    }
+
+    #[test]
+    fn a_slot_with_a_round_mouth_is_not_filled() {
+        // 1 mm wide, 1 mm deep from where its mouth of radius 2 mm begins: a ball of 1 mm rests on that.
+        for round in [0.6, 2.0, 6.0] {
+            let quarter = (0..=24).map(|n| std::f64::consts::FRAC_PI_2 * f64::from(n) / 24.0);
+            let right: Vec<[f64; 2]> =
+                quarter.map(|a| [0.5 + round * (1.0 - a.cos()), 1.0 + round * a.sin()]).collect();
+            let left: Vec<[f64; 2]> = right.iter().rev().map(|p| [-p[0], p[1]]).collect();
+            let (top, far) = (1.0 + round, 3.0 + round);
+            let floor = [[-0.5, 0.0], [0.5, 0.0]];
+            let block = [[far, top], [far, -2.0], [-far, -2.0], [-far, top]];
+            let outline = [&floor[..], &right, &block, &left].concat();
+            let n = outline.len();
+            // Both halves are fans about a lower corner, the middle a strip below the floor.
+            let (end, low) = (2 + right.len(), 2 + right.len() + 1);
+            let mut caps: Vec<[usize; 3]> = (1..end).map(|i| [low, i, i + 1]).collect();
+            let other = low + 1;
+            caps.extend((low + 2..n - 1).map(|i| [other, i, i + 1]));
+            caps.extend([[other, n - 1, 0], [other, 0, low], [low, 0, 1]]);
+            let mesh = crate::geometry::extruded(&outline, &caps, 12.0);
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+            assert!(part.health().is_watertight());
+            let found = laid(&part, 1.0);
+            assert!(found.fitting == 0.0 && (0.4..0.6).contains(&found.elsewhere), "{round}: {found:?}");
         }
     }
 
