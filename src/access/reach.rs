@@ -8,8 +8,11 @@ use super::tool::Tool;
 use super::unreachable::unreachable;
 use crate::error::{Error, Result, ToolFault};
 use crate::geometry::MeshDistance;
-use crate::geometry::vector::{Vec3, dot};
+use crate::geometry::vector::{Vec3, add, dot, unit};
 use rayon::prelude::*;
+
+/// Facets whose normals have a lower cosine are of two walls.
+const ACROSS: f64 = 0.9;
 
 /// A tool and a direction of the lists, by which a patch is reached or nearly reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,8 +40,18 @@ pub struct Reach {
     pub states: Vec<State>,
     /// For patches that are not reached: how far the best tool stops short along its axis, and which.
     pub short: Vec<Option<(f64, Standing)>>,
+    /// For those that are not shut off: how far the best tool is from touching where it is free beside, if that is less. A round end stays away from the
+    /// foot of a wall, however far up it is drawn back along that. Its tip would be in the patch.
+    pub beside: Vec<Option<(f64, Standing)>>,
     /// Setups that were looked at before all was reached.
     pub setups_used: usize,
+}
+
+impl Reach {
+    /// How far the best tool is from touching a patch that is not reached, and which.
+    pub fn stops(&self, patch: usize) -> Option<(f64, Standing)> {
+        self.beside.get(patch).copied().flatten().or(*self.short.get(patch)?)
+    }
 }
 
 /// What tools can touch of patches of a part's surface.
@@ -65,8 +78,12 @@ pub fn reach(
         let tool = tools.first().map_or("list", |t| t.name.as_str()).to_string();
         return Err(Error::Tool { tool, fault: ToolFault::NoDirections });
     }
-    let mut found =
-        Reach { states: vec![State::Open; patches.len()], short: vec![None; patches.len()], setups_used: 0 };
+    let mut found = Reach {
+        states: vec![State::Open; patches.len()],
+        short: vec![None; patches.len()],
+        beside: vec![None; patches.len()],
+        setups_used: 0,
+    };
     let (shut, mut open): (Vec<usize>, Vec<usize>) = (0..patches.len()).partition(|&p| shut_off(&patches[p]));
     let mut stations: Vec<(usize, usize, Station)> = Vec::new();
     for (s, setup) in setups.iter().enumerate() {
@@ -101,6 +118,7 @@ pub fn reach(
     }
     let missed = [&shut[..], &open[..]].concat();
     nearest(patches, &missed, &stations, &mut found);
+    nearest_beside((patches, view), &open, &stations, &mut found);
     for p in shut.into_iter().chain(unreachable(patches, open, &stations, setups)?) {
         found.states[p] = State::Unreachable;
     }
@@ -128,6 +146,44 @@ fn nearest(patches: &[Patch], missed: &[usize], stations: &[(usize, usize, Stati
         best.par_iter_mut().zip(missed).for_each(nearer);
     }
     missed.iter().zip(best).for_each(|(&p, short)| found.short[p] = short);
+}
+
+/// How far the tools are from touching what is not reached where they are free beside it, with those that are nearer so.
+fn nearest_beside(
+    (patches, view): (&[Patch], &MeshDistance),
+    missed: &[usize],
+    stations: &[(usize, usize, Station)],
+    found: &mut Reach,
+) {
+    let radii = stations.iter().filter_map(|(.., s)| s.tool().meridian()).map(Meridian::cutter_radius);
+    let widest = radii.fold(0.0, f64::max);
+    let walls: Vec<Vec<Vec3>> = missed.par_iter().map(|&p| walls_beside(&patches[p], view, widest)).collect();
+    let mut best: Vec<Option<(f64, Standing)>> = vec![None; missed.len()];
+    for (tool, setup, station) in stations.iter().take_while(|_| !missed.is_empty()) {
+        let (axis, rise) = (station.axis(), station.rise());
+        let nearer = |((best, &p), walls): ((&mut Option<(f64, Standing)>, &usize), &Vec<Vec3>)| {
+            let patch = &patches[p];
+            let below = best.or(found.short[p]).map_or(f64::INFINITY, |b| b.0);
+            if may_touch(station.tool(), patch, axis) {
+                let off = station.off_beside(patch, walls, below, rise.as_ref());
+                *best = off.map(|off| (off, Standing { tool: *tool, setup: *setup, tip: patch.at })).or(*best);
+            }
+        };
+        best.par_iter_mut().zip(missed).zip(&walls).for_each(nearer);
+    }
+    missed.iter().zip(best).for_each(|(&p, beside)| found.beside[p] = beside);
+}
+
+/// The normals of the two walls nearest to a patch, within a distance, and the way off both: of facets that are not of its plane.
+fn walls_beside(patch: &Patch, view: &MeshDistance, within: f64) -> Vec<Vec3> {
+    let is_other = |f: u32, n: Vec3| dot(view.normal(f), n) < ACROSS;
+    let first = view.nearest_where(patch.at, within, |f, _| is_other(f, patch.normal)).map(|n| view.normal(n.facet));
+    let Some(first) = first else { return Vec::new() };
+    let second = view.nearest_where(patch.at, within, |f, _| is_other(f, patch.normal) && is_other(f, first));
+    match second.map(|n| view.normal(n.facet)) {
+        Some(second) => vec![first, second, unit(add(first, second))],
+        None => vec![first],
+    }
 }
 
 /// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.
@@ -248,10 +304,10 @@ mod tests {
         let judged = Judged::new(&pan, ball, &axis_directions()[..1]);
         let within = |p: &Patch| p.at[0].hypot(p.at[1]) < 10.01 && p.at[2] > 4.9;
         let mut missed = 0;
-        for (p, short) in judged.patches.iter().zip(&judged.reach.short).filter(|(p, _)| within(p)) {
-            if let Some((by, _)) = short {
+        for (n, p) in judged.patches.iter().enumerate().filter(|(_, p)| within(p)) {
+            if let Some((by, _)) = judged.reach.stops(n) {
                 // Two samples more to the side, and a step and a cube up.
-                assert!(by.is_finite() && *by <= (3.0 + 2.0 * 0.25f64).hypot(2.0 * 0.25), "{by} {p:?}");
+                assert!(by <= (3.0 + 2.0 * 0.25f64).hypot(2.0 * 0.25), "{by} {p:?}");
                 missed += 1;
             }
         }

@@ -47,9 +47,6 @@ pub struct Stand {
 /// So many samples a pose may lie from touching: what 2·√3 spacings round to.
 const NEAR: usize = 4;
 
-/// A tool that is drawn back is tried to so many sides as well.
-const SIDES: u8 = 24;
-
 /// Millimetres above the tip that a cutter is used along to grip or cut.
 const REACHED_ALONG: f64 = 12.0;
 
@@ -232,30 +229,32 @@ impl<'a> Station<'a> {
     ///
     /// A flat end touches what it lies on with any of its points: of all tips of the grid at which it covers the middle of the patch, the
     /// one that is drawn back least, of equals the nearest to it. Any other tool is drawn back from the poses in which the points that
-    /// touch such a plane lie there, or beside them, as [`Station::beside_touching`] says; then it is as far from touching as its way back and aside
-    /// is long. `rise` is that of the station, which tells it faster for a coaxial tool.
+    /// touch such a plane lie there. `rise` is that of the station, which tells it faster for a coaxial tool.
     pub(super) fn retreat(&self, patch: &Patch, below: f64, rise: Option<&Rise>) -> Option<(f64, Vec3)> {
         let normal = self.frame.map(|r| dot(r, patch.normal));
-        // Nearly level counts as level, since coordinates are rounded.
-        let lies_flat = normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3;
-        match self.tool.flat_end().filter(|_| lies_flat) {
+        match self.tool.flat_end().filter(|_| lies_flat(normal)) {
             Some(end) => self.retreat_of_end(patch, end, below),
-            None => self.retreat_from(patch, (&self.contacts(normal), &self.beside_touching(normal)), below, rise),
+            None => self.retreat_from(patch, (&self.contacts(normal), &[[0.0; 3]]), below, rise),
         }
     }
 
-    /// Steps across the tool's axis, in samples, that may free it: off a wall, along which the cubes that the wall touches are never free, and as far as
-    /// the tool is wide to all sides, since a round end stays away from the foot of a wall, however far up it is drawn back along that.
-    fn beside_touching(&self, normal: Vec3) -> Vec<Vec3> {
+    /// How far the tool is from touching a patch where it is free, moved aside and drawn back along its axis from there: as far as its way back and
+    /// aside is long, if that is less than `below`. It is moved off the patch, where that is a wall, by up to [`NEAR`] samples, since along it the
+    /// cubes that it touches are never free; and off the walls `beside` it by as much as the tool is wide. A flat end on a level patch is moved about
+    /// by [`Station::retreat`].
+    pub(super) fn off_beside(&self, patch: &Patch, beside: &[Vec3], below: f64, rise: Option<&Rise>) -> Option<f64> {
+        let normal = self.frame.map(|r| dot(r, patch.normal));
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
-        let across = along(normal, axis, -dot(normal, axis));
-        // What lies within 30° of level is no wall.
-        let off = (norm(across) > 0.5).then(|| unit(across));
-        let off = (1..=NEAR).filter_map(|n| off.map(|d| scale(d, n as f64)));
-        let wide = self.tool.meridian().map(|m| m.cutter_radius() / self.hit.grid().h() + 2.0);
-        let turns = (0..SIDES).map(|n| TAU * f64::from(n) / f64::from(SIDES));
-        let sides = turns.filter_map(|turn| wide.map(|r| [r * turn.cos(), r * turn.sin(), 0.0]));
-        std::iter::once([0.0; 3]).chain(off).chain(sides).collect()
+        if self.tool.flat_end().is_some() && lies_flat(normal) {
+            return None;
+        }
+        // What lies within 30° of square to the axis is no wall.
+        let across = |n: Vec3| Some(along(n, axis, -dot(n, axis))).filter(|d| norm(*d) > 0.5).map(unit);
+        let off = (1..=NEAR).filter_map(|n| across(normal).map(|d| scale(d, n as f64)));
+        let wide = self.tool.meridian()?.cutter_radius() / self.hit.grid().h() + 2.0;
+        let walls = beside.iter().filter_map(|n| across(self.frame.map(|r| dot(r, *n))));
+        let poses: Vec<Vec3> = off.chain(walls.map(|d| scale(d, wide))).collect();
+        self.retreat_from(patch, (&self.contacts(normal), &poses), below, rise).map(|(off, _)| off)
     }
 
     /// How far along its axis the tool has to be drawn back from standing with the tip in the patch until it is free, and that tip.
@@ -334,6 +333,11 @@ impl<'a> Station<'a> {
             Body::Coaxial(m) => coaxial_contacts(m, self.tool, &self.corners, normal),
         }
     }
+}
+
+/// Nearly level counts as level, since coordinates are rounded.
+fn lies_flat(normal: Vec3) -> bool {
+    normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3
 }
 
 /// Points of a coaxial cutter by which it touches a plane; the named ones only, where points are named.
@@ -440,7 +444,7 @@ mod tests {
                     Some(index) => !station.hit.contains(index),
                     None => station.tool.meridian().is_none() || p[2] >= grid.position([0, 0, grid.dims()[2] - 1])[2],
                 };
-                for beside in [vec![[0.0; 3]], station.beside_touching(normal)] {
+                for beside in [vec![[0.0; 3]], vec![[0.0; 3], [2.0, 1.0, 0.0], [0.0, -3.5, 0.0]]] {
                     let poses = contacts.iter().flat_map(|c| beside.iter().map(move |aside| (c, aside)));
                     let ways = poses.filter_map(|(&c, &aside)| {
                         let from = along(sub(at, c), aside, grid.h());

@@ -202,7 +202,7 @@ impl Judged<'_> {
         let mut field = Field::constant(grid, f32::NAN);
         let mut longest = self.tooling.stand_off;
         for (p, patch) in self.surface.iter().enumerate() {
-            let value = match (&self.found.states[p], self.found.short[p]) {
+            let value = match (&self.found.states[p], self.found.stops(p)) {
                 (State::Reached { .. }, _) => 0.0,
                 (_, Some((short, _))) => short,
                 (_, None) => continue,
@@ -313,7 +313,7 @@ impl Judged<'_> {
 
     /// How the tool that comes nearest to a patch is held off.
     fn obstructed(&self, p: usize) -> Option<Obstructed> {
-        let (stops, standing) = self.found.short[p]?;
+        let (stops, standing) = self.found.stops(p)?;
         let (tool, setup) = (&self.tooling.tools[standing.tool], &self.tooling.setups[standing.setup]);
         let from = direction_in_file(self.part, setup.direction).to_string();
         let points = vec![reported(self.part, standing.tip)];
@@ -325,8 +325,8 @@ impl Judged<'_> {
             // What is still outside where it strikes has to get in.
             let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
             let [wide, deep] = [wide, stops].map(|v| short(round(v)));
-            // The end of the tool strikes, and comes as near beside: what is in the way is the corner itself.
-            let by_its_end = height < m.cutter_radius() && stops < 1.5 * m.cutter_radius() + self.tooling.stand_off;
+            // It comes as near beside: what is in the way is the corner itself.
+            let by_its_end = self.found.beside[p].is_some() && height < m.cutter_radius();
             found.way = Some(match by_its_end {
                 true => format!(
                     "give the corner a fillet as large as the end of {} is round, or name a tool with a smaller end",

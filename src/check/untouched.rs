@@ -50,7 +50,7 @@ pub(super) fn regions(surface: &[Patch], found: &Reach, part: &Part, spacing: f6
             State::Reached { .. } => {}
         }
     }
-    let short = |p: usize| found.short[p].map_or(f64::INFINITY, |s| s.0);
+    let short = |p: usize| found.stops(p).map_or(f64::INFINITY, |s| s.0);
     let mut list: Vec<Region> = members
         .into_values()
         .filter_map(|(patches, open)| {
