@@ -118,7 +118,7 @@ pub fn reach(
     }
     let missed = [&shut[..], &open[..]].concat();
     nearest(patches, &missed, &stations, &mut found);
-    nearest_beside((patches, view), &open, &stations, &mut found);
+    nearest_beside((patches, view), (&open, stand_off), &stations, &mut found);
     for p in shut.into_iter().chain(unreachable(patches, open, &stations, setups)?) {
         found.states[p] = State::Unreachable;
     }
@@ -151,13 +151,13 @@ fn nearest(patches: &[Patch], missed: &[usize], stations: &[(usize, usize, Stati
 /// How far the tools are from touching what is not reached where they are free beside it, with those that are nearer so.
 fn nearest_beside(
     (patches, view): (&[Patch], &MeshDistance),
-    missed: &[usize],
+    (missed, stand_off): (&[usize], f64),
     stations: &[(usize, usize, Station)],
     found: &mut Reach,
 ) {
     let radii = stations.iter().filter_map(|(.., s)| s.tool().meridian()).map(Meridian::cutter_radius);
-    let widest = radii.fold(0.0, f64::max);
-    let walls: Vec<Vec<Vec3>> = missed.par_iter().map(|&p| walls_beside(&patches[p], view, widest)).collect();
+    let near = radii.fold(0.0, f64::max) + stand_off;
+    let walls: Vec<Vec<Vec3>> = missed.par_iter().map(|&p| walls_beside(&patches[p], view, near)).collect();
     let mut best: Vec<Option<(f64, Standing)>> = vec![None; missed.len()];
     for (tool, setup, station) in stations.iter().take_while(|_| !missed.is_empty()) {
         let (axis, rise) = (station.axis(), station.rise());
