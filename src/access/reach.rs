@@ -161,7 +161,7 @@ fn nearest_beside(
     let mut best: Vec<Option<(f64, Standing)>> = vec![None; missed.len()];
     for (tool, setup, station) in stations.iter().take_while(|_| !missed.is_empty()) {
         let (axis, rise) = (station.axis(), station.rise());
-        let nearer = |((best, &p), walls): ((&mut Option<(f64, Standing)>, &usize), &Vec<Vec3>)| {
+        let nearer = |best: &mut Option<(f64, Standing)>, p: usize, walls: &[Vec3]| {
             let patch = &patches[p];
             let below = best.or(found.short[p]).map_or(f64::INFINITY, |b| b.0);
             if may_touch(station.tool(), patch, axis) {
@@ -169,7 +169,7 @@ fn nearest_beside(
                 *best = off.map(|off| (off, Standing { tool: *tool, setup: *setup, tip: patch.at })).or(*best);
             }
         };
-        best.par_iter_mut().zip(missed).zip(&walls).for_each(nearer);
+        best.par_iter_mut().zip(missed).zip(&walls).for_each(|((best, &p), walls)| nearer(best, p, walls));
     }
     missed.iter().zip(best).for_each(|(&p, beside)| found.beside[p] = beside);
 }
