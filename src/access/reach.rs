@@ -41,7 +41,7 @@ pub struct Reach {
     /// For patches that are not reached: how far the best tool stops short along its axis, and which.
     pub short: Vec<Option<(f64, Standing)>>,
     /// For those that are not shut off: how far the best tool is from touching where it is free beside, if that is less. A round end stays away from the
-    /// foot of a wall, however far up it is drawn back along that. Its tip would be in the patch.
+    /// foot of a wall, however far up it is drawn back along that.
     pub beside: Vec<Option<(f64, Standing)>>,
     /// Setups that were looked at before all was reached.
     pub setups_used: usize,
@@ -166,7 +166,7 @@ fn nearest_beside(
             let below = best.or(found.short[p]).map_or(f64::INFINITY, |b| b.0);
             if may_touch(station.tool(), patch, axis) {
                 let off = station.off_beside(patch, walls, below, rise.as_ref());
-                *best = off.map(|off| (off, Standing { tool: *tool, setup: *setup, tip: patch.at })).or(*best);
+                *best = off.map(|(off, tip)| (off, Standing { tool: *tool, setup: *setup, tip })).or(*best);
             }
         };
         best.par_iter_mut().zip(missed).zip(&walls).for_each(|((best, &p), walls)| nearer(best, p, walls));
@@ -293,6 +293,14 @@ mod tests {
         assert!(never == 0.0 && reached > 60.0, "{reached} {never}");
         let [reached, never, open] = short.areas(|p| bore(p, 8.5, 13.0));
         assert!(reached == 0.0 && never > 70.0 && open == 0.0, "{reached} {never} {open}");
+        // What keeps the pin from them is the holder, 6 mm above its tip.
+        let setup = Setup::cast(&cup(), InsideRule::Crossings, up[0], H, Length::mm(4.0)).unwrap();
+        let tool = pin(3.0, 6.0);
+        for (n, p) in short.patches.iter().enumerate().filter(|(_, p)| bore(p, 9.0, 13.0)) {
+            let (_, standing) = short.reach.stops(n).unwrap();
+            let (height, _) = strike(tool.meridian().unwrap(), &setup, standing.tip).unwrap();
+            assert!(height > 5.5, "{height} {p:?}");
+        }
     }
 
     #[test]

@@ -239,10 +239,16 @@ impl<'a> Station<'a> {
     }
 
     /// How far the tool is from touching a patch where it is free, moved aside and drawn back along its axis from there: as far as its way back and
-    /// aside is long, if that is less than `below`. It is moved off the patch, where that is a wall, by up to [`NEAR`] samples, since along it the
+    /// aside is long, if that is less than `below`, and the tip that would touch. It is moved off the patch, where that is a wall, by up to [`NEAR`] samples, since along it the
     /// cubes that it touches are never free; and off the walls `beside` it by as much as the tool is wide. A flat end on a level patch is moved about
     /// by [`Station::retreat`].
-    pub(super) fn off_beside(&self, patch: &Patch, beside: &[Vec3], below: f64, rise: Option<&Rise>) -> Option<f64> {
+    pub(super) fn off_beside(
+        &self,
+        patch: &Patch,
+        beside: &[Vec3],
+        below: f64,
+        rise: Option<&Rise>,
+    ) -> Option<(f64, Vec3)> {
         let normal = self.frame.map(|r| dot(r, patch.normal));
         let axis = [0, 1, 2].map(|r| self.turn[r][2]);
         if self.tool.flat_end().is_some() && lies_flat(normal) {
@@ -254,7 +260,7 @@ impl<'a> Station<'a> {
         let wide = self.tool.meridian()?.cutter_radius() / self.hit.grid().h() + 2.0;
         let walls = beside.iter().filter_map(|n| across(self.frame.map(|r| dot(r, *n))));
         let poses: Vec<Vec3> = off.chain(walls.map(|d| scale(d, wide))).collect();
-        self.retreat_from(patch, (&self.contacts(normal), &poses), below, rise).map(|(off, _)| off)
+        self.retreat_from(patch, (&self.contacts(normal), &poses), below, rise)
     }
 
     /// How far along its axis the tool has to be drawn back from standing with the tip in the patch until it is free, and that tip.
