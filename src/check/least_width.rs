@@ -137,7 +137,9 @@ impl<'a> LeastWidth<'a> {
         let cell = cells.cell_mm();
         let half_widest = 0.5 * self.bead.widest().as_mm() + self.bead.beyond_half(self.spread).as_mm();
         let width = 2.0 * half_widest + 2.0 * norm2(cell).sqrt();
-        let found = Sought { part, process, context, side, between: Between::SidesOfABody, width }.search();
+        // Gaps between bodies stay open as slots do.
+        let between = if side == Side::Material { Between::SidesOfABody } else { Between::Surfaces };
+        let found = Sought { part, process, context, side, between, width }.search();
         let mut places = found.sheets(|t| widths(t.direction()).contains(&t.diameter));
         places.retain(|d| d.area > 0.0 && d.spans[1] >= 2.0 * half_widest);
         Ok(self.cells(&places, designed, drawn, widths))

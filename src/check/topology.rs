@@ -221,7 +221,7 @@ impl Judge<'_> {
 mod tests {
     use super::super::least_width::tests::webbed;
     use super::*;
-    use crate::geometry::{TriangleMesh, cuboid, extruded};
+    use crate::geometry::{TriangleMesh, cuboid, extruded, revolved};
     use crate::part::Up;
 
     #[test]
@@ -303,6 +303,22 @@ mod tests {
                 let (found, cover, _) = told(turned(&bodies, x, z));
                 assert!(found == wanted, "{gap} at {x}, {z}: {found:?}, {cover}");
             }
+        }
+    }
+
+    #[test]
+    fn a_pin_that_turns_in_its_hole_is_not_bridged_to_it_however_both_stand() {
+        let process = Process::named("sla").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.025 };
+        let pin = revolved(&[[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0]], 48);
+        for (gap, wanted) in [(0.205, &[][..]), (0.19, &["fused", "hole-closed"])] {
+            // The corners of both polygons lie on the same rays.
+            let hole = 0.5 + gap / (std::f64::consts::PI / 48.0).cos();
+            let collar = revolved(&[[hole, 0.0], [1.2, 0.0], [1.2, 1.0], [hole, 1.0]], 48);
+            let part = Part::new(turned(&pin.clone().joined(&collar), 27.0, 19.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let Outcome::Measured(measured) = Topology.run(&part, &process, &context).unwrap() else { panic!() };
+            let found: Vec<&str> = measured.findings.iter().map(|f| f.kind.as_str()).collect();
+            assert_eq!(found, wanted, "{gap}: {}", measured.cover);
         }
     }
 
