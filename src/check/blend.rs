@@ -59,7 +59,7 @@ static META: Meta = Meta {
           else, so that it fills no slot or hole narrower than itself; where it does not, a smaller one is sought.",
     limits: "Steps lower than five radii are relief and are not judged, nor are sharp edges shorter than a radius and rounds shorter than five. Grooves and holes that \
              turn by more than 150 degrees, and rounds in a gap that the ball does not fit into, are left to narrow-gap and small-hole. Edges between bodies that \
-             only touch are not seen. The radius of a round is an estimate. One that may be as large as asked, where its facets are chords, is told only where the \
+             only touch are not seen. What fillets add counts twice where more than two of their edges meet. The radius of a round is an estimate. One that may be as large as asked, where its facets are chords, is told only where the \
              ball misses it by a tenth; at 90 degrees, one less than 3 percent too small is not told. A process asks for one only where a published guide does; \
              else it is yours to ask.",
     source: "Rolling-ball blends as closings: J. R. Rossignac, A. A. G. Requicha, Offsetting operations in solid modelling, 1986. \

@@ -1,5 +1,6 @@
 //! Fillets laid into concave edges before they are advised: a ball that rests on both faces and meets nothing else.
 
+use super::fillet_section::{Section, added, turns};
 use super::resting::Ball;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
@@ -22,8 +23,6 @@ const SQUARE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 const RESTING: f64 = 1.02;
 /// Rays towards the surface under a ball reach so many times the height of its centre.
 const GAPING: f64 = 1.1;
-/// Steps of the angle on either side of an edge over which a section is measured; even.
-const RAYS: usize = 16;
 /// Radii below the one asked for that are tried where that one has no room.
 const STEPS: u32 = 10;
 
@@ -53,12 +52,12 @@ impl Fillets<'_> {
     /// At most 36 looks at the surface for an edge, a few hundred where its faces are bent, and as many for each of four smaller radii where
     /// one does not fit.
     pub fn lay(&self, edges: &[ReflexEdge], radius: f64) -> Laid {
-        let shares: Vec<(f64, f64)> = edges.par_iter().map(|e| self.share(e, radius)).collect();
+        let shares: Vec<(f64, Section)> = edges.par_iter().map(|e| self.share(e, radius)).collect();
         let mut laid = Laid { fitting: 0.0, everywhere: true, volume: 0.0, elsewhere: radius };
         let mut cramped = Vec::new();
-        for (edge, (share, section)) in edges.iter().zip(shares) {
+        for ((edge, (share, section)), turns) in edges.iter().zip(shares).zip(turns(self.0, edges)) {
             laid.fitting += share * edge.length;
-            laid.volume += share * edge.length * section;
+            laid.volume += share * added(edge, &section, &turns);
             if share < 1.0 {
                 cramped.push(*edge);
             }
@@ -80,31 +79,22 @@ impl Fillets<'_> {
         of(fits)
     }
 
-    /// The share of the places along an edge at which a ball rests in it, and the mean area of the cross-sections that it fills there.
-    fn share(&self, edge: &ReflexEdge, radius: f64) -> (f64, f64) {
+    /// The share of the places along an edge at which a ball rests in it, and the mean of the cross-sections that it fills there.
+    fn share(&self, edge: &ReflexEdge, radius: f64) -> (f64, Section) {
         let places = ((edge.length / (APART * radius)).ceil() as usize).clamp(1, PLACES);
         let at = |n: usize| edge.length * ((n as f64 + 0.5) / places as f64 - 0.5);
-        let even = edge.fillet_section(radius);
+        let even = Section::between_planes(edge, radius);
         let section = |off: f64| match self.rests(edge, off, radius) {
             true => Some(even),
             false => self.section_on_bent_faces(edge, off, radius),
         };
-        let sections: Vec<f64> = (0..places).filter_map(|n| section(at(n))).collect();
-        let fitting = sections.len();
-        let mean = match fitting {
-            0 => 0.0,
-            // The same at all places is no sum, which would round.
-            _ if sections.iter().all(|s| *s == even) => even,
-            _ => sections.iter().sum::<f64>() / fitting as f64,
-        };
-        (fitting as f64 / places as f64, mean)
+        let sections: Vec<Section> = (0..places).filter_map(|n| section(at(n))).collect();
+        (sections.len() as f64 / places as f64, Section::mean(&sections))
     }
 
-    /// Area of the cross-section that a ball fills which comes to rest on both faces beside an edge, so far from its middle, where these bend
+    /// The cross-section that a ball fills which comes to rest on both faces beside an edge, so far from its middle, where these bend
     /// away from the planes of its facets; none if it does not rest on two faces there, or something lies behind it.
-    ///
-    /// ½·∫ (ρ² − r²) dθ from contact to contact, with the distance ρ to the surface from the ball's centre.
-    fn section_on_bent_faces(&self, edge: &ReflexEdge, off: f64, radius: f64) -> Option<f64> {
+    fn section_on_bent_faces(&self, edge: &ReflexEdge, off: f64, radius: f64) -> Option<Section> {
         let (surface, run) = (self.0.distance(), self.run(edge));
         let foot = along(edge.middle, run, off);
         let centre = Ball { part: self.0, radius }.rest(foot, edge.outward(), 0.0)?;
@@ -128,8 +118,7 @@ impl Fillets<'_> {
             return None;
         }
         let towards = |d: Vec3| surface.first_hit(centre, d, 0.0, GAPING * height).map_or(radius, |(far, _)| far);
-        let halves = contacts.map(|way| swept(way, unit(down), |d| towards(d).max(radius).powi(2) - radius * radius));
-        Some(0.5 * (halves[0] + halves[1]))
+        Some(Section::under_a_ball(scale(down, -1.0), contacts, radius, towards))
     }
 
     /// Whether a ball rests on both faces of an edge, so far from its middle, and nothing lies in or behind it.
@@ -200,18 +189,6 @@ impl Fillets<'_> {
         let normal = self.0.distance().normal(met.facet);
         norm(normal) > 0.5 && angle(normal, sub(to, met.point)) < SQUARE
     }
-}
-
-/// The integral of a function of the direction over the angle from one direction to another, by Simpson's rule.
-fn swept(from: Vec3, to: Vec3, of: impl Fn(Vec3) -> f64) -> f64 {
-    let turn = angle(from, to);
-    let level = unit(along(to, from, -dot(from, to)));
-    let at = |n: usize| {
-        let (s, c) = (turn * n as f64 / RAYS as f64).sin_cos();
-        of(along(scale(from, c), level, s))
-    };
-    let weight = |n: usize| if n == 0 || n == RAYS { 1.0 } else { [2.0, 4.0][n % 2] };
-    (0..=RAYS).map(|n| weight(n) * at(n)).sum::<f64>() * turn / (3.0 * RAYS as f64)
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ mod detail;
 mod drain;
 mod enclosed;
 mod fillet;
+mod fillet_section;
 mod filling;
 mod finding;
 mod fusing;
