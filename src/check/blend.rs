@@ -1,5 +1,6 @@
 //! AM601: concave edges sharper than the fillet that the process asks for.
 
+use super::chord::{corner_bend, divides_a_facet};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
@@ -54,9 +55,10 @@ static META: Meta = Meta {
           the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns \
           towards it; an edge is judged piece by piece, from one change of its profile to the next. Shallower edges side by \
           side are the facets of a round: its radius is that of the largest ball that touches them, at most that of the circle \
-          whose chords they are. It is told where it turns by more than 49° and the asked ball stays a hundredth of its radius \
-          away. The fillet that is suggested has been laid in along every edge: the ball rests on both faces and meets nothing \
-          else, so that it fills no slot or hole narrower than itself; where it does not, a smaller one is sought.",
+          whose chords they are, measured at its corners and not where an edge divides a facet. It is told where it turns by \
+          more than 49° and the asked ball stays a hundredth of its radius away. The fillet that is suggested has been laid in \
+          along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole narrower than \
+          itself; where it does not, a smaller one is sought.",
     limits: "Steps lower than five radii are relief and are not judged, nor are sharp edges shorter than a radius and rounds shorter than five. Grooves and holes that \
              turn by more than 150 degrees, and rounds in a gap that the ball does not fit into, are left to narrow-gap and small-hole. Edges between bodies that \
              only touch are not seen. What fillets add counts twice where more than two of their edges meet. The radius of a round is an estimate. One that may be as large as asked, where its facets are chords, is told only where the \
@@ -80,7 +82,7 @@ impl Check for Blend {
         // What is no relief by either limit violates that one.
         let least = limits.fail.into_iter().chain(limits.warn).fold(radius, f64::min);
         let edges = reflex_edges(part.mesh(), FLAT, |f| part.bounds_solid(f));
-        let sharp_bend = 2.0 * (1.0 / (1.0 + MISSED)).acos();
+        let sharp_bend = sharp_bend();
         let (sharp, shallow): (Vec<ReflexEdge>, Vec<ReflexEdge>) = edges.iter().partition(|e| e.bend > sharp_bend);
         let all_sharp = sharp.len();
         let notches = Notches { part, context, limits, radius, least };
@@ -205,8 +207,9 @@ impl Notches<'_> {
     fn rounds(&self, shallow: &[ReflexEdge]) -> Vec<Finding> {
         let tight: Vec<Tight> = shallow
             .par_iter()
+            .map(|e| ReflexEdge { bend: corner_bend(self.part, e), ..*e })
             .filter(|e| e.inscribed_radius() < 0.98 * self.radius)
-            .filter_map(|e| Some(Tight { edge: *e, missed: self.missed(e)? }))
+            .filter_map(|edge| Some(Tight { missed: self.missed(&edge)?, edge }))
             .collect();
         let triangles = &self.part.mesh().triangles;
         let corners = |t: &Tight| t.edge.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
@@ -290,6 +293,26 @@ impl Notches<'_> {
         TOUCHED / (DEEP * (1.0 / (0.5 * turn).cos() - 1.0).max(MISSED))
     }
 
+    /// The edges at which a round is measured: the longest of those that the asked ball stays far from, and the one where it stays farthest from
+    /// it, which is where it is narrowest. What divides its facets is none, unless there is nothing else.
+    fn measured<'b>(&self, edges: &'b [Tight]) -> Vec<&'b ReflexEdge> {
+        let missed = most_missed(edges);
+        let mut longest: Vec<&Tight> = edges.iter().collect();
+        longest.sort_by(|a, b| b.edge.length.total_cmp(&a.edge.length));
+        let is_corner = |t: &&Tight| !divides_a_facet(self.part, &t.edge, self.radius, sharp_bend());
+        let is_deep = |t: &&Tight| t.missed >= DEEP * missed;
+        let mut measured: Vec<&Tight> = longest.iter().copied().filter(is_deep).filter(is_corner).take(TRIED).collect();
+        if measured.is_empty() {
+            measured = longest.iter().copied().filter(is_deep).take(TRIED).collect();
+        }
+        let crumb = measured.first().map_or(0.0, |t| CRUMB * t.edge.length);
+        measured.retain(|t| t.edge.length >= crumb);
+        longest.retain(|t| t.edge.length >= crumb);
+        longest.sort_by(|a, b| b.missed.total_cmp(&a.missed));
+        measured.extend(longest.iter().copied().find(is_corner).or(longest.first().copied()));
+        measured.into_iter().map(|t| &t.edge).collect()
+    }
+
     /// One round, if it is long enough to be a fillet: the median over the longest of its edges that the asked ball stays far from, or what is
     /// there where it stays farthest from it, if that is clearly less.
     ///
@@ -304,17 +327,9 @@ impl Notches<'_> {
         // What is relief by the warn limit may fail all the same.
         let warn = self.limits.warn.filter(|warn| long >= RELIEF * warn);
         let limits = Limits { warn, ..self.limits };
-        let missed = edges.iter().map(|t| t.missed).fold(0.0, f64::max);
-        let mut longest: Vec<&ReflexEdge> =
-            edges.iter().filter(|t| t.missed >= DEEP * missed).map(|t| &t.edge).collect();
-        longest.sort_by(|a, b| b.length.total_cmp(&a.length));
+        let missed = most_missed(edges);
+        let longest = self.measured(edges);
         let lead = *longest.first()?;
-        let is_crumb = |e: &ReflexEdge| e.length < CRUMB * lead.length;
-        longest.truncate(TRIED);
-        longest.retain(|e| !is_crumb(e));
-        // Where the ball stays farthest from it it is narrowest.
-        let narrowest = edges.iter().filter(|t| !is_crumb(&t.edge)).max_by(|a, b| a.missed.total_cmp(&b.missed))?;
-        longest.push(&narrowest.edge);
         let fits = |e: &&ReflexEdge| {
             let rest = self.rest(e, self.radius, touching(e));
             rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
@@ -344,6 +359,16 @@ impl Notches<'_> {
 struct Tight {
     edge: ReflexEdge,
     missed: f64,
+}
+
+/// How far the asked ball stays away from a round where it stays farthest from it.
+fn most_missed(edges: &[Tight]) -> f64 {
+    edges.iter().map(|t| t.missed).fold(0.0, f64::max)
+}
+
+/// What an edge is bent by at least to be sharp.
+fn sharp_bend() -> f64 {
+    2.0 * (1.0 / (1.0 + MISSED)).acos()
 }
 
 /// How many edges all of which, or some, are in chains.
@@ -595,6 +620,32 @@ mod tests {
                 let slice = (to - from).abs() / 60.0;
                 assert!(found[0].low <= least + slice && least <= found[0].high, "{from} {to}: {found:?}");
                 assert!((found[0].value - least).abs() < 0.03 + slice, "{from} {to}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_divides_the_facets_of_a_round_does_not_make_it_smaller() {
+        // The bracket's outline in six chords, a tenth of each bent off the rest into the material.
+        for (fillet, limit) in [(1.0f64, "2mm"), (0.2, "0.3mm")] {
+            for (share, degrees) in [(0.1, 1.5f64), (0.9, 1.5), (0.1, 3.0), (0.2, 3.0)] {
+                let turn = std::f64::consts::FRAC_PI_2 / 6.0;
+                let at = |r: f64, a: f64| [4.0 + fillet - r * a.sin(), 4.0 + fillet - r * a.cos()];
+                let depth = degrees.to_radians() * share * (1.0 - share) * 2.0 * fillet * (0.5 * turn).sin();
+                let arc = (0..6).flat_map(|i| {
+                    let [p, q] = [0, 1].map(|j| at(fillet, turn * f64::from(i + j)));
+                    let out = at(depth, turn * (f64::from(i) + 0.5)).map(|c| c - 4.0 - fillet);
+                    [p, [0, 1].map(|a| p[a] + share * (q[a] - p[a]) + out[a])]
+                });
+                let mut outline = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 4.0]];
+                outline.extend(arc.chain([at(fillet, std::f64::consts::FRAC_PI_2), [4.0, 20.0], [0.0, 20.0]]));
+                let caps: Vec<[usize; 3]> = (1..outline.len() - 1).map(|i| [0, i, i + 1]).collect();
+                let part = Part::new(crate::geometry::extruded(&outline, &caps, 30.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+                let found = judge(&part, limit).findings;
+                assert_eq!(found.len(), 1, "{fillet} {share} {degrees}: {found:?}");
+                let f = &found[0];
+                assert!(f.low <= fillet && fillet <= f.high, "{fillet} {share} {degrees}: {f:?}");
+                assert!((f.value / fillet - 1.0).abs() < 0.03, "{fillet} {share} {degrees}: {f:?}");
             }
         }
     }

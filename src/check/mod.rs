@@ -17,6 +17,7 @@ mod bridge;
 mod budget;
 mod build_volume;
 mod chamfer;
+mod chord;
 mod closing;
 mod contract;
 mod cut;
