@@ -56,24 +56,54 @@ impl Basin {
         order.sort_by_key(|&l| (std::cmp::Reverse(sizes[l]), l));
         let (large, small): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&l| sizes[l] >= LEAST_SAMPLES);
         let windows = parts.split(&large, 1)?;
-        let basins = windows.into_par_iter().zip(&large).map(|((first, set), &l)| {
-            let at = first.map(|i| i as isize);
-            let window = |of: &Indicator| of.placed(at, *set.grid());
-            let certain = window(certain)?.intersection(&set)?;
-            let ring = super::filling::ringed(&set, &window(&voids.solid.inner)?);
-            let walled = set.union(&ring.intersection(&window(&voids.solid.outer)?)?)?;
-            let near = Near { set: &set, density: voids.solid.density.field(), first, falls };
-            let [lo, hi] = [0, 1].map(|end| boxes[l][end][2] - first[2]);
-            let layer = if falls == Falls::Down { hi } else { lo };
-            let void: Vec<f64> = walled.iter().map(|at| near.share(set.grid().index(at), layer)).collect();
-            let last = Last { layer, filled: near.filled(&walled, layer), falls };
-            let filled = |at: usize| if set.grid().index(at)[2] == layer { last.filled } else { 1.0 };
-            let sum: f64 = walled.iter().zip(&void).map(|(at, v)| v * filled(at)).sum();
-            let volume = sum * likely.grid().h().powi(3);
-            Ok(Basin { first, set, walled, certain, void, last, volume, extent: boxes[l] })
-        });
+        let basins =
+            windows.into_par_iter().zip(&large).map(|(window, &l)| Basin::of(voids, window, boxes[l], certain, falls));
         let basins: Result<Vec<Basin>> = basins.collect();
         Ok((basins?, small.iter().map(|&l| sizes[l]).sum()))
+    }
+
+    /// One of samples on a window, with the index of its first one and the box of the samples.
+    fn of(
+        voids: &Voids,
+        (first, set): ([usize; 3], Indicator),
+        extent: [[usize; 3]; 2],
+        certain: &Indicator,
+        falls: Falls,
+    ) -> Result<Basin> {
+        let at = first.map(|i| i as isize);
+        let window = |of: &Indicator| of.placed(at, *set.grid());
+        let certain = window(certain)?.intersection(&set)?;
+        let ring = super::filling::ringed(&set, &window(&voids.solid.inner)?);
+        let walled = set.union(&ring.intersection(&window(&voids.solid.outer)?)?)?;
+        let near = Near { set: &set, density: voids.solid.density.field(), first, falls };
+        let [lo, hi] = [0, 1].map(|end| extent[end][2] - first[2]);
+        let layer = if falls == Falls::Down { hi } else { lo };
+        let void: Vec<f64> = walled.iter().map(|at| near.share(set.grid().index(at), layer)).collect();
+        let last = Last { layer, filled: near.filled(&walled, layer), falls };
+        let filled = |at: usize| if set.grid().index(at)[2] == layer { last.filled } else { 1.0 };
+        let sum: f64 = walled.iter().zip(&void).map(|(at, v)| v * filled(at)).sum();
+        let volume = sum * set.grid().h().powi(3);
+        Ok(Basin { first, set, walled, certain, void, last, volume, extent })
+    }
+
+    /// What stays of it of the samples that are kept once something is drilled: the basins that it falls into, those too small to tell left out.
+    ///
+    /// # Errors
+    /// None for samples on the grid of the part.
+    ///
+    /// # Cost
+    /// O(samples of the window).
+    pub fn left(&self, voids: &Voids, kept: &Indicator) -> Result<Vec<Basin>> {
+        let own = kept.placed(self.first.map(|i| i as isize), *self.set.grid())?.intersection(&self.set)?;
+        let parts = components(&own, Adjacency::Corner);
+        let (sizes, boxes) = (parts.sizes(), parts.boxes());
+        let large: Vec<usize> = (0..parts.count()).filter(|&l| sizes[l] >= LEAST_SAMPLES).collect();
+        let in_part = |index: [usize; 3]| [0, 1, 2].map(|a| self.first[a] + index[a]);
+        let certain = Indicator::empty(*kept.grid());
+        let basins = parts.split(&large, 1)?.into_iter().zip(&large).map(|((first, set), &l)| {
+            Basin::of(voids, (in_part(first), set), boxes[l].map(in_part), &certain, self.last.falls)
+        });
+        basins.collect()
     }
 
     /// Its volume: what is kept for certain, and all that may be.
@@ -213,7 +243,7 @@ impl Near<'_> {
 }
 
 /// The greatest sum of a quantity over the samples of one layer; the quantities come in the order of the set's samples.
-pub(super) fn greatest_layer(set: &Indicator, quantities: impl Iterator<Item = f64>) -> f64 {
+fn greatest_layer(set: &Indicator, quantities: impl Iterator<Item = f64>) -> f64 {
     let mut sums = vec![0.0; set.grid().dims()[2]];
     set.iter().zip(quantities).for_each(|(at, q)| sums[set.grid().index(at)[2]] += q);
     sums.into_iter().fold(0.0, f64::max)

@@ -40,16 +40,15 @@ pub(super) struct Wanted {
     pub ball_mm: f64,
     /// The wall that stays on every side of it, mm.
     pub wall_mm: f64,
-    /// Whether it may go through the plate.
-    pub downward: Downward,
+    pub leading: Leading,
 }
 
-/// Whether a vent may lead down.
+/// Where a vent may lead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Downward {
-    Allowed,
-    /// The plate is there.
-    Closed,
+pub(super) enum Leading {
+    Anywhere,
+    /// Not down to the plate, and not steeply up: what is above is not there yet while a cup sucks.
+    Sideways,
 }
 
 impl Wanted {
@@ -71,6 +70,8 @@ impl Wanted {
 
 /// Lines beside a vent along which its wall is looked for.
 const LINES: usize = 16;
+/// A vent that leads up more than this is steep, the sine of 45°.
+const STEEP: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Directions closer than this, in radians, are one.
 const SAME: f64 = 1e-3;
 const ALONG_AXES: [Vec3; 6] =
@@ -126,14 +127,14 @@ struct Bore<'a> {
 }
 
 impl<'a> Bore<'a> {
-    /// The vent along a direction, where it leads out through material, and not through the plate where that is closed.
+    /// The vent along a direction, where it leads out through material, and may lead there.
     fn of(solid: &'a Solid, from: Vec3, way: Vec3, wanted: Wanted) -> Option<Self> {
         let grid = solid.centres.grid();
         let first = grid.position(grid.sample_at(from)?);
         let on_axis = |n: usize| grid.sample_at(along(first, way, n as f64 * grid.h()));
         let end = (0..).take_while(|&n| on_axis(n).is_some()).last()?;
         let leads_down = way[2] < 0.0 && on_axis(end)?[2] == 0;
-        if leads_down && wanted.downward == Downward::Closed {
+        if wanted.leading == Leading::Sideways && (leads_down || way[2] > STEEP) {
             return None;
         }
         let is_material = |n: &usize| on_axis(*n).is_some_and(|sample| solid.centres.contains(sample));
@@ -152,7 +153,7 @@ impl<'a> Bore<'a> {
         let Some(first) = grid.sample_at(vent.from).map(|sample| grid.position(sample)) else { return false };
         let [u, v] = square_to(vent.way);
         let beside = 0.5 * vent.diameter_mm + self.wanted.wall_mm;
-        let is_notch = self.wanted.downward == Downward::Closed && vent.from[2] <= 0.5 * vent.diameter_mm;
+        let is_notch = self.wanted.leading == Leading::Sideways && vent.from[2] <= 0.5 * vent.diameter_mm;
         let is_wall = |at: Vec3| {
             let is_material = || grid.sample_at(at).is_some_and(|sample| self.solid.centres.contains(sample));
             (is_notch && at[2] < 0.0) || is_material()
@@ -197,7 +198,7 @@ mod tests {
         let ups = [Up::PlusZ, Up::Along([0.0, 0.0, -1.0]), Up::Along([1.0, 0.0, 0.0]), Up::Along([0.0, -1.0, 0.0])];
         for up in ups {
             let part = cast(room.clone(), up, 0.5);
-            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
+            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, leading: Leading::Anywhere };
             let middle = part.to_build([15.0, 21.0, 15.0]);
             let vent = shortest(&part, middle, wanted).unwrap();
             assert!(vent.words(&part).contains("towards +y through about 2 mm"), "{up:?}: {}", vent.words(&part));
@@ -205,9 +206,8 @@ mod tests {
         // A cup on the plate, from just above its floor of 2 mm: a vent of 4 mm would leave a tenth of it.
         let cup = cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0, 18.0, 18.0]).flipped());
         let part = cast(cup, Up::PlusZ, 0.1);
-        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Closed };
-        let low = shortest(&part, [10.0, 10.0, 2.1], wanted).unwrap();
-        assert_eq!(low.way, [0.0, 0.0, 1.0], "{low:?}");
+        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, leading: Leading::Sideways };
+        assert_eq!(shortest(&part, [10.0, 10.0, 2.1], wanted), None);
         let high = shortest(&part, [10.0, 10.0, 4.6], wanted).unwrap();
         assert_eq!(high.way[2], 0.0, "{high:?}");
     }
@@ -221,7 +221,7 @@ mod tests {
         let hollow = ball(7.0).joined(&ball(5.0).flipped());
         for h in [0.1, 0.2] {
             let part = cast(hollow.clone(), Up::PlusZ, h);
-            let wanted = |wall_mm: f64| Wanted { ball_mm: 3.5, wall_mm, downward: Downward::Allowed };
+            let wanted = |wall_mm: f64| Wanted { ball_mm: 3.5, wall_mm, leading: Leading::Anywhere };
             let vent = shortest(&part, part.to_build([0.0; 3]), wanted(0.7)).unwrap();
             assert!(vent.diameter_mm == 4.0 && (vent.wall_mm - 2.0).abs() <= 2.0 * h, "{vent:?}");
             // Nothing of it is left 5 mm beside the axis: there is no such wall.
@@ -232,7 +232,7 @@ mod tests {
     #[test]
     fn where_no_axis_has_room_a_vent_leads_out_of_a_face() {
         let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([3.0; 3], [27.0, 27.0, 26.0]).flipped());
-        let wanted = Wanted { ball_mm: 3.0, wall_mm: 3.0, downward: Downward::Allowed };
+        let wanted = Wanted { ball_mm: 3.0, wall_mm: 3.0, leading: Leading::Anywhere };
         for (up, slanting) in [([1.0, 0.0, 1.0], false), ([0.4, -0.5, 0.6], true), ([0.3, 0.8, -0.4], true)] {
             let part = cast(room.clone(), Up::Along(up), 0.25);
             let vent = shortest(&part, part.to_build([15.0, 15.0, 14.5]), wanted).unwrap();

@@ -1,12 +1,11 @@
 //! AM302: liquid that the part keeps in this orientation, and cups that suck.
 
-use super::basin::{Basin, greatest_layer};
-use super::bore::{Downward, Wanted, Ways};
+use super::basin::Basin;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
+use super::cup::{self, CupVents};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported, reported_box};
 use super::tilt::{MEASURED_TILTS, best_tilt};
-use super::vent::drilled;
 use super::void::Voids;
 use crate::access::up_option;
 use crate::error::Result;
@@ -15,7 +14,7 @@ use crate::geometry::contour::surface;
 use crate::geometry::vector::Vec3;
 use crate::part::Part;
 use crate::process::Process;
-use crate::topology::{Adjacency, Falls, Passage, components, retained};
+use crate::topology::{Falls, Passage, retained};
 use crate::units::{report_digits, short};
 
 /// AM302 `drain`.
@@ -38,7 +37,7 @@ static META: Meta = Meta {
     limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
              cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part; those that close no more film \
-             than is allowed, or than the part does as it stands, come first.",
+             than is allowed, or than the part does as it stands, come first. Of a cup whose rooms join above, at most eight get a vent.",
     source: "Priority flood: R. Barnes, C. Lehman, D. Mulla, Priority-flood: an optimal depression-filling algorithm, 2014.",
 };
 
@@ -46,8 +45,6 @@ static META: Meta = Meta {
 const NEARLY: f64 = 0.8;
 /// Cups for which a vent is tried; the others are told to have one.
 const VENTED: usize = 12;
-/// A vent against suction, millimetres: the least hole that drains, by the escape limit of resin.
-const VENT: f64 = 3.5;
 
 impl Check for Drain {
     fn meta(&self) -> &'static Meta {
@@ -166,6 +163,7 @@ impl Judge<'_> {
         let basins = self.basins(Falls::Down)?;
         let widest = least_of(limits);
         let mut found = Vec::new();
+        let vents = CupVents::of(self.voids, self.wall_mm);
         for b in &basins {
             let bracket = b.film();
             let at = b.bottom();
@@ -184,7 +182,7 @@ impl Judge<'_> {
                 short(((at[2] - half).max(0.0) * 10.0).round() / 10.0),
                 short((b.rim_mm() * 10.0).round() / 10.0)
             );
-            f.fix = if found.len() < VENTED { self.vented(at, widest, bracket)? } else { no_vent() };
+            f.fix = if found.len() < VENTED { vents.advice(b, widest)? } else { cup::no_vent() };
             found.push(f);
             b.join_into(&mut self.shown);
         }
@@ -196,39 +194,6 @@ impl Judge<'_> {
         }
         self.measured.findings.extend(grouped);
         Ok(())
-    }
-
-    /// A vent at the bottom of a cup, with what the cup still closes once it is there.
-    fn vented(&self, at: Vec3, widest: f64, now: Bracket) -> Result<String> {
-        let solid = self.voids.solid;
-        let wanted = Wanted { ball_mm: VENT, wall_mm: self.wall_mm, downward: Downward::Closed };
-        let Some(vent) = Ways::of(self.part).shortest(solid, at, wanted) else {
-            return Ok(no_vent());
-        };
-        let outer = drilled(&solid.outer, &[vent]);
-        let left = retained(&outer.complement(), Falls::Down, Passage::Faces)?;
-        let parts = components(&left, Adjacency::Corner);
-        let (lo, hi) = (at, vent.to);
-        let near = |b: &[[usize; 3]; 2]| {
-            let (p, q) = (outer.grid().position(b[0]), outer.grid().position(b[1]));
-            (0..3).all(|a| p[a] <= lo[a].max(hi[a]) && lo[a].min(hi[a]) <= q[a])
-        };
-        let boxes = parts.boxes();
-        let labels: Vec<usize> = (0..parts.count()).filter(|&l| near(&boxes[l])).collect();
-        let sets = parts.split(&labels, 0)?;
-        let still = sets.iter().map(|(_, set)| greatest_layer(set, std::iter::repeat(1.0)));
-        let still = still.fold(0.0, f64::max) * self.context.spacing_mm.powi(2);
-        Ok(if still >= now.low {
-            no_vent()
-        } else if still <= widest {
-            format!("drill {}; measured again, {} mm² stay closed", vent.words(self.part), short(still.round()))
-        } else {
-            format!(
-                "give it a hole of at least {} mm near the plate; one straight vent leaves {} mm² closed",
-                short(VENT),
-                short(still.round())
-            )
-        })
     }
 
     fn worst(&mut self, bracket: Bracket, unit: &'static str, at: Option<Vec3>, rule: &'static str) {
@@ -257,9 +222,4 @@ impl Judge<'_> {
 /// The tighter of the limits.
 fn least_of(limits: Limits) -> f64 {
     limits.fail.into_iter().chain(limits.warn).fold(f64::INFINITY, f64::min)
-}
-
-/// What is advised where no straight vent was tried, or none leads out.
-fn no_vent() -> String {
-    format!("give it a hole of at least {} mm near the plate", short(VENT))
 }

@@ -20,6 +20,7 @@ mod chamfer;
 mod chord;
 mod closing;
 mod contract;
+mod cup;
 mod cut;
 mod departing;
 mod departure;

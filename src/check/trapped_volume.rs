@@ -1,6 +1,6 @@
 //! AM301: voids that keep what is in them.
 
-use super::bore::{Downward, Wanted};
+use super::bore::{Leading, Wanted};
 use super::budget::Budget;
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, least_wall, limits_of};
 use super::enclosed::ROUNDING;
@@ -326,7 +326,7 @@ impl Judge<'_> {
     }
 
     fn wanted(&self, ball_mm: f64) -> Wanted {
-        Wanted { ball_mm, wall_mm: self.wall_mm, downward: Downward::Allowed }
+        Wanted { ball_mm, wall_mm: self.wall_mm, leading: Leading::Anywhere }
     }
 
     fn note(&mut self, f: Finding, at: Option<[f64; 3]>, unit: &'static str, rule: &'static str) {

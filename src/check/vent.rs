@@ -201,7 +201,7 @@ pub(super) fn advice(part: &Part, places: &[&Trapped], wanted: Wanted) -> Result
 
 #[cfg(test)]
 mod tests {
-    use super::super::bore::Downward;
+    use super::super::bore::Leading;
     use super::super::void::Voids;
     use super::super::void::tests::{flask, part};
     use super::*;
@@ -211,7 +211,7 @@ mod tests {
         let part = part(flask(edge, room, 0.0), h, [0.2, -0.1, 0.3]);
         let voids = Voids::of(&part).unwrap();
         let found = voids.sealed().unwrap().certain;
-        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, downward: Downward::Allowed };
+        let wanted = Wanted { ball_mm: 3.5, wall_mm: 0.5, leading: Leading::Anywhere };
         vents(&part, &[&found[0]], wanted).unwrap()[0]
     }
 
@@ -259,7 +259,7 @@ mod tests {
             let widest =
                 (0..at.values().len()).filter(|&n| voids.is_sealed(n)).max_by_key(|&n| at.values()[n]).unwrap();
             let place = Trapped { at: voids.place(widest), ..found[0].clone() };
-            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, downward: Downward::Allowed };
+            let wanted = Wanted { ball_mm: 3.0, wall_mm: 0.5, leading: Leading::Anywhere };
             let venting = vents(&part, &[&place], wanted).unwrap()[0];
             let words = venting.partly(&part);
             assert_eq!(venting.vent().is_none(), leaves, "{passage}: {venting:?}");

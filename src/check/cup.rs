@@ -1,0 +1,162 @@
+//! Vents against the suction of a cup: drilled into the sets, and all that stays closed of the cup measured again.
+
+use super::basin::Basin;
+use super::bore::{Leading, Vent, Wanted, Ways};
+use super::place::reported;
+use super::tooling::direction_in_file;
+use super::vent::drilled;
+use super::void::Voids;
+use crate::error::Result;
+use crate::geometry::vector::Vec3;
+use crate::part::Part;
+use crate::topology::{Falls, Passage, retained};
+use crate::units::short;
+
+/// A vent against suction, millimetres: the least hole that drains, by the escape limit of resin.
+const VENT: f64 = 3.5;
+/// Rooms of a cup that get a vent.
+const ROOMS: usize = 8;
+
+/// The vents of the cups of a part.
+pub(super) struct CupVents<'a> {
+    voids: &'a Voids<'a>,
+    ways: Ways<'a>,
+    /// The wall that has to stay around a vent.
+    wall_mm: f64,
+}
+
+/// What vents do for a cup.
+struct Vented {
+    vents: Vec<Vent>,
+    /// The most film that one of the cups closes which stay of it, mm².
+    film_mm2: f64,
+}
+
+impl<'a> CupVents<'a> {
+    /// Those of a part whose voids are known, with the wall that has to stay around a vent.
+    pub fn of(voids: &'a Voids<'a>, wall_mm: f64) -> Self {
+        CupVents { voids, ways: Ways::of(voids.part()), wall_mm }
+    }
+
+    /// In words, what vents do for a cup that may close at most so much film.
+    ///
+    /// # Errors
+    /// None for a cup of the part.
+    ///
+    /// # Cost
+    /// A flood of the void for each set of rooms that joins above: one where one vent does.
+    pub fn advice(&self, cup: &Basin, widest_mm2: f64) -> Result<String> {
+        let Vented { vents, film_mm2 } = self.drilled_into(cup, widest_mm2)?;
+        let still = short(film_mm2.round());
+        let part = self.voids.part();
+        Ok(match &vents[..] {
+            [] => no_vent(),
+            _ if film_mm2 >= cup.film().low => no_vent(),
+            [vent] if film_mm2 <= widest_mm2 => {
+                format!("drill {}; measured again, {still} mm² stay closed", vent.words(part))
+            }
+            _ if film_mm2 <= widest_mm2 => {
+                let each: Vec<String> = vents.iter().map(|v| placed(part, v)).collect();
+                format!(
+                    "drill a straight vent into each of {} rooms that join above, {}; measured again, {still} mm² stay closed",
+                    vents.len(),
+                    each.join("; ")
+                )
+            }
+            [_] => format!(
+                "give it a hole of at least {} mm near the plate; one straight vent leaves {still} mm² closed",
+                short(VENT)
+            ),
+            _ => format!(
+                "give it holes of at least {} mm near the plate, one for each room; {} straight vents leave {still} mm² closed",
+                short(VENT),
+                vents.len()
+            ),
+        })
+    }
+
+    /// A vent at the bottom of a cup, then one at that of each cup that stays of it and closes too much, as long as that helps.
+    fn drilled_into(&self, cup: &Basin, widest_mm2: f64) -> Result<Vented> {
+        let solid = self.voids.solid;
+        let wanted = Wanted { ball_mm: VENT, wall_mm: self.wall_mm, leading: Leading::Sideways };
+        let mut vented = Vented { vents: Vec::new(), film_mm2: f64::INFINITY };
+        let mut rooms: Vec<Vec3> = vec![cup.bottom()];
+        loop {
+            let before = vented.vents.len();
+            let new = rooms.iter().filter_map(|at| self.ways.shortest(solid, *at, wanted));
+            vented.vents.extend(new.take(ROOMS - before));
+            if vented.vents.len() == before {
+                return Ok(vented);
+            }
+            let free = drilled(&solid.outer, &vented.vents).complement();
+            let left = cup.left(self.voids, &retained(&free, Falls::Down, Passage::Faces)?)?;
+            vented.film_mm2 = left.iter().map(|b| b.film().value).fold(0.0, f64::max);
+            // A room that its vent does not open is not drilled again.
+            let again = |at: &Vec3| vented.vents.iter().any(|v| v.from == *at);
+            rooms = left
+                .iter()
+                .filter(|b| b.film().value > widest_mm2)
+                .map(Basin::bottom)
+                .filter(|at| !again(at))
+                .collect();
+        }
+    }
+}
+
+/// A vent with its place, in the frame of the file: `of 4 mm at 1.5, 0, 2 towards +z`.
+fn placed(part: &Part, vent: &Vent) -> String {
+    let at = reported(part, vent.from).map(|c| short((10.0 * c).round() / 10.0)).join(", ");
+    format!("of {} mm at {at} towards {}", short(vent.diameter_mm), direction_in_file(part, vent.way))
+}
+
+/// What is advised where no straight vent was tried, or none leads out.
+pub(super) fn no_vent() -> String {
+    format!("give it a hole of at least {} mm near the plate", short(VENT))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::void::tests::part;
+    use super::*;
+    use crate::geometry::{TriangleMesh, cuboid};
+
+    /// A tray of 26 × 14 × 14 mm, open at the top: two rooms of 9 × 8 mm on its floor, parted by a wall that ends at a height.
+    fn tray(wall_top: f64) -> TriangleMesh {
+        let (lo, hi) = ([0.0; 3], [26.0, 14.0, 14.0]);
+        let rest = [
+            cuboid(lo, [3.0, hi[1], hi[2]]),
+            cuboid([23.0, 0.0, 0.0], hi),
+            cuboid(lo, [hi[0], 3.0, hi[2]]),
+            cuboid([0.0, 11.0, 0.0], hi),
+            cuboid([12.0, 1.0, 1.0], [14.0, 13.0, wall_top]),
+        ];
+        rest.iter().fold(cuboid(lo, [hi[0], hi[1], 3.0]), |tray, more| tray.joined(more))
+    }
+
+    fn advised(mesh: TriangleMesh, widest_mm2: f64) -> String {
+        let part = part(mesh, 0.25, [0.2, -0.1, 0.3]);
+        let voids = Voids::of(&part).unwrap();
+        let kept = retained(&voids.solid.outer.complement(), Falls::Down, Passage::Faces).unwrap();
+        let certain = retained(&voids.solid.inner.complement(), Falls::Down, Passage::Corners).unwrap();
+        let certain = certain.difference(&voids.solid.outer).unwrap();
+        let (cups, _) = Basin::all(&voids, &kept, &certain, Falls::Down).unwrap();
+        let [cup] = &cups[..] else { panic!("one cup") };
+        CupVents::of(&voids, 0.5).advice(cup, widest_mm2).unwrap()
+    }
+
+    #[test]
+    fn rooms_that_join_above_the_vent_of_one_stay_closed() {
+        // Where the other room may stay closed, its film of 72 mm² is told; else it gets a vent of its own.
+        let one = advised(tray(9.0), 100.0);
+        assert!(
+            one.starts_with("drill a straight vent of 4 mm") && one.ends_with("again, 72 mm² stay closed"),
+            "{one}"
+        );
+        let each = advised(tray(9.0), 50.0);
+        assert!(each.starts_with("drill a straight vent into each of 2 rooms"), "{each}");
+        assert!(each.ends_with("again, 0 mm² stay closed"), "{each}");
+        // A wall that ends in the floor parts no rooms.
+        let low = advised(tray(2.5), 50.0);
+        assert!(low.starts_with("drill a straight vent of 4 mm") && low.ends_with("again, 0 mm² stay closed"), "{low}");
+    }
+}
