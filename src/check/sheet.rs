@@ -337,7 +337,7 @@ mod tests {
     use super::super::contract::{Check, Outcome};
     use super::super::thin_wall::ThinWall;
     use super::*;
-    use crate::geometry::{TriangleMesh, cuboid};
+    use crate::geometry::{TriangleMesh, cuboid, extruded};
     use crate::part::Up;
 
     /// Two cones of 4 mm, upright and end to end, joined where they are so wide.
@@ -394,6 +394,40 @@ mod tests {
             let first = found.findings.first().unwrap_or_else(|| panic!("{limits}: passes"));
             assert!(first.state == State::Fail && (first.value - 0.055).abs() < 1e-6, "{limits}: {first:?}");
         }
+    }
+
+    #[test]
+    fn a_wall_is_told_beside_its_thinner_places_and_those_once() {
+        // 0.8 mm thick and 14 mm long between two blocks, with a notch near either end that leaves 0.43 and 0.47 mm.
+        let top =
+            [[3.0, 0.8], [4.5, 0.8], [5.0, 0.43], [5.5, 0.8], [14.5, 0.8], [15.0, 0.47], [15.5, 0.8], [17.0, 0.8]];
+        let ends = [[17.0, 4.0], [20.0, 4.0], [20.0, 0.0], [0.0, 0.0], [0.0, 4.0], [3.0, 4.0]];
+        let outline: Vec<[f64; 2]> = top.into_iter().chain(ends).collect();
+        // A strip under the notches about the two lower corners, and a block at either end.
+        let mut caps: Vec<[usize; 3]> = (0..4).map(|i| [11, i, i + 1]).collect();
+        caps.extend([
+            [11, 4, 10],
+            [10, 4, 5],
+            [10, 5, 6],
+            [10, 6, 7],
+            [10, 7, 8],
+            [10, 8, 9],
+            [11, 12, 13],
+            [11, 13, 0],
+        ]);
+        let mesh = extruded(&outline, &caps, 6.0);
+        let volume = 6.0 * (20.0 * 0.8 + 2.0 * 3.0 * 3.2 - 0.5 * (0.37 + 0.33));
+        assert!((mesh.signed_volume() - volume).abs() < 1e-9, "{} not {volume}", mesh.signed_volume());
+        let mut process = Process::named("fdm").unwrap();
+        process.override_limit("thin-wall=0.5mm,1mm").unwrap();
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+        let told: Vec<(State, f64, u64)> = found.findings.iter().map(|f| (f.state, f.value, f.count)).collect();
+        let fails: Vec<f64> = told.iter().filter(|t| t.0 == State::Fail).map(|t| t.1).collect();
+        assert!(matches!(fails[..], [a, b] if (a - 0.43).abs() < 1e-3 && (b - 0.47).abs() < 1e-3), "{told:?}");
+        let broad: f64 = found.findings.iter().filter(|f| f.state == State::Warn).filter_map(|f| f.area_mm2).sum();
+        assert!(told.iter().all(|t| t.0 == State::Fail || t.1 >= 0.5) && broad > 60.0, "{told:?}, {broad} mm²");
     }
 
     #[test]

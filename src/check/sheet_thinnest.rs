@@ -22,6 +22,8 @@ const LOOKS: (usize, u64) = (16, 1 << 12);
 const OF_ALL_TOLD: u64 = 1 << 18;
 /// What is thinner than this share of the scale, where the sheet thins to nothing, is on its way there.
 const RUNNING_OUT: f64 = 0.2;
+/// Times that a sheet is sought again because others speak for its thinnest place.
+const TIMES: u32 = 4;
 /// Where the known place does not count, this part of the budget goes to the thinnest of all.
 const OF_ALL: u64 = 8;
 
@@ -101,17 +103,24 @@ impl Sheets<'_> {
             .zip(found)
             .map(|((known, samples), (sheet, budget))| (known, Sought { sheet, samples, budget }))
             .unzip();
-        let mut all = self.each_place_once(how, &known, all);
-        // One that was known between the limits, and is thinner at some place, is so only where it may be.
-        for (sought, known) in all.iter_mut().zip(&known) {
-            let level = |s: &Sheet| how.level(s.thinnest.diameter);
-            let thinner = sought.sheet.as_ref().filter(|s| level(s) < level(known));
-            let limit = thinner.and_then(|s| how.levels.get(level(s)));
-            if let (Some(sheet), Some(&limit)) = (thinner, limit) {
-                sought.sheet = Some(below(sheet, &sought.samples, limit));
-            }
-        }
-        all
+        let all = self.each_place_once(how, &known, all);
+        all.into_iter().zip(known).flat_map(|(sought, known)| self.parted(how, sought, known)).collect()
+    }
+
+    /// A sheet that was known between the limits and is thinner at some place: what of it may be so, and the others as they were known.
+    fn parted(&self, how: &Seeking, sought: Sought, known: Sheet) -> Vec<Sought> {
+        let level = |s: &Sheet| how.level(s.thinnest.diameter);
+        let thinner = sought.sheet.as_ref().filter(|s| level(s) < level(&known));
+        let limit = thinner.and_then(|s| how.levels.get(level(s)));
+        let (Some(sheet), Some(&limit)) = (thinner, limit) else { return vec![sought] };
+        let thin = below(sheet, &sought.samples, limit);
+        let others = match self.ends(&known.thinnest, how) {
+            true => blunt_sheet(&sought.samples, how.least(known.thinnest.diameter), how.scale, self),
+            false => Some(known),
+        };
+        let others = others.map(|s| Sheet { low: s.low.max(limit), ..s });
+        let (samples, budget) = (sought.samples.clone(), Budget::of(0));
+        vec![Sought { sheet: Some(thin), ..sought }, Sought { sheet: others, samples, budget }]
     }
 
     /// Settles the sheets one by one, thinnest first, and seeks again what lies where a settled one speaks for it.
@@ -121,7 +130,7 @@ impl Sheets<'_> {
         // Diameters are positive: their bits are in their order.
         let mut waiting: BTreeSet<(u64, usize)> =
             all.iter().enumerate().map(|(rank, s)| (s.thinnest().to_bits(), rank)).collect();
-        let (mut again, mut longer) = (vec![true; all.len()], vec![true; all.len()]);
+        let (mut again, mut longer) = (vec![(0, 0); all.len()], vec![true; all.len()]);
         while let Some((_, rank)) = waiting.pop_first() {
             let Some(sheet) = &all[rank].sheet else { continue };
             let level = |rank: usize| how.level(known[rank].thinnest.diameter);
@@ -139,8 +148,11 @@ impl Sheets<'_> {
                 }
             };
             let spoken_for = |s: &Sample| own_from(s.centre, 0.0, s.diameter) > s.diameter;
-            let (start, mut budget) = if again[rank] && spoken_for(&sheet.thinnest) {
-                again[rank] = false;
+            // Only one that was settled since may speak for more than when it was last sought.
+            let (times, before) = again[rank];
+            let may_differ = times == 0 || times < TIMES && places.len() > before;
+            let (start, mut budget) = if may_differ && spoken_for(&sheet.thinnest) {
+                again[rank] = (times + 1, places.len());
                 (&known[rank], all[rank].budget)
             } else if longer[rank] && how.leaves_open(sheet) {
                 longer[rank] = false;
