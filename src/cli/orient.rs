@@ -8,6 +8,8 @@ use super::leftover;
 use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};
 use crate::error::{Error, Result};
+use crate::geometry::TriangleMesh;
+use crate::geometry::vector::Vec3;
 use crate::io::stl;
 use crate::notice::Notice;
 use crate::part::{Part, Up};
@@ -23,6 +25,17 @@ const FORMATS: &[&str] = &["json", "html", "png", "stl"];
 const PICTURED: usize = 12;
 /// Most directions and orientations in full that may be asked for.
 const MOST: [usize; 2] = [100_000, 1000];
+
+/// The part as it stands in an orientation, twice as far from the origin along x as it was in its file, or more.
+///
+/// Turned, its coordinates are off by up to √3 of their resolution there, and a reader takes that of the new file for it: nearer to the origin, surface at the
+/// limit would no longer equal it.
+fn written(part: &Part, rotation: &[Vec3; 3]) -> TriangleMesh {
+    let posed = standing(part.mesh(), rotation);
+    let far = 2.0 * part.step() / stl::RELATIVE_STEP;
+    let right = posed.bounds().map_or(0.0, |(_, hi)| far - hi[0]).max(0.0);
+    posed.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [right, 0.0, 0.0])
+}
 
 /// Compares the orientations, writes the answer and returns what goes to stdout.
 pub fn orient(a: &Orienting) -> Answer<String> {
@@ -87,7 +100,7 @@ fn run(a: &Orienting) -> Result<String> {
     if let Some(best) = list.first().filter(|_| formats.contains(&"stl")) {
         let mut bytes = Vec::new();
         let refused = |e: std::io::Error| Error::CannotWrite { path: "best.stl".into(), reason: e.to_string() };
-        stl::write(&standing(part.mesh(), &best.rotation), &mut bytes).map_err(refused)?;
+        stl::write(&written(&part, &best.rotation), &mut bytes).map_err(refused)?;
         files.push("best pose", "best.stl", bytes);
     }
     if formats.contains(&"png") {
@@ -103,4 +116,41 @@ fn run(a: &Orienting) -> Result<String> {
     }
     let places: Vec<String> = written.into_iter().filter(|w| w.0 != "picture").map(|w| w.1).collect();
     Ok(format!("{}written: {}\n", orient::text(&report), places.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::extruded;
+    use crate::layer::downward_facets;
+    use crate::units::Angle;
+
+    /// A mesh as an STL file has it.
+    fn stored(mesh: &TriangleMesh) -> TriangleMesh {
+        let vertices = mesh.vertices.iter().map(|v| v.map(|x| f64::from(x as f32))).collect();
+        TriangleMesh { vertices, ..mesh.clone() }
+    }
+
+    #[test]
+    fn surface_at_the_limit_equals_it_in_the_file_of_the_best_pose_too() {
+        // A side that leans by 45 degrees in forty strips, a metre from the origin, where a coordinate is off by up to 0.00006 mm.
+        let side = (1..40).map(|n| [-4.0 + 0.1 * f64::from(n), 4.0 - 0.1 * f64::from(n)]);
+        let outline: Vec<[f64; 2]> =
+            [[0.0, 0.0], [5.0, 0.0], [5.0, 4.0], [-4.0, 4.0]].into_iter().chain(side).collect();
+        let caps: Vec<[usize; 3]> = (2..=outline.len() - 1).map(|i| [1, i, (i + 1) % outline.len()]).collect();
+        let made = extruded(&outline, &caps, 3.0);
+        let up = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mesh = stored(&made.transformed(up, [1000.123, 0.777, 0.0]));
+        let hanging = |mesh: &TriangleMesh| {
+            let most = mesh.bounds().map_or(0.0, |(lo, hi)| lo.into_iter().chain(hi).map(f64::abs).fold(0.0, f64::max));
+            downward_facets(mesh, 0.05, Angle::degrees(45.0), most * stl::RELATIVE_STEP).len()
+        };
+        assert_eq!(hanging(&mesh), 0);
+        assert!(hanging(&stored(&standing(&mesh, &up))) > 10);
+        let part = Part::new(mesh, Up::PlusZ, 1005.2 * stl::RELATIVE_STEP, 0.0).unwrap();
+        let turned = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]];
+        for rotation in [up, turned] {
+            assert_eq!(hanging(&stored(&written(&part, &rotation))), 0);
+        }
+    }
 }

@@ -36,6 +36,5 @@ pub fn read(bytes: &[u8], salvage: Salvage) -> Result<Loaded> {
         }
     };
     let mesh = accept::with_extent(mesh, "STL")?;
-    // Both kinds are parsed as f32: the spacing of f32 relative to the largest coordinate is at most 2^-24 each way.
-    Ok(Loaded { mesh, format, unit_mm: None, notices, relative_step: f64::powi(2.0, -24) })
+    Ok(Loaded { mesh, format, unit_mm: None, notices, relative_step: super::RELATIVE_STEP })
 }
