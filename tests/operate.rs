@@ -125,6 +125,28 @@ fn every_operation_encloses_the_true_volume_and_writes_a_closed_mesh() {
 }
 
 #[test]
+fn a_sweep_lies_where_it_does_however_its_path_is_told() {
+    let bench = Bench::new("poses");
+    let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    bench.put("arm.stl", &mesh("box:10x2x4mm").transformed(still, [10.0, 0.0, 2.0]));
+    std::fs::write(bench.0.join("points.csv"), "0, 0, 0\n10, 0, 0\n").unwrap();
+    std::fs::write(bench.0.join("poses.csv"), "0, 0, 0, 1, 0, 0, 0\n10, 0, 0, 1, 0, 0, 0\n").unwrap();
+    for way in ["points", "poses"] {
+        for (voxel, h) in [("", 0.3212), (" --voxel 0.5mm", 0.5)] {
+            let said = bench.amcheck(&format!("sweep arm.stl --along {way}.csv --out made.stl{voxel}"));
+            assert_eq!(said.code, 0, "{}", said.err);
+            let made = closed(&bench.0.join("made.stl"));
+            assert!((made.signed_volume() / 160.0 - 1.0).abs() < 0.005, "{way}{voxel}: {}", made.signed_volume());
+            let (lo, hi) = made.bounds().unwrap();
+            let off =
+                |found: [f64; 3], truth: [f64; 3]| (0..3).map(|a| (found[a] - truth[a]).abs()).fold(0.0, f64::max);
+            let off = off(lo, [5.0, -1.0, 0.0]).max(off(hi, [25.0, 1.0, 4.0]));
+            assert!(off < 0.05 * h, "{way}{voxel}: {off} {lo:?} {hi:?}");
+        }
+    }
+}
+
+#[test]
 fn a_real_part_is_offset_opened_and_closed_to_closed_meshes() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
     let models = std::env::var_os("AMCHECK_MODELS").map_or_else(beside, PathBuf::from);

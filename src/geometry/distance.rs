@@ -122,6 +122,20 @@ impl MeshDistance {
         Nearest { point, facet, distance: norm2(sub(p, point)).sqrt() }
     }
 
+    /// Whether a point lies behind the facet of its nearest point, and at an edge or a corner behind the facet that it stands most squarely
+    /// to: inside, if the facets bound a solid.
+    pub fn is_behind(&self, p: Vec3, nearest: &Nearest) -> bool {
+        let mut height = 0.0f64;
+        self.within(p, nearest.distance * (1.0 + 1e-9), |n| {
+            let over = dot(sub(p, n.point), self.normals[n.facet as usize]);
+            if over.abs() > height.abs() {
+                height = over;
+            }
+            ControlFlow::Continue(())
+        });
+        height < 0.0
+    }
+
     /// The nearest acceptable point, if it is nearer than the one found so far, whose squared distance is given; one whose squared
     /// distance is below `enough2` ends the search.
     fn search(

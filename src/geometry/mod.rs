@@ -51,5 +51,5 @@ pub use solid::{Doubt, Enclosure, InsideRule, Solid};
 pub use steiner::Steiner;
 pub use swept::swept;
 pub use voxelize::{enclose, occupancy, voxelize, voxelize_layers};
-pub use waypoint::Waypoint;
+pub use waypoint::{Leg, Waypoint};
 pub use winding::Winding;

@@ -3,7 +3,6 @@
 use super::near::Near;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, dot, scale, sub};
-use std::ops::ControlFlow;
 
 /// Normals closer together than 25° belong to no crease of 30°, wherever on the cell's edges they were taken.
 pub(super) const SMOOTH_COSINE: f64 = 0.906;
@@ -83,24 +82,10 @@ impl Level {
         Some((height - r, facing))
     }
 
-    /// Whether a point lies behind the facet of its nearest point, and at an edge or a corner behind the facet that it stands most squarely
-    /// to: inside, if the facets bound a solid.
-    pub(super) fn is_behind(&self, p: Vec3, nearest: &Nearest) -> bool {
-        let (mesh, mut height) = (self.near.mesh(), 0.0f64);
-        mesh.within(p, nearest.distance * (1.0 + 1e-9), |n| {
-            let over = dot(sub(p, n.point), mesh.normal(n.facet));
-            if over.abs() > height.abs() {
-                height = over;
-            }
-            ControlFlow::Continue(())
-        });
-        height < 0.0
-    }
-
     /// `d − r` at a point that may stand beside its nearest facet.
     pub(super) fn value_beside(&self, p: Vec3) -> Option<f64> {
         let n = self.near.nearest(p)?;
-        Some(if self.is_behind(p, &n) { -n.distance } else { n.distance } - self.r)
+        Some(if self.near.mesh().is_behind(p, &n) { -n.distance } else { n.distance } - self.r)
     }
 
     /// How high a point is over the facet of its nearest point, and the outward normal there; none if it is beside the facet.

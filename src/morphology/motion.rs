@@ -2,8 +2,8 @@
 
 use super::sweep::Placement;
 use crate::error::{Error, Result};
-use crate::geometry::vector::{distance, norm};
-use crate::geometry::{TriangleMesh, Waypoint};
+use crate::geometry::vector::norm;
+use crate::geometry::{Leg, TriangleMesh, Waypoint};
 use crate::units::Length;
 
 /// More poses than this are not swept: each is cast by itself.
@@ -32,9 +32,9 @@ pub fn placements_along(mesh: &TriangleMesh, waypoints: &[Waypoint], spacing: Le
     let (Some(&first), true) = (waypoints.first(), waypoints.len() > 1) else {
         return Err(refused(format!("a motion of {} pose(s)", waypoints.len()), "give at least two poses"));
     };
-    let reach = mesh.vertices.iter().map(|&p| norm(p)).fold(0.0, f64::max);
+    let reach = reach_of(mesh);
     let way = |pair: &[Waypoint]| match pair {
-        [from, to] => distance(from.at_mm, to.at_mm) + reach * from.angle_to(to),
+        [from, to] => Leg::new(*from, to).longest(reach),
         _ => 0.0,
     };
     if waypoints.iter().all(|other| *other == first) {
@@ -55,10 +55,16 @@ pub fn placements_along(mesh: &TriangleMesh, waypoints: &[Waypoint], spacing: Le
     Ok(std::iter::once(first).chain(between).map(placed).collect())
 }
 
+/// How far the vertices of a mesh are from its origin at most.
+pub(super) fn reach_of(mesh: &TriangleMesh) -> f64 {
+    mesh.vertices.iter().map(|&p| norm(p)).fold(0.0, f64::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::cuboid;
+    use crate::geometry::vector::distance;
 
     #[test]
     fn no_vertex_goes_further_than_half_a_spacing() {

@@ -83,13 +83,35 @@ pub fn sweep_surface(mesh: &TriangleMesh, path: &[Vec3], spacing: Length) -> Res
 /// # Cost
 /// One cast of B for each pose.
 pub fn sweep_poses(mesh: &TriangleMesh, poses: &[Placement], grid: &Grid) -> Result<Sandwich> {
+    between_copies(&copies(mesh, poses, grid)?)
+}
+
+/// The three sides of the copies of a closed mesh at the poses of a motion, on a given grid.
+///
+/// # Errors
+/// As [`sweep_poses`].
+///
+/// # Cost
+/// One cast of the mesh for each pose.
+pub fn copies(mesh: &TriangleMesh, poses: &[Placement], grid: &Grid) -> Result<Sides> {
     check_poses(mesh, poses, grid.h())?;
-    let copies = union(poses, grid, |pose| mesh.transformed(pose.rotation, pose.translation))?;
+    union(poses, grid, |pose| mesh.transformed(pose.rotation, pose.translation))
+}
+
+/// What lies between the [`copies`] at the poses of a motion, as [`sweep_poses`] has it.
+///
+/// # Errors
+/// As [`dilate`].
+///
+/// # Cost
+/// One dilation of a set of samples.
+pub fn between_copies(copies: &Sides) -> Result<Sandwich> {
+    let grid = *copies.points.grid();
     let cube = StructuringElement::cuboid([3; 3], grid.spacing())?;
     let spread = dilate(&copies.touched, &cube)?;
-    let upper = spread.set.placed([1; 3], *grid)?;
+    let upper = spread.set.placed([1; 3], grid)?;
     let volume = [copies.full.volume(), upper.volume()];
-    Ok(Sandwich { lower: copies.points, upper, volume, paths: vec![spread.path] })
+    Ok(Sandwich { lower: copies.points.clone(), upper, volume, paths: vec![spread.path] })
 }
 
 /// The sweep of a set of samples along a path of samples: their Minkowski sum.

@@ -331,19 +331,15 @@ fn touching(found: Sandwich, settled: Option<Settled>) -> Result<Operated> {
         let made = from_sandwich(found)?;
         return Ok(Operated { path: format!("{}, surface midway in the bracket", made.path), ..made });
     };
-    let volume = Volume::mm3(mesh.signed_volume());
     let path = format!("{}, {touching} of {crossings} crossings where the operands touch", paths_of(&found));
+    Ok(with_surface(found, mesh, inside, path))
+}
+
+/// With the surface of the exact result, and the samples in it.
+pub(super) fn with_surface(found: Sandwich, mesh: TriangleMesh, inside: Indicator, path: String) -> Operated {
+    let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated {
-        mesh,
-        volume,
-        bracket: found.volume,
-        path,
-        distances: None,
-        inside: Some(inside),
-        sides,
-        filled: None,
-    })
+    Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides, filled: None }
 }
 
 fn paths_of(found: &Sandwich) -> String {
