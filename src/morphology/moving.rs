@@ -292,7 +292,6 @@ mod tests {
                 Some(found) => assert!(found.value < 0.0 && truth < 0.0),
             }
         }
-        println!("{off} of {near} distances off by more than {}, {worst} at most", 0.02 * h);
         // Of valleys near each other the deeper one may be missed.
         assert!(near > 200 && 10 * off < near && worst < 0.25 * h, "{off} of {near}, {worst}");
     }
