@@ -9,12 +9,14 @@ use super::place::{group_equal, locate, reported};
 use super::rib::Ribbing;
 use super::roof::Roof;
 use crate::error::Result;
+use crate::geometry::DisjointSets;
 use crate::geometry::vector::{Vec3, along, scale};
 use crate::layer::{Ceiling, Reach};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{hundredths, report_digits, short};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// AM203 `bridge`.
 pub struct Bridge;
@@ -202,11 +204,23 @@ fn place(
             )
         }
         "ledge" if c.is_beside => format!("flat ledge reaches {value} mm out from its nearest anchor"),
-        "ledge" if c.is_spanned => format!("flat ledge reaches {value} mm out from what holds it"),
+        "ledge" if c.is_spanned || !is_one_chain(&c.anchors) => {
+            format!("flat ledge reaches {value} mm out from what holds it")
+        }
         "ledge" => format!("flat ledge reaches {value} mm out from its only anchor"),
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
+}
+
+/// Whether edges hang together end to end.
+fn is_one_chain(edges: &[[Vec3; 2]]) -> bool {
+    let mut sets = DisjointSets::new(edges.len());
+    let mut at: FxHashMap<[u64; 3], u32> = FxHashMap::default();
+    for (n, end) in edges.iter().enumerate().flat_map(|(n, ends)| ends.map(|end| (n as u32, end))) {
+        sets.join(n, *at.entry(end.map(f64::to_bits)).or_insert(n));
+    }
+    (1..edges.len() as u32).all(|n| sets.root(n) == sets.root(0))
 }
 
 /// A remedy tried at the place of a finding.
@@ -287,6 +301,13 @@ mod tests {
             Outcome::Measured(measured) => measured.findings,
             other => panic!("{other:?}"),
         }
+    }
+
+    #[test]
+    fn an_anchor_is_the_only_one_if_its_edges_hang_together() {
+        let [a, b, c, d] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [5.0, 2.0, 0.0]];
+        assert!(is_one_chain(&[]) && is_one_chain(&[[a, b], [c, d], [b, c]]));
+        assert!(!is_one_chain(&[[a, b], [c, d]]));
     }
 
     #[test]

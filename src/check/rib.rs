@@ -69,6 +69,8 @@ pub enum Ribbing {
     TooTall { tall: f64, thick: f64 },
     /// So long is a span that is left with all ribs in place.
     StillSpans(f64),
+    /// So far does what is left with all ribs in place reach out from them or from an anchor: farther than before and than a ledge may.
+    StillReaches(f64),
     /// One would stand on another body, or come nearer to one than the process keeps apart.
     Joins,
 }
@@ -135,6 +137,12 @@ impl Ribbing {
                     plain(*span)
                 )
             }
+            Ribbing::StillReaches(reach) => {
+                format!(
+                    "ribs across its longest spans leave what reaches {} mm out beside them, measured again: no rib is advised",
+                    plain(*reach)
+                )
+            }
         }
     }
 }
@@ -199,7 +207,7 @@ impl Trying<'_> {
             let left = respanned(self.part, self.process, self.ceiling, &plan);
             let span = left.iter().filter_map(|c| c.bridge).max_by(|a, b| a.high_mm.total_cmp(&b.high_mm));
             if self.reach(&left) > reaches {
-                return Ribbing::StillSpans(self.reach(&left));
+                return Ribbing::StillReaches(self.reach(&left));
             }
             match span.filter(|s| s.high_mm > self.limit + 1e-6) {
                 Some(long) if long.low_mm > self.limit => longest = long,

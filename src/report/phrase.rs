@@ -2,7 +2,7 @@
 
 use super::schema::{CheckReport, RefinedReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
-use crate::units::{coarse, decimals_of, short, told};
+use crate::units::{coarse, decimals_of, hundredths, short, told};
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
 pub fn unit_sign(unit: &str) -> &str {
@@ -190,9 +190,10 @@ pub fn finer_looks(refined: RefinedReport) -> String {
     format!("{looks} took {took} samples; {left} are left{lacking}{large}")
 }
 
-/// The extent of the part: `56 × 36 × 32.4 mm`.
+/// The extent of the part: `56 × 36 × 32.4 mm`, to hundredths where they tell it to a tenth.
 pub fn extent(box_mm: [[f64; 3]; 2]) -> String {
-    let sides = [0, 1, 2].map(|a| short(((box_mm[1][a] - box_mm[0][a]) * 100.0).round() / 100.0));
+    let side = |mm: f64| if mm < 0.1 { short(mm) } else { hundredths(mm) };
+    let sides = [0, 1, 2].map(|a| side(box_mm[1][a] - box_mm[0][a]));
     format!("{} mm", sides.join(" × "))
 }
 
