@@ -11,9 +11,6 @@ mod read;
 mod text;
 mod write;
 
-/// No coordinate is further from what was meant than this share of the largest: both kinds are parsed as f32.
-pub const RELATIVE_STEP: f64 = 1.0 / (1 << 24) as f64;
-
 pub(super) use decide::{fits_binary, looks_like_text, may_be_binary};
-pub use read::read;
+pub use read::{RELATIVE_STEP, read};
 pub use write::{merged, write};

@@ -5,6 +5,9 @@ use super::{binary, text};
 use crate::error::Result;
 use crate::io::{Loaded, Salvage, accept};
 
+/// No coordinate is further from what was meant than this share of the largest: both kinds are parsed as f32.
+pub const RELATIVE_STEP: f64 = 1.0 / (1 << 24) as f64;
+
 /// The mesh of an STL file, facets in file order, corners welded where their coordinates are equal.
 ///
 /// A file whose length is 84 + 50·count is binary whatever its header says; any other that starts with
@@ -36,5 +39,5 @@ pub fn read(bytes: &[u8], salvage: Salvage) -> Result<Loaded> {
         }
     };
     let mesh = accept::with_extent(mesh, "STL")?;
-    Ok(Loaded { mesh, format, unit_mm: None, notices, relative_step: super::RELATIVE_STEP })
+    Ok(Loaded { mesh, format, unit_mm: None, notices, relative_step: RELATIVE_STEP })
 }
