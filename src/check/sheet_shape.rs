@@ -158,12 +158,12 @@ fn axis_of(samples: &[&Sample]) -> Option<Vec3> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::medial::Shape;
 
     /// Samples of a plate of 10 × 2 mm, 0.9 mm thick, and 0.7 mm over some of its length; bounds are 0.05 mm less.
-    fn plate(thin: usize) -> Vec<Sample> {
+    pub fn plate(thin: usize) -> Vec<Sample> {
         (0..40)
             .map(|n| {
                 let (x, y) = (0.5 * (n / 2) as f64, (n % 2) as f64);

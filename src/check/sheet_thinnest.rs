@@ -353,3 +353,48 @@ enum Claim {
     /// What lies beside them: between the same limits as they are, and the other sheet's are not.
     OfItsKind,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::contract::Context;
+    use super::super::room::Beside;
+    use super::super::search;
+    use super::super::sheet_shape::tests::plate;
+    use super::super::sheet_shape::{Form, sheet_of};
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::medial::Side;
+    use crate::part::{Part, Up};
+    use crate::process::Process;
+
+    #[test]
+    fn a_sheet_with_a_thinner_spot_is_told_by_both() {
+        let part = Part::new(cuboid([-1.0, -1.0, -0.45], [11.0, 3.0, 0.45]), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 1 << 20, spacing_mm: 0.1 });
+        let sheets = Sheets {
+            part: &part,
+            process: &process,
+            context: &context,
+            code: "AM101",
+            side: Side::Material,
+            kinds: Vec::new(),
+            rods: Vec::new(),
+            necks: Vec::new(),
+            beside: Beside::Limit,
+        };
+        let question = search::question(&part, &process, &context, Side::Material, &[0.8, 1.2]);
+        let scale = Scale { wide: 1.2, tight: 0.8 };
+        let how = Seeking { question: &question, scale, levels: [0.8, 1.2], reach: 1.0, told: 0 };
+        let samples = plate(0);
+        let known = sheet_of(&samples, 0.8, scale, &sheets).unwrap();
+        let parted = |diameter: f64| {
+            let thinnest = Sample { diameter, low: diameter, ..known.thinnest };
+            let sheet = Some(Sheet { thinnest, low: diameter, ..known.clone() });
+            let sought = Sought { sheet, samples: samples.clone(), budget: Budget::of(0) };
+            let told = sheets.parted(&how, sought, known.clone()).into_iter().filter_map(|s| s.sheet);
+            told.map(|s| (s.thinnest.diameter, s.low, s.area, s.form)).collect::<Vec<_>>()
+        };
+        assert_eq!(parted(0.7), [(0.7, 0.7, 0.0, Form::Spot), (0.9, known.low, known.area, Form::Plate)]);
+        assert_eq!(parted(0.85), [(0.85, 0.85, known.area, Form::Plate)]);
+    }
+}
