@@ -1,11 +1,11 @@
 //! AM601: concave edges sharper than the fillet that the process asks for.
 
-use super::chord::{corner_bend, divides_a_facet};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::resting::Ball;
+use super::round_corner::{corner_bend, divides_a_facet};
 use super::step::{Stretch, higher_than};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, angle, bounds, distance};

@@ -150,12 +150,10 @@ impl Walls {
         let holds = |index: [usize; 3]| distance(grid.position(index), centre) <= radius;
         let inside = match sample {
             Some(index) if radius > HALF_DIAGONAL * grid.h() || holds(index) => self.centres.contains(index),
-            Some(_) => self
-                .level
-                .near
-                .mesh()
-                .nearest(centre, f64::INFINITY)
-                .is_some_and(|n| self.level.near.mesh().is_behind(centre, &n)),
+            Some(_) => {
+                let mesh = self.level.near.mesh();
+                mesh.nearest(centre, f64::INFINITY).is_some_and(|n| mesh.is_behind(centre, &n))
+            }
             None => return false,
         };
         radius > 0.0 && inside == (self.ball < 0.0)

@@ -69,6 +69,12 @@ mod tests {
         poses.map(|(at_mm, turn)| Waypoint { at_mm, turn })
     }
 
+    /// Once about z through the origin, in quarters.
+    fn whole_turn() -> [Waypoint; 5] {
+        let quarter = |n: i32| (0.25 * PI * f64::from(n)).sin_cos();
+        way([0, 1, 2, 3, 4].map(|n| ([0.0; 3], [quarter(n).1, 0.0, 0.0, quarter(n).0])))
+    }
+
     /// Checks a surface against a volume, to a share of it, and a box, to a twentieth of the spacing.
     fn lies(made: &Operated, (volume, share): (f64, f64), (lo, hi): ([f64; 3], [f64; 3]), h: f64) {
         let [low, high] = made.bracket.map(|v| v.as_mm3());
@@ -95,15 +101,8 @@ mod tests {
 
     #[test]
     fn a_whole_turn_is_a_ring_and_a_turn_about_a_side_a_fan() {
-        let (h, half) = (0.5, std::f64::consts::FRAC_1_SQRT_2);
-        let quarters = [
-            [1.0, 0.0, 0.0, 0.0],
-            [half, 0.0, 0.0, half],
-            [0.0, 0.0, 0.0, 1.0],
-            [-half, 0.0, 0.0, half],
-            [-1.0, 0.0, 0.0, 0.0],
-        ];
-        let made = sweep_motion(&arm(), &way(quarters.map(|turn| ([0.0; 3], turn))), Length::mm(h)).unwrap();
+        let h = 0.5;
+        let made = sweep_motion(&arm(), &whole_turn(), Length::mm(h)).unwrap();
         let far = 15f64.hypot(1.0);
         lies(&made, (PI * (226.0 - 25.0) * 4.0, 0.002), ([-far, -far, 0.0], [far, far, 4.0]), h);
         let field = made.field().unwrap();
@@ -114,16 +113,9 @@ mod tests {
     #[test]
     fn near_the_axis_and_for_facets_that_bound_no_solid_it_is_right_too() {
         // A hole of 0.4 mm about the axis of what turns, far from its ends.
-        let (h, half) = (0.1, std::f64::consts::FRAC_1_SQRT_2);
+        let h = 0.1;
         let bar = cuboid([0.4, -0.3, 0.0], [6.0, 0.3, 1.0]);
-        let quarters = [
-            [1.0, 0.0, 0.0, 0.0],
-            [half, 0.0, 0.0, half],
-            [0.0, 0.0, 0.0, 1.0],
-            [-half, 0.0, 0.0, half],
-            [-1.0, 0.0, 0.0, 0.0],
-        ];
-        let turn = way(quarters.map(|turn| ([0.0; 3], turn)));
+        let turn = whole_turn();
         let made = sweep_motion(&Element::Mesh(bar.clone()), &turn, Length::mm(h)).unwrap();
         let far = 6f64.hypot(0.3);
         lies(&made, (PI * (36.09 - 0.16), 0.002), ([-far, -far, 0.0], [far, far, 1.0]), h);
