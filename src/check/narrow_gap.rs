@@ -22,8 +22,8 @@ static META: Meta = Meta {
     why: "A gap narrower than the process resolves fuses: moving parts do not move, slots close, powder stays.",
     how: "Within a body as AM101, on the void. Between two bodies the exact least distance of their surfaces is taken, by a \
           search over both box trees. Equal gaps are one finding with a count.",
-    limits: "Bodies that touch or cross are one piece and are noted, not judged. A groove that tapers by more than 30 degrees is no \
-             slot, and round void is none however deep: holes and dimples are small-hole's. The gap to the plate is not judged.",
+    limits: "Bodies that touch or cross are one piece and are noted, not judged. A groove that tapers by more than 30 degrees, or by 4 and more to its bottom edge, is no \
+             slot there, and round void is none however deep: holes and dimples are small-hole's. The gap to the plate is not judged.",
     source: "Limits: see the profile.",
 };
 

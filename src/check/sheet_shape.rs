@@ -5,7 +5,7 @@ use crate::medial::Sample;
 use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
 use crate::medial::cluster::principal_extents;
 
-/// A sheet that thins to less than this share of the limit (or of a smaller part) may have run out to an edge.
+/// An edge blunted by a face no wider than this share of the limit (or of a smaller part) is one that a sheet runs out to.
 pub const RUN_OUT: f64 = 0.05;
 
 /// What tapers is a speck if its area is less than that of a square of so many thicknesses.
@@ -49,7 +49,7 @@ pub struct Sheet {
 
 /// Where a sheet ends.
 pub trait Ends {
-    /// Whether a sample is so thin that its sheet has run out to an edge. What may be that thin, and is not known to be, has not.
+    /// Whether a sample lies in a wedge that runs out to an edge.
     fn runs_out(&self, sample: &Sample, scale: Scale) -> bool;
 
     /// Whether a sheet goes on thinning beyond a sample until its sides meet, or to less than `from`.
@@ -57,11 +57,6 @@ pub trait Ends {
 
     /// Whether it comes to no end and to no less than `from` where it thins most from a sample on.
     fn stays(&self, sample: &Sample, from: f64) -> bool;
-}
-
-/// Whether a sample is as thin as a sheet that has run out.
-pub fn may_run_out(sample: &Sample, scale: Scale) -> bool {
-    sample.diameter < RUN_OUT * scale.wide
 }
 
 /// Sums a group up, or says that it is a wedge: `None`.
@@ -87,7 +82,7 @@ pub fn blunt_sheet(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends
     if !is_speck {
         return summed(&blunt);
     }
-    parallel_sheet(samples, scale).or_else(|| skin(&blunt, from, ends))
+    parallel_sheet(samples, scale, ends).or_else(|| skin(&blunt, from, ends))
 }
 
 /// What of a group thins to no less than `from` and leads nowhere, if its thinnest place is known and it is no speck: a skin between two rooms
@@ -101,9 +96,9 @@ fn skin(samples: &[&Sample], from: f64, ends: &impl Ends) -> Option<Sheet> {
 }
 
 /// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as half the tighter limit squared.
-pub fn parallel_sheet(samples: &[Sample], scale: Scale) -> Option<Sheet> {
-    let parallel: Vec<&Sample> =
-        samples.iter().filter(|s| s.separation >= PARALLEL && s.low >= 1e-3 * scale.wide).collect();
+fn parallel_sheet(samples: &[Sample], scale: Scale, ends: &impl Ends) -> Option<Sheet> {
+    let is_parallel = |s: &&Sample| s.separation >= PARALLEL && s.low >= 1e-3 * scale.wide && !ends.runs_out(s, scale);
+    let parallel: Vec<&Sample> = samples.iter().filter(is_parallel).collect();
     summed(&parallel).filter(|s| s.area >= (LEAST_SIDE * scale.tight).powi(2))
 }
 

@@ -2,14 +2,13 @@
 
 use super::budget::Budget;
 use super::sheet::Sheets;
-use super::sheet_shape::{Ends, Scale, Sheet, below, blunt_sheet, may_run_out, parallel_sheet};
+use super::sheet_shape::{Ends, RUN_OUT, Scale, Sheet, below, blunt_sheet};
 use crate::geometry::vector::{Vec3, add, distance, sub, unit};
 use crate::medial::chord::PARALLEL;
 use crate::medial::refine::thinnest_on;
-use crate::medial::{Own, Question, Sample, stays};
+use crate::medial::{Own, Question, Sample, runs_out, stays};
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
-use std::cell::Cell;
 use std::collections::BTreeSet;
 
 /// Bound and ball that differ by less than this are one where every limit tells them the same, millimetres.
@@ -20,8 +19,6 @@ const REFINED: usize = 64;
 const LOOKS: (usize, u64) = (16, 1 << 12);
 /// What all of these searches may cost, in evaluations: each such sheet has an equal share.
 const OF_ALL_TOLD: u64 = 1 << 18;
-/// What is thinner than this share of the scale, where the sheet thins to nothing, is on its way there.
-const RUNNING_OUT: f64 = 0.2;
 /// Times that a sheet is sought again because others speak for its thinnest place.
 const TIMES: u32 = 4;
 /// Where the known place does not count, this part of the budget goes to the thinnest of all.
@@ -202,23 +199,8 @@ impl Sheets<'_> {
         } else {
             sheet.clone()
         };
-        let (before, ran_out) = (known.clone(), Cell::new(false));
-        let counts = |s: &Sample| {
-            let own = other(s);
-            let is_out = own && self.runs_out(s, how.scale);
-            ran_out.set(ran_out.get() || is_out);
-            own && !is_out && !self.thins_out(s, how.least(s.diameter))
-        };
-        let found = self.thinnest(&looked, known, budget, &counts);
-        if !ran_out.get() || found.thinnest.diameter >= RUNNING_OUT * how.scale.wide {
-            return Some(found);
-        }
-        // One that thins to nothing is as thick as what of it is parallel, or as it was known to be before that.
-        let parallel = |s: &Sample| s.separation >= PARALLEL && counts(s);
-        Some(match parallel_sheet(samples, how.scale) {
-            Some(sheet) => self.thinnest(&looked, sheet, budget, &parallel),
-            None => before,
-        })
+        let counts = |s: &Sample| other(s) && !self.ends(s, how);
+        Some(self.thinnest(&looked, known, budget, &counts))
     }
 
     /// The sheet with its thinnest place that counts, sought on every feature where the bound leaves room for one.
@@ -270,7 +252,7 @@ impl Sheets<'_> {
 
 impl Ends for Sheets<'_> {
     fn runs_out(&self, s: &Sample, scale: Scale) -> bool {
-        may_run_out(s, scale) && !self.stays(s, 0.0)
+        runs_out(self.part.distance(), s.centre, s.diameter, RUN_OUT * scale.wide)
     }
 
     /// Sides that taper by τ meet r / sin(τ/2) beyond the centre. A ray that way meets the flat rim of a wall after about

@@ -32,4 +32,4 @@ mod wedge;
 
 pub use cover::{Cover, Own, Passed, Question, Sample, Shape};
 pub use feature::{Bends, Features, Side};
-pub use wedge::stays;
+pub use wedge::{runs_out, stays};

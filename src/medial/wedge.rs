@@ -1,7 +1,7 @@
 //! How far in from a sharp edge the material is thinner than asked: along the medial axis.
 
 use crate::geometry::distance::{MeshDistance, TouchingBall};
-use crate::geometry::vector::{Vec3, add, along, distance, dot, norm, scale, sub, unit};
+use crate::geometry::vector::{Vec3, add, along, cross, distance, dot, norm, scale, sub, unit};
 
 /// Balls from an edge inwards, at most.
 const STEPS: usize = 2000;
@@ -23,6 +23,13 @@ const DESCENT: usize = 200;
 const MET: f64 = 0.02;
 /// The least step of a descent, and the least by which its ball has to shrink, as shares of the ball's radius.
 const SHRINKS: f64 = 1e-3;
+/// Sides further from parallel than 30 degrees are no wall's.
+const LEANS: f64 = 0.2589;
+/// Of sides that turn towards each other those of a wedge lean by up to so many times as much from one ball to the next, and by up to 60 degrees.
+const TURNS: f64 = 1.3;
+const SHARP: f64 = 0.5;
+/// Ways within a sheet, from where it thins most, that are tried where the end of an edge is in the way, degrees.
+const ASIDE: [f64; 4] = [45.0, -45.0, 75.0, -75.0];
 /// Where a sheet ends, the surface lies before its last ball within so many radii.
 const BEFORE: f64 = 3.0;
 
@@ -61,7 +68,7 @@ impl Wedge {
         let goes_on = |last: &Ball, next: &Ball| {
             next.radius >= last.radius && next.growth >= growth && dot(next.onward, last.onward) > 0.0
         };
-        let edge = Ball { centre: self.edge, radius: 0.0, onward: self.inward, growth: sine };
+        let edge = Ball { centre: self.edge, radius: 0.0, onward: self.inward, growth: sine, aside: [0.0; 3] };
         let (mut last, mut p) = (edge, start);
         let mut past = Ball::about(surface, p, thick);
         for _ in 0..STEPS {
@@ -99,29 +106,94 @@ impl Wedge {
 /// At most 200 balls; six where the sides are flat.
 pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> bool {
     let within = 2.0 * diameter;
-    let Some(mut last) = Ball::about(surface, centre, within) else { return false };
-    let (least, mut share) = ((MET * last.radius).max(0.5 * from), 0.5);
-    for _ in 0..DESCENT {
-        if last.radius < least {
-            return false;
+    let Some(first) = Ball::about(surface, centre, within) else { return false };
+    let least = (MET * first.radius).max(0.5 * from);
+    match descend(surface, first, (least, within), (&[], |_, _| true)) {
+        (_, End::Level) => true,
+        (last, End::Least) => last.goes_on(surface),
+        (_, End::Met) => false,
+    }
+}
+
+/// Whether a ball of a sheet lies in a wedge that runs out to an edge, or to a face no wider than `blunt`.
+///
+/// One goes from it to where the sheet thins most, as for [`stays`], and aside where the end of an edge is in the way. All the way the sides
+/// have to lean towards each other: by up to 30°, as a wall's may, or by up to 60° where they turn gradually; and by as much as those of a
+/// wedge that [`Wedge::thinner_than`] follows inwards, so that each ball belongs to the edge or to the sheet behind its wedge. What leans by
+/// less is a sheet that ends in a wedge, and what is stopped by a wider face a wall as thick as that.
+///
+/// # Cost
+/// That of [`stays`], up to five times that at a rim; one ball where the sides are parallel.
+pub fn runs_out(surface: &MeshDistance, centre: Vec3, diameter: f64, blunt: f64) -> bool {
+    let within = 2.0 * diameter;
+    let Some(first) = Ball::about(surface, centre, within).filter(|b| b.growth <= LEANS) else {
+        return diameter <= blunt && !stays(surface, centre, diameter, 0.0);
+    };
+    let mut least = first.growth;
+    let leans = |last: &Ball, next: &Ball| {
+        let goes_on = next.growth <= LEANS.max(TURNS * last.growth).min(SHARP);
+        if goes_on {
+            least = least.min(next.growth);
         }
-        if last.growth <= SHRINKS {
-            return true;
-        }
-        let way = scale(last.onward, -1.0);
-        let far = last.radius / last.growth;
-        let free = surface.first_hit(last.centre, way, 0.0, far).map_or(far, |(s, _)| s);
-        let step = share * free;
-        if step < SHRINKS * last.radius {
-            break;
-        }
-        match Ball::about(surface, along(last.centre, way, step), within) {
-            None => return false,
-            Some(next) if next.radius < (1.0 - SHRINKS) * last.radius => (last, share) = (next, 0.5),
-            Some(_) => share *= 0.5,
+        goes_on
+    };
+    let (last, end) = descend(surface, first, (MET * first.radius, within), (&ASIDE, leans));
+    match end {
+        End::Met => least >= GROWS.min(ENDED * last.growth),
+        End::Level => false,
+        End::Least => {
+            // A ball that touches both sides and a face between them is wider than that.
+            let face = 2.0 * last.radius * ((1.0 - last.growth) / (1.0 + last.growth)).sqrt();
+            face <= blunt && least >= GROWS && !last.goes_on(surface)
         }
     }
-    surface.first_hit(last.centre, scale(last.onward, -1.0), 0.0, BEFORE * last.radius).is_none()
+}
+
+/// How a descent ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    /// At a ball smaller than asked for: the sides meet.
+    Met,
+    /// Where the sides are parallel.
+    Level,
+    /// At a ball from which none that may be met is smaller.
+    Least,
+}
+
+/// The last ball of those that touch both sides, from a first on to where they shrink most, until one is smaller than `least`, or none is
+/// smaller. Where that way leads to none that may be met, those at some angles to it within the sheet are tried, degrees.
+fn descend(
+    surface: &MeshDistance,
+    first: Ball,
+    (least, within): (f64, f64),
+    (aside, mut may_be_met): (&[f64], impl FnMut(&Ball, &Ball) -> bool),
+) -> (Ball, End) {
+    let (mut last, mut share) = (first, 0.5);
+    for _ in 0..DESCENT {
+        if last.radius < least {
+            return (last, End::Met);
+        }
+        if last.growth <= SHRINKS {
+            return (last, End::Level);
+        }
+        let mut tried = false;
+        let mut next = None;
+        for &angle in [0.0].iter().chain(aside) {
+            let Some(p) = last.a_step(surface, angle, share) else { continue };
+            tried = true;
+            let Some(ball) = Ball::about(surface, p, within) else { return (last, End::Met) };
+            if ball.radius < (1.0 - SHRINKS) * last.radius && may_be_met(&last, &ball) {
+                next = Some(ball);
+                break;
+            }
+        }
+        match next {
+            Some(ball) => (last, share) = (ball, 0.5),
+            None if tried => share *= 0.5,
+            None => break,
+        }
+    }
+    (last, End::Least)
 }
 
 /// A ball within the material that cannot grow, with what its contacts tell.
@@ -132,13 +204,31 @@ struct Ball {
     /// Unit vector along which it would grow, and by how much for each step.
     onward: Vec3,
     growth: f64,
+    /// Unit vector at right angles to that within the sheet.
+    aside: Vec3,
 }
 
 impl Ball {
+    /// A share of the way to where the sides would meet, or to what lies before that, from where the sheet thins most turned by an angle within
+    /// it, degrees; `None` if that is no step.
+    fn a_step(&self, surface: &MeshDistance, angle: f64, share: f64) -> Option<Vec3> {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        let way = add(scale(self.onward, -cos), scale(self.aside, sin));
+        let far = self.radius / self.growth;
+        let free = surface.first_hit(self.centre, way, 0.0, far).map_or(far, |(s, _)| s);
+        let step = share * free;
+        (step >= SHRINKS * self.radius).then(|| along(self.centre, way, step))
+    }
+
+    /// Whether there is more of a sheet beyond its thinnest ball: no surface within a few radii.
+    fn goes_on(&self, surface: &MeshDistance) -> bool {
+        surface.first_hit(self.centre, scale(self.onward, -1.0), 0.0, BEFORE * self.radius).is_none()
+    }
+
     /// The largest ball that touches the surface where that is nearest to a point, on its side, or one of radius `within`; `None` for a point on
     /// the surface.
     fn about(surface: &MeshDistance, p: Vec3, within: f64) -> Option<Ball> {
-        let large = |centre, onward| Ball { centre, radius: within, onward, growth: 1.0 };
+        let large = |centre, onward| Ball { centre, radius: within, onward, growth: 1.0, aside: [0.0; 3] };
         let Some(near) = surface.nearest(p, within) else { return Some(large(p, [0.0; 3])) };
         let away = unit(sub(p, near.point));
         if away == [0.0; 3] {
@@ -149,7 +239,8 @@ impl Ball {
         let Some(stop) = stop else { return Some(large(centre, away)) };
         let [u, v] = [near.point, stop.point].map(|q| unit(sub(q, centre)));
         let back = add(u, v);
-        Some(Ball { centre, radius, onward: unit(scale(back, -1.0)), growth: 0.5 * norm(back) })
+        let onward = unit(scale(back, -1.0));
+        Some(Ball { centre, radius, onward, growth: 0.5 * norm(back), aside: unit(cross(onward, sub(u, v))) })
     }
 }
 
@@ -183,6 +274,60 @@ mod tests {
             }
             for x in [8.0, 9.0, 9.9] {
                 assert!(!stays(x, 0.2 - (0.2 - rim) * (x - 7.0) / 3.0, 0.0), "{rim}: {x}");
+            }
+        }
+    }
+
+    /// A prism 6 mm long: a plate 0.8 mm thick behind a wedge of an angle, up to an edge or a face of some width.
+    fn sharpened(degrees: f64, face: f64) -> MeshDistance {
+        let run = 0.5 * (0.8 - face) / (0.5 * degrees).to_radians().tan();
+        let half = 0.5 * face;
+        let mut outline = vec![[0.0, -half], [run, -0.4], [run + 4.0, -0.4], [run + 4.0, 0.4], [run, 0.4]];
+        let mut caps = vec![[0, 1, 4], [1, 2, 4], [2, 3, 4]];
+        if face > 0.0 {
+            outline.push([0.0, half]);
+            caps.push([0, 4, 5]);
+        }
+        MeshDistance::new(&extruded(&outline, &caps, 6.0))
+    }
+
+    #[test]
+    fn sides_that_turn_towards_each_other_run_out_to_an_edge_of_up_to_60_degrees() {
+        for (edge, out) in [(32.0, true), (40.0, true), (55.0, true), (70.0, false)] {
+            // What a plane cuts off a rod of radius 8, which meets it at that angle.
+            let edge = f64::to_radians(edge);
+            let arc = (0..=96).map(|k| edge * (1.0 - f64::from(k) / 48.0));
+            let outline: Vec<[f64; 2]> = arc.map(|t| [8.0 * t.sin(), 8.0 * (t.cos() - edge.cos())]).collect();
+            let fan: Vec<[usize; 3]> = (1..outline.len() - 1).map(|k| [0, k, k + 1]).collect();
+            let part = MeshDistance::new(&extruded(&outline, &fan, 6.0));
+            // A ball whose contacts are about 155 degrees apart, and between two facets on no side.
+            let (sin, cos) = 24.8f64.to_radians().sin_cos();
+            let r = 8.0 * (cos - edge.cos()) / (1.0 + cos);
+            assert_eq!(runs_out(&part, [(8.0 - r) * sin, 3.0, r], 2.0 * r, 0.05), out, "{edge}");
+        }
+        // A wedge of 20 degrees of which one side is chamfered to an edge of 50.
+        let (taper, chamfer) = (20f64.to_radians().tan(), 50f64.to_radians().tan());
+        let at = |x: f64| 0.3 * chamfer + (x - 0.3) * taper;
+        let outline = [[0.0, 0.0], [5.0, 0.0], [5.0, at(5.0)], [0.3, at(0.3)]];
+        let part = MeshDistance::new(&extruded(&outline, &[[0, 1, 2], [0, 2, 3]], 6.0));
+        let r = 0.6 * at(2.0) / 2.0;
+        assert!(!runs_out(&part, [2.0, 3.0, r], 2.0 * r, 0.05));
+    }
+
+    #[test]
+    fn a_wedge_runs_out_to_its_edge_also_at_its_ends_and_the_plate_behind_it_does_not() {
+        for degrees in [5.0, 12.0, 28.0_f64] {
+            let half = (0.5 * degrees).to_radians();
+            for (face, blunt, out) in [(0.0, 0.0, true), (0.04, 0.05, true), (0.04, 0.03, false), (0.3, 0.05, false)] {
+                let part = sharpened(degrees, face);
+                let run = 0.5 * (0.8 - face) / half.tan();
+                // Where the ball that touches both sides is so thick; beside the end of the edge it touches that too.
+                for (thick, y) in [(0.4, 3.0), (0.7, 3.0), (0.6, 0.31), (0.35, 5.82)] {
+                    let x = (0.5 * thick / half.cos() - 0.5 * face) / half.tan();
+                    let told = runs_out(&part, [x, y, 0.0], thick, blunt);
+                    assert_eq!(told, out, "{degrees} to {face}: {thick} at {y}");
+                }
+                assert!(!runs_out(&part, [run + 2.0, 3.0, 0.0], 0.8, blunt), "{degrees}: the plate");
             }
         }
     }
