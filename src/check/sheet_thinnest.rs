@@ -338,13 +338,14 @@ enum Claim {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contract::Context;
+    use super::super::contract::{Check, Context, Outcome};
     use super::super::room::Beside;
     use super::super::search;
     use super::super::sheet_shape::tests::plate;
     use super::super::sheet_shape::{Form, sheet_of};
+    use super::super::thin_wall::ThinWall;
     use super::*;
-    use crate::geometry::cuboid;
+    use crate::geometry::{cuboid, extruded};
     use crate::medial::Side;
     use crate::part::{Part, Up};
     use crate::process::Process;
@@ -378,5 +379,36 @@ mod tests {
         };
         assert_eq!(parted(0.7), [(0.7, 0.7, 0.0, Form::Spot), (0.9, known.low, known.area, Form::Plate)]);
         assert_eq!(parted(0.85), [(0.85, 0.85, known.area, Form::Plate)]);
+    }
+
+    #[test]
+    fn what_tapers_to_its_edge_is_no_wall_and_what_is_behind_is_as_thick_as_it_is() {
+        // What a plane cuts off a rod of radius 8, 12 mm long, turned.
+        let told = |edge: f64, turn: f64| {
+            let arc = (0..=24).map(|k| edge * (1.0 - f64::from(k) / 12.0));
+            let outline: Vec<[f64; 2]> = arc.map(|t| [8.0 * t.sin(), 8.0 * (t.cos() - edge.cos())]).collect();
+            let fan: Vec<[usize; 3]> = (1..outline.len() - 1).map(|k| [0, k, k + 1]).collect();
+            let (sin, cos) = turn.sin_cos();
+            let rows = [[cos, -sin, 0.0], [0.6 * sin, 0.6 * cos, -0.8], [0.8 * sin, 0.8 * cos, 0.6]];
+            let mesh = extruded(&outline, &fan, 12.0).transformed(rows, [turn, 0.1, 0.2]);
+            let part = Part::new(mesh, Up::PlusZ, 1e-9, 1.0).unwrap();
+            let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 1 << 22, spacing_mm: 0.1 });
+            let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+            found.findings.iter().map(|f| f.value).collect::<Vec<_>>()
+        };
+        for edge in [12.0, 28.0, 36.0, 50.0] {
+            // The ball between the plane and the rod where they lean by 4 degrees; facets of up to 4 degrees tell where that is.
+            let wide =
+                |at: f64| 16.0 * (at.to_radians().cos() - f64::to_radians(edge).cos()) / (1.0 + at.to_radians().cos());
+            for turn in [0.0, 0.7, 2.0] {
+                match told(edge.to_radians(), turn)[..] {
+                    [] => assert!(wide(4.0) > 1.2, "{edge} at {turn}"),
+                    [value] => {
+                        assert!(wide(4.0 + edge / 12.0) < value && value < wide(4.0 - edge / 12.0), "{edge}: {value}")
+                    }
+                    ref several => panic!("{edge} at {turn}: {several:?}"),
+                }
+            }
+        }
     }
 }
