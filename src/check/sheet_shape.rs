@@ -4,6 +4,7 @@ use crate::geometry::vector::{Vec3, bounds, cross, dot, norm, sub, unit};
 use crate::medial::Sample;
 use crate::medial::chord::{PARALLEL, WALL_SEPARATION};
 use crate::medial::cluster::principal_extents;
+use rayon::prelude::*;
 
 /// An edge blunted by a face no wider than this share of the limit (or of a smaller part) is one that a sheet runs out to.
 pub const RUN_OUT: f64 = 0.05;
@@ -48,7 +49,7 @@ pub struct Sheet {
 }
 
 /// Where a sheet ends.
-pub trait Ends {
+pub trait Ends: Sync {
     /// Whether a sample lies in a wedge that runs out to an edge.
     fn runs_out(&self, sample: &Sample, scale: Scale) -> bool;
 
@@ -63,18 +64,25 @@ pub trait Ends {
 ///
 /// None of the samples is thinner than `from`.
 pub fn sheet_of(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
-    if samples.iter().any(|s| ends.runs_out(s, scale)) {
-        return blunt_sheet(samples, from, scale, ends);
-    }
-    summed(&samples.iter().collect::<Vec<_>>())
+    let staying = staying(samples, scale, ends);
+    if staying.len() < samples.len() { blunt(&staying, from, scale, ends) } else { summed(&staying) }
 }
 
 /// What is a sheet in a group that thins out to an edge: what of it tapers as a wall may and yet ends before, if that is no speck, or else what
-/// [`parallel_sheet`] says, or a skin.
+/// is parallel, or a skin.
 pub fn blunt_sheet(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
-    let ends_before =
-        |s: &&Sample| s.separation >= WALL_SEPARATION && !ends.runs_out(s, scale) && !ends.thins_out(s, from);
-    let blunt: Vec<&Sample> = samples.iter().filter(ends_before).collect();
+    blunt(&staying(samples, scale, ends), from, scale, ends)
+}
+
+/// The samples that do not run out to an edge.
+fn staying<'s>(samples: &'s [Sample], scale: Scale, ends: &impl Ends) -> Vec<&'s Sample> {
+    samples.par_iter().filter(|s| !ends.runs_out(s, scale)).collect()
+}
+
+/// [`blunt_sheet`] of what stays.
+fn blunt(staying: &[&Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
+    let ends_before = |s: &&&Sample| s.separation >= WALL_SEPARATION && !ends.thins_out(s, from);
+    let blunt: Vec<&Sample> = staying.iter().filter(ends_before).copied().collect();
     let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
     let area = tapered().map(|s| s.area).sum::<f64>();
     let mean = tapered().map(|s| s.area * s.diameter).sum::<f64>() / area.max(f64::MIN_POSITIVE);
@@ -82,7 +90,7 @@ pub fn blunt_sheet(samples: &[Sample], from: f64, scale: Scale, ends: &impl Ends
     if !is_speck {
         return summed(&blunt);
     }
-    parallel_sheet(samples, scale, ends).or_else(|| skin(&blunt, from, ends))
+    parallel_sheet(staying, scale).or_else(|| skin(&blunt, from, ends))
 }
 
 /// What of a group thins to no less than `from` and leads nowhere, if its thinnest place is known and it is no speck: a skin between two rooms
@@ -96,9 +104,9 @@ fn skin(samples: &[&Sample], from: f64, ends: &impl Ends) -> Option<Sheet> {
 }
 
 /// What is a sheet in a group that thins out to an edge: only what is parallel, and only if it is as large as half the tighter limit squared.
-fn parallel_sheet(samples: &[Sample], scale: Scale, ends: &impl Ends) -> Option<Sheet> {
-    let is_parallel = |s: &&Sample| s.separation >= PARALLEL && s.low >= 1e-3 * scale.wide && !ends.runs_out(s, scale);
-    let parallel: Vec<&Sample> = samples.iter().filter(is_parallel).collect();
+fn parallel_sheet(staying: &[&Sample], scale: Scale) -> Option<Sheet> {
+    let is_parallel = |s: &&&Sample| s.separation >= PARALLEL && s.low >= 1e-3 * scale.wide;
+    let parallel: Vec<&Sample> = staying.iter().filter(is_parallel).copied().collect();
     summed(&parallel).filter(|s| s.area >= (LEAST_SIDE * scale.tight).powi(2))
 }
 

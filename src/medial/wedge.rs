@@ -17,8 +17,9 @@ const GROWS: f64 = 0.0349;
 const AGREE: f64 = 1e-9;
 /// Halvings of the step in which a wedge becomes as thick as asked, or ends.
 const HALVINGS: usize = 30;
-/// Balls from a sheet outwards, at most: each step is half the way to where its sides would meet, or half the step before.
+/// Balls from a sheet outwards, at most: each step is this share of the way to where its sides would meet, or half the step before.
 const DESCENT: usize = 200;
+const STRIDE: f64 = 0.5;
 /// A ball so much smaller than the first lies where the sides meet.
 const MET: f64 = 0.02;
 /// The least step of a descent, and the least by which its ball has to shrink, as shares of the ball's radius.
@@ -105,10 +106,9 @@ impl Wedge {
 /// # Cost
 /// At most 200 balls; six where the sides are flat.
 pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> bool {
-    let within = 2.0 * diameter;
-    let Some(first) = Ball::about(surface, centre, within) else { return false };
+    let Some(first) = Ball::about(surface, centre, 2.0 * diameter) else { return false };
     let least = (MET * first.radius).max(0.5 * from);
-    match descend(surface, first, (least, within), (&[], |_, _| true)) {
+    match descend(surface, first, least, (&[], |_, _| true)) {
         (_, End::Level) => true,
         (last, End::Least) => last.goes_on(surface),
         (_, End::Met) => false,
@@ -125,19 +125,16 @@ pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> 
 /// # Cost
 /// That of [`stays`], up to five times that at a rim; one ball where the sides are parallel.
 pub fn runs_out(surface: &MeshDistance, centre: Vec3, diameter: f64, blunt: f64) -> bool {
-    let within = 2.0 * diameter;
-    let Some(first) = Ball::about(surface, centre, within).filter(|b| b.growth <= LEANS) else {
+    let Some(first) = Ball::about(surface, centre, 2.0 * diameter).filter(|b| b.growth <= LEANS) else {
         return diameter <= blunt && !stays(surface, centre, diameter, 0.0);
     };
     let mut least = first.growth;
     let leans = |last: &Ball, next: &Ball| {
-        let goes_on = next.growth <= LEANS.max(TURNS * last.growth).min(SHARP);
-        if goes_on {
-            least = least.min(next.growth);
-        }
-        goes_on
+        let most = LEANS.max(TURNS * last.growth).min(SHARP);
+        least = if next.growth <= most { least.min(next.growth) } else { least };
+        next.growth <= most
     };
-    let (last, end) = descend(surface, first, (MET * first.radius, within), (&ASIDE, leans));
+    let (last, end) = descend(surface, first, MET * first.radius, (&ASIDE, leans));
     match end {
         End::Met => least >= GROWS.min(ENDED * last.growth),
         End::Level => false,
@@ -165,10 +162,10 @@ enum End {
 fn descend(
     surface: &MeshDistance,
     first: Ball,
-    (least, within): (f64, f64),
+    least: f64,
     (aside, mut may_be_met): (&[f64], impl FnMut(&Ball, &Ball) -> bool),
 ) -> (Ball, End) {
-    let (mut last, mut share) = (first, 0.5);
+    let (mut last, mut share) = (first, STRIDE);
     for _ in 0..DESCENT {
         if last.radius < least {
             return (last, End::Met);
@@ -176,24 +173,39 @@ fn descend(
         if last.growth <= SHRINKS {
             return (last, End::Level);
         }
-        let mut tried = false;
-        let mut next = None;
-        for &angle in [0.0].iter().chain(aside) {
-            let Some(p) = last.a_step(surface, angle, share) else { continue };
-            tried = true;
-            let Some(ball) = Ball::about(surface, p, within) else { return (last, End::Met) };
-            if ball.radius < (1.0 - SHRINKS) * last.radius && may_be_met(&last, &ball) {
-                next = Some(ball);
-                break;
+        let mut smaller = |angle: f64, share: f64| match last.a_step(surface, angle, share) {
+            None => Step::TooShort,
+            Some(p) => match Ball::about(surface, p, last.radius) {
+                None => Step::Surface,
+                Some(b) if b.radius < (1.0 - SHRINKS) * last.radius && may_be_met(&last, &b) => Step::To(b),
+                Some(_) => Step::Refused,
+            },
+        };
+        let step = match smaller(0.0, share) {
+            Step::Refused if share == STRIDE => {
+                let mut turned = aside.iter().map(|&angle| smaller(angle, STRIDE));
+                turned.find(|step| matches!(step, Step::To(_))).unwrap_or(Step::Refused)
             }
-        }
-        match next {
-            Some(ball) => (last, share) = (ball, 0.5),
-            None if tried => share *= 0.5,
-            None => break,
+            step => step,
+        };
+        match step {
+            Step::To(ball) => (last, share) = (ball, STRIDE),
+            Step::Refused => share *= 0.5,
+            Step::Surface => return (last, End::Met),
+            Step::TooShort => break,
         }
     }
     (last, End::Least)
+}
+
+/// What a step of a descent leads to.
+enum Step {
+    To(Ball),
+    /// A ball that is no smaller, or not to be met.
+    Refused,
+    /// A point of the surface.
+    Surface,
+    TooShort,
 }
 
 /// A ball within the material that cannot grow, with what its contacts tell.
