@@ -119,7 +119,7 @@ pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> 
 ///
 /// One goes from it to where the sheet thins most, as for [`stays`], and aside where the end of an edge is in the way. All the way the sides
 /// have to lean towards each other: by up to 30°, as a wall's may, or by up to 60° where they turn gradually; and by as much as those of a
-/// wedge that [`Wedge::thinner_than`] follows inwards, so that each ball belongs to the edge or to the sheet behind its wedge. What leans by
+/// wedge that `Wedge::thinner_than` follows inwards, so that each ball belongs to the edge or to the sheet behind its wedge. What leans by
 /// less is a sheet that ends in a wedge, and what is stopped by a wider face a wall as thick as that.
 ///
 /// # Cost
