@@ -59,3 +59,30 @@ pub fn find(name: &str) -> Result<&'static dyn Check> {
         },
     )
 }
+
+/// The key of a limit with the name of its check where it begins with the code: `AM103.between-bodies=0.4mm` is one of `narrow-gap`.
+pub fn named(key: &str) -> String {
+    let end = key.find(['.', '=']).unwrap_or(key.len());
+    let (code, rest) = key.split_at(end);
+    let by_code = metas().find(|m| m.code.eq_ignore_ascii_case(code.trim()));
+    by_code.map_or(key.to_string(), |m| format!("{}{rest}", m.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_named_by_code_as_well() {
+        for (key, is) in [
+            ("AM101=0.4mm,0.6mm", "thin-wall=0.4mm,0.6mm"),
+            ("am103.between-bodies=0.4mm", "narrow-gap.between-bodies=0.4mm"),
+            ("thin-wall=0.4mm", "thin-wall=0.4mm"),
+            ("AM1=0.4mm", "AM1=0.4mm"),
+            ("AM101", "thin-wall"),
+            ("=.", "=."),
+        ] {
+            assert_eq!(named(key), is);
+        }
+    }
+}

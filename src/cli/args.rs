@@ -62,7 +62,7 @@ pub struct Judging {
     #[arg(long, default_value = "+z", allow_hyphen_values = true, value_name = "+z|-z|+x|-x|+y|-y|X,Y,Z|best")]
     pub up: String,
 
-    /// Set a limit: thin-wall=0.4mm fails below, thin-wall=0.4mm,0.6mm warns below the second; repeatable
+    /// Set a limit: thin-wall=0.4mm (or AM101=) fails below, thin-wall=0.4mm,0.6mm warns below the second; repeatable
     #[arg(long = "limit", value_name = "CHECK=FAIL[,WARN]")]
     pub limits: Vec<String>,
 

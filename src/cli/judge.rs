@@ -214,7 +214,7 @@ pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: O
 pub(super) fn options(a: &Judging) -> Result<Options> {
     let mut process = process(&a.process)?;
     for limit in &a.limits {
-        process.override_limit(limit)?;
+        process.override_limit(&registry::named(limit))?;
     }
     for file in &a.accept {
         process.accept.extend(accepted(file)?);

@@ -123,7 +123,7 @@ pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> 
 /// less is a sheet that ends in a wedge, and what is stopped by a wider face a wall as thick as that.
 ///
 /// # Cost
-/// That of [`stays`], up to five times that at a rim; one ball where the sides are parallel.
+/// That of [`stays`], and four balls more for each whose way straight on is barred; one ball where the sides are parallel.
 pub fn runs_out(surface: &MeshDistance, centre: Vec3, diameter: f64, blunt: f64) -> bool {
     let Some(first) = Ball::about(surface, centre, 2.0 * diameter).filter(|b| b.growth <= LEANS) else {
         return diameter <= blunt && !stays(surface, centre, diameter, 0.0);
