@@ -82,15 +82,15 @@ fn staying<'s>(samples: &'s [Sample], scale: Scale, ends: &impl Ends) -> Vec<&'s
 /// [`blunt_sheet`] of what stays.
 fn blunt(staying: &[&Sample], from: f64, scale: Scale, ends: &impl Ends) -> Option<Sheet> {
     let ends_before = |s: &&&Sample| s.separation >= WALL_SEPARATION && !ends.thins_out(s, from);
-    let blunt: Vec<&Sample> = staying.iter().filter(ends_before).copied().collect();
-    let tapered = || blunt.iter().filter(|s| s.separation < PARALLEL);
+    let ended: Vec<&Sample> = staying.iter().filter(ends_before).copied().collect();
+    let tapered = || ended.iter().filter(|s| s.separation < PARALLEL);
     let area = tapered().map(|s| s.area).sum::<f64>();
     let mean = tapered().map(|s| s.area * s.diameter).sum::<f64>() / area.max(f64::MIN_POSITIVE);
     let is_speck = 0.5 * area <= (LEAST_WIDTHS * mean).powi(2);
     if !is_speck {
-        return summed(&blunt);
+        return summed(&ended);
     }
-    parallel_sheet(staying, scale).or_else(|| skin(&blunt, from, ends))
+    parallel_sheet(staying, scale).or_else(|| skin(&ended, from, ends))
 }
 
 /// What of a group thins to no less than `from` and leads nowhere, if its thinnest place is known and it is no speck: a skin between two rooms

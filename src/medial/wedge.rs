@@ -1,4 +1,4 @@
-//! How far in from a sharp edge the material is thinner than asked: along the medial axis.
+//! Wedges along the medial axis: from a sharp edge inwards to where the material is as thick as asked, and from a ball out to where its sheet ends.
 
 use crate::geometry::distance::{MeshDistance, TouchingBall};
 use crate::geometry::vector::{Vec3, add, along, cross, distance, dot, norm, scale, sub, unit};
@@ -120,7 +120,8 @@ pub fn stays(surface: &MeshDistance, centre: Vec3, diameter: f64, from: f64) -> 
 /// One goes from it to where the sheet thins most, as for [`stays`], and aside where the end of an edge is in the way. All the way the sides
 /// have to lean towards each other: by up to 30°, as a wall's may, or by up to 60° where they turn gradually; and by as much as those of a
 /// wedge that `Wedge::thinner_than` follows inwards, so that each ball belongs to the edge or to the sheet behind its wedge. What leans by
-/// less is a sheet that ends in a wedge, and what is stopped by a wider face a wall as thick as that.
+/// less is a sheet that ends in a wedge, and what is stopped by a wider face a wall as thick as that. A ball whose own sides lean by more than
+/// 30° is no sheet's: it has run out if it is itself no wider than `blunt` and leads nowhere else.
 ///
 /// # Cost
 /// That of [`stays`], and four balls more for each whose way straight on is barred; one ball where the sides are parallel.
@@ -158,7 +159,7 @@ enum End {
 }
 
 /// The last ball of those that touch both sides, from a first on to where they shrink most, until one is smaller than `least`, or none is
-/// smaller. Where that way leads to none that may be met, those at some angles to it within the sheet are tried, degrees.
+/// smaller. Where the first step that way leads to none that may be met, those at some angles to it within the sheet are tried, degrees.
 fn descend(
     surface: &MeshDistance,
     first: Ball,
