@@ -431,6 +431,27 @@ mod tests {
     }
 
     #[test]
+    fn a_plate_is_as_thick_as_it_is_and_not_as_its_chamfered_rim() {
+        // 0.5 mm thick; what a chamfer of 36° leaves of its rim is 0.05 to 0.3 mm high.
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for rim in [0.05, 0.1, 0.2, 0.3] {
+            let inset = 6.0 - (0.5 - rim) / 36f64.to_radians().tan();
+            let outline = [[0.0, 0.0], [inset, 0.0], [6.0, 0.5 - rim], [6.0, 0.5], [0.0, 0.5]];
+            let mesh = extruded(&outline, &[[0, 1, 4], [1, 2, 4], [2, 3, 4]], 6.0);
+            for degrees in [0.0f64, 17.0, 41.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turned = mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
+                let mut process = Process::named("fdm").unwrap();
+                process.override_limit("thin-wall=0.7mm,1mm").unwrap();
+                let part = Part::new(turned, Up::PlusZ, 1e-6, 1.0).unwrap();
+                let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+                let told: Vec<f64> = found.findings.iter().map(|f| f.value).collect();
+                assert!(matches!(told[..], [one] if (one - 0.5).abs() < 1e-3), "{rim}, {degrees}: {told:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_fin_that_tapers_to_a_flat_rim_is_a_wall_though_its_rim_runs_out_at_one_end() {
         // 8 mm long, 1.2 mm thick at its foot; its rim widens from nothing to 0.3 mm.
         let foot = [[0.0, -0.6, 0.0], [8.0, -0.6, 0.0], [8.0, 0.6, 0.0], [0.0, 0.6, 0.0]];

@@ -20,6 +20,8 @@ const GENTLE: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const SAME: f64 = 0.95;
 /// A patch that may be thinner by no more than this share, and twice what the question takes for one, is not thinner.
 const ALIKE: f64 = 1e-3;
+/// A ball that is almost a wall's measures the sheet if it differs from the bound by no more than this share.
+const BORDERS: f64 = 0.05;
 /// Patches up to this many resolutions are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
 /// A ball stopped at up to this was stopped by a side beside its own, as in a hole of seven sides or more, and not by the rim of a wall (52°).
@@ -252,8 +254,8 @@ impl<'a> Seeker<'a> {
     /// A ball that measures the sheet at a patch although the one at its centroid is stopped at a flatter angle.
     ///
     /// Where the surface bends gently towards the ball, a neighbouring facet stops it: it is grown again from there. A ball
-    /// that is almost a wall's and at most 5 % larger than the bound lies on the border between wall and wedge: the sheet
-    /// is as thick as that either way.
+    /// that is almost a wall's and within 5 % of the bound lies on the border between wall and wedge: the sheet is as thick as
+    /// that either way. A smaller one lies in a blunt edge of the sheet, a larger one beside it.
     fn settled(&self, ball: &TouchingBall, chord: &Chord) -> Option<TouchingBall> {
         let q = self.question;
         let mut ball = *ball;
@@ -261,7 +263,7 @@ impl<'a> Seeker<'a> {
             let stop = ball.stop?;
             if ball.separation() >= NEARLY_WALL {
                 let thick = 2.0 * ball.radius;
-                return (thick <= 1.05 * chord.bound
+                return ((thick / chord.bound - 1.0).abs() <= BORDERS
                     && (q.class(thick) == q.class(chord.bound) || thick - chord.bound <= q.agree))
                     .then_some(ball);
             }
