@@ -109,6 +109,69 @@ fn the_action_uses_the_inputs_it_declares_and_arguments_that_exist() {
     }
 }
 
+/// Runs the action's script as a runner does, over patterns of files of a folder; what it put out, and its summary.
+fn judged_by_the_action(folder: &Path, script: &str, parts: &str) -> (String, String) {
+    let binary = Path::new(option_env!("CARGO_BIN_EXE_amcheck").expect("built")).parent().expect("a folder");
+    let mut path = vec![binary.to_path_buf()];
+    path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
+    std::fs::write(folder.join("judge.sh"), script).expect("a file");
+    for file in ["output", "summary"] {
+        std::fs::write(folder.join(file), "").expect("a file");
+    }
+    let given = [
+        ("PARTS", parts),
+        ("PROCESS", "fdm"),
+        ("FAIL_ON", "fail"),
+        ("BASELINE", ""),
+        ("ACCEPT", ""),
+        ("MORE", "--only thin-wall --quiet"),
+        ("OUT", "out"),
+        ("GITHUB_OUTPUT", "output"),
+        ("GITHUB_STEP_SUMMARY", "summary"),
+    ];
+    let done = std::process::Command::new("bash")
+        .args(["--noprofile", "--norc", "-eo", "pipefail", "judge.sh"])
+        .current_dir(folder)
+        .env("PATH", std::env::join_paths(path).expect("a path"))
+        .envs(given)
+        .output()
+        .expect("bash starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let read = |file: &str| std::fs::read_to_string(folder.join(file)).expect("UTF-8");
+    (read("output"), read("summary"))
+}
+
+#[test]
+fn the_action_judges_every_part_whatever_came_of_those_before() {
+    let Some(text) = named("actions/check/action.yml") else { return };
+    let built = option_env!("CARGO_BIN_EXE_amcheck").is_some();
+    if !built || cfg!(windows) || std::process::Command::new("bash").arg("--version").output().is_err() {
+        println!("skipped: no bash, or no command");
+        return;
+    }
+    let script = scripts(&text).into_iter().find(|s| s.contains("$PARTS")).expect("the script that judges");
+    let folder = std::env::temp_dir().join(format!("amcheck-action-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("my parts")).expect("a folder");
+    let fixture = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/parts").join(name);
+    for (from, to) in [("rib_010.stl", "a.stl"), ("wall_080.stl", "b.stl"), ("wall_080.stl", "my parts/c d.stl")] {
+        std::fs::copy(fixture(from), folder.join(to)).expect("a copy");
+    }
+    std::fs::write(folder.join("b.3mf"), "no zip").expect("a file");
+    let (output, summary) = judged_by_the_action(&folder, &script, "*.stl\n*.3mf\nmy parts/*.stl\n");
+    assert_eq!(output, "exit-code=4\n");
+    for told in ["a.stl", "b.stl", "c d.stl", "b.3mf: amcheck ended with 4"] {
+        assert!(summary.contains(told), "{told} is not in\n{summary}");
+    }
+    for report in ["a.stl", "b.stl", "my parts/c d.stl"] {
+        assert!(folder.join("out").join(report).join("report.json").is_file(), "no report of {report}");
+    }
+    let (output, _) = judged_by_the_action(&folder, &script, "a.stl\n");
+    assert_eq!(output, "exit-code=1\n");
+    let (output, _) = judged_by_the_action(&folder, &script, "b.stl\n");
+    assert_eq!(output, "exit-code=0\n");
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
 #[test]
 fn the_action_fetches_what_the_release_packs() {
     let (Some(action), Some(release)) = (named("actions/check/action.yml"), named("workflows/release.yml")) else {
