@@ -20,7 +20,7 @@ use crate::report::stances::stances as stances_of;
 use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
     CheckReport, Exhibit, Exhibited, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA,
-    Tool, WorstReport,
+    Tool, WorstReport, judging,
 };
 use crate::units::{Length, report_digits};
 use sha2::{Digest, Sha256};
@@ -233,7 +233,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
             told(check.meta().name);
             let (report, measured) = judge(*check, part, options, &context, &mut acceptance)?;
             if let Some(m) = measured {
-                spent += m.spent + m.budget.map_or(0, |b| b.spent);
+                spent += m.budget.map_or(0, |b| b.spent);
                 notices.extend(m.notices);
                 shapes.extend(m.shapes);
                 wanted.extend(m.map.map(|map| (report.name.clone(), map)));
@@ -371,6 +371,12 @@ fn judge(
             report.refined = m.budget.map(RefinedReport::from);
             report.findings = std::mem::take(&mut m.findings);
             report.findings.sort_by(crate::check::Finding::worst_first);
+            // What decides the state stands for the check, beside the limit that it breaks.
+            if let Some(f) = report.findings.iter().find(|f| f.counts()) {
+                report.worst = Some(WorstReport::of(f));
+                let limits = ProcessReport::of(&options.process).limits;
+                report.limit = judging(&limits, &report.name, report.limit.as_ref(), f).cloned();
+            }
             (report, Some(*m))
         }
     })

@@ -269,17 +269,11 @@ impl Part {
         once(&self.kept.adjacency, || Adjacency::of(&self.mesh, |f| self.bounds_solid(f)))
     }
 
-    /// The thin sheets on one side, kept for the first question asked, and the evaluations that this answer cost.
-    pub fn cover(&self, side: Side, question: &Question) -> (Cow<'_, Cover>, u64) {
-        let mut spent = 0;
-        let mut search = || {
-            let cover = Cover::search(self.distance(), self.features(side), question);
-            spent = cover.evaluations;
-            cover
-        };
+    /// The thin sheets on one side, kept for the first question asked.
+    pub fn cover(&self, side: Side, question: &Question) -> Cow<'_, Cover> {
+        let search = || Cover::search(self.distance(), self.features(side), question);
         let (kept_for, kept) = self.kept.covers[side as usize].get_or_init(|| (question.clone(), search()));
-        let cover = if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) };
-        (cover, spent)
+        if kept_for == question { Cow::Borrowed(kept) } else { Cow::Owned(search()) }
     }
 
     /// The rods of material or void; kept for the first width asked for.

@@ -117,6 +117,61 @@ fn soup() -> Vec<u8> {
 }
 
 #[test]
+fn a_warning_that_may_be_none_is_undecided() {
+    let s = Scratch::new();
+    let part = fixture("finned_bracket");
+    let asked = [part.as_str(), "--refine", "1000", "--only", "as-printed", "--out", "r"];
+    let ran = s.run(&[&asked[..], &["--fail-on", "undecided"]].concat());
+    assert_eq!(ran.exit, 1, "{}", ran.out);
+    assert_eq!(s.run(&[&asked[..], &["--fail-on", "fail"]].concat()).exit, 0);
+    let report: serde_json::Value = serde_json::from_str(&s.text("r/report.json")).expect("JSON");
+    let check =
+        report["checks"].as_array().expect("checks").iter().find(|c| c["name"] == "as-printed").expect("it ran");
+    assert!(check["state"] == "warn" && check["findings"][0]["decided"] == false, "{check}");
+    assert!(report["grid"]["refined"].as_u64() <= report["grid"]["refine_budget"].as_u64(), "{}", report["grid"]);
+    let page = s.text("r/report.html");
+    assert!(page.contains("0 of 22 verdicts are decided, 1 undecided"), "what the page says of how sure it is");
+    // The bracket is 0 to 10.8: ± 6 about 8 leaves some of it out.
+    let told = page.split("How sure is that?").nth(1).expect("the question").split("</p>").next().expect("an answer");
+    assert!(told.contains("8 mm³ ± 8 mm³"), "{told}");
+}
+
+#[test]
+fn the_worst_value_stands_beside_the_limit_that_it_is_judged_by() {
+    let mut judged = 0;
+    let reports = std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/reports")).expect("reports");
+    for path in reports.map(|e| e.expect("a report").path()) {
+        let text = std::fs::read_to_string(&path).expect("UTF-8");
+        let report: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        for check in report["checks"].as_array().expect("checks") {
+            let (state, worst, limit) = (check["state"].as_str(), &check["worst"], &check["limit"]);
+            let (Some(value), Some(sense)) = (worst["value"].as_f64(), limit["sense"].as_str()) else { continue };
+            // A value on its limit is as good as one that meets it.
+            let breaks = |key: &str| {
+                limit[key].as_f64().is_some_and(|l| if sense == "min" { value < l - 1e-5 } else { value > l + 1e-5 })
+            };
+            let as_told = match state {
+                Some("pass") => !breaks("fail") && !breaks("warn"),
+                Some("warn") => breaks("warn") || check["findings"][0]["decided"] == false,
+                Some("fail") => breaks("fail"),
+                _ => continue,
+            };
+            assert!(as_told, "{}: {} {state:?} {worst} {limit}", path.display(), check["name"]);
+            judged += 1;
+        }
+    }
+    assert!(judged > 300, "{judged}");
+    let s = Scratch::new();
+    let pair = fixture("pair_010");
+    let limits = ["--only", "narrow-gap", "--limit", "narrow-gap.between-bodies=0.05mm,0.07mm"];
+    let report: serde_json::Value =
+        serde_json::from_str(&s.run(&[&[pair.as_str(), "--json"][..], &limits].concat()).out).expect("JSON");
+    let check =
+        report["checks"].as_array().expect("checks").iter().find(|c| c["name"] == "narrow-gap").expect("it ran");
+    assert!(check["state"] == "pass" && check["worst"]["value"] == 0.1 && check["limit"]["fail"] == 0.05, "{check}");
+}
+
+#[test]
 fn the_exit_code_is_the_verdict() {
     let s = Scratch::new();
     for (part, more, exit) in [

@@ -27,7 +27,7 @@ pub struct Orientation {
     pub from: String,
     /// Sides of the box in this pose, mm.
     pub box_mm: Vec3,
-    /// Whether the box, turned about the vertical by 90° if that helps, fits the machine.
+    /// Whether it fits the machine, turned about the vertical if that helps.
     pub fits: bool,
     /// Whether it topples by itself, where the process minds.
     #[serde(default)]
@@ -199,7 +199,7 @@ fn measure(
         rotation,
         from: score.from.into(),
         box_mm: size.map(digits),
-        fits: q.fits(size),
+        fits: q.fits(&posed),
         topples: !q.is_footed(&posed, bounding),
         support_mm3: digits(support),
         support_low_mm3: digits(found.volume_mm3[0]),

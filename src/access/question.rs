@@ -72,7 +72,7 @@ impl Question {
 
     /// Whether a part that stands on z = 0 fits the machine and may stand so while it is printed.
     pub fn stands(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
-        posed.bounds().is_some_and(|(_, size)| self.fits(size)) && self.is_footed(posed, bounding)
+        self.fits(posed) && self.is_footed(posed, bounding)
     }
 
     /// Whether a part that stands on z = 0 may stand so.
@@ -83,10 +83,13 @@ impl Question {
                 .is_some_and(|[x, y, _]| Hull::of(section_points(posed, 0.5 * self.layer_mm)).depth([x, y]) >= 0.0)
     }
 
-    /// Whether a box, turned about the vertical by 90° if that helps, fits the machine.
-    pub(super) fn fits(&self, [w, d, height]: Vec3) -> bool {
+    /// Whether a part, turned about the vertical if that helps, fits the machine.
+    pub(super) fn fits(&self, posed: &TriangleMesh) -> bool {
         let [x, y, z] = self.build_volume_mm;
-        height <= z && ((w <= x && d <= y) || (d <= x && w <= y))
+        let Some((_, [w, d, height])) = posed.bounds() else { return false };
+        let straight = (w <= x && d <= y) || (d <= x && w <= y);
+        let turned = || Hull::of(posed.vertices.iter().map(|p| [p[0], p[1]])).fit([x, y]).share <= 1.0;
+        height <= z && (straight || turned())
     }
 }
 

@@ -67,8 +67,7 @@ impl Check for AsPrinted {
             let Some(limits) = limits else { continue };
             let seeker = Seeker::new(part, process, context, (side, limits));
             let (places, searched) = seeker.places(made.as_deref())?;
-            measured.spent += searched.evaluations;
-            words.push(searched.words);
+            words.push(searched);
             let brackets = seeker.measured(&places, &mut budget)?;
             let of_rank = places.iter().zip(brackets).enumerate();
             let findings = of_rank.map(|(rank, (place, bracket))| seeker.finding(place, bracket, rank));
@@ -83,7 +82,6 @@ impl Check for AsPrinted {
         match made {
             Some(made) => {
                 words.insert(0, cover(&made)?);
-                measured.spent += made.designed.cells.grid.samples() as u64;
                 measured.shapes.push(ShapeShown {
                     name: "as-printed",
                     title: format!(

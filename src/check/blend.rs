@@ -99,7 +99,6 @@ impl Check for Blend {
                 short(least)
             ),
             rule: Some("blend"),
-            spent: 2 * all_sharp as u64,
             ..Measured::default()
         };
         measured.findings.extend(notches.of_edges(&chains));

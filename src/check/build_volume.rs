@@ -4,9 +4,11 @@ use super::contract::{Check, Context, Measured, Meta, Outcome, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, Sense};
 use super::place::locate;
 use crate::error::Result;
+use crate::geometry::vector::Vec3;
+use crate::geometry::{Fit, Hull};
 use crate::part::Part;
 use crate::process::Process;
-use crate::units::short;
+use crate::units::{Angle, short};
 
 /// AM002 `build-volume`.
 pub struct BuildVolume;
@@ -15,12 +17,13 @@ static META: Meta = Meta {
     code: "AM002",
     name: "build-volume",
     title: "Size against the build volume",
-    what: "Compares the part's box, as posed for the build, with the machine's build volume, and tries all turns by 90 degrees.",
+    what: "Compares the part's box, as posed for the build, with the machine's build volume. A part that does not fit as it lies and does \
+           when it is turned about the vertical warns, for nothing but its place changes; one that fits in no such turn fails.",
     why: "A part that does not fit cannot be printed in one piece.",
-    how: "The share of the build volume's side that the part takes, along the worst axis; 1 is just full. The six ways to lay the \
-          box down are compared, and the best is named.",
-    limits: "Turns by other angles are not tried: a long part may still fit along a diagonal. Brims, supports and the machine's own \
-             margins are not counted.",
+    how: "The share of the build volume's side that the part takes, along the worst axis; 1 is just full. Where the box does not fit, the \
+          part's shadow on the plate is turned: the best of all angles is found from its convex hull, exactly. The six ways to lay the box \
+          down are compared too, and then the three with the best turn of each.",
+    limits: "Poses between the three axes are not tried. Brims, supports and the machine's own margins are not counted.",
     source: "The machine's data in the process profile.",
 };
 
@@ -32,30 +35,92 @@ impl Check for BuildVolume {
     fn run(&self, part: &Part, process: &Process, context: &Context) -> Result<Outcome> {
         let extent = part.extent();
         let volume = process.build_volume_mm;
-        let share = worst_share(extent, volume);
-        let limits = Limits { fail: Some(1.0), warn: None, sense: Sense::Max };
+        let as_posed = worst_share(extent, volume);
         let tie = 2.0 * part.step() / volume.into_iter().fold(f64::INFINITY, f64::min);
         let mut measured = Measured {
-            worst: Some(Worst { bracket: Bracket::exact(share), unit: "1", at: None }),
+            worst: Some(Worst { bracket: Bracket::exact(as_posed), unit: "1", at: None }),
             cover: "The box of all vertices, exact.".into(),
             ..Measured::default()
         };
-        if share > 1.0 + tie {
-            let mut f = Finding::judged(META.code, "box", Bracket::exact(share), Basis::Exact, limits, "1", tie);
-            let [x, y, z] = extent.map(short);
-            let [a, b, c] = volume.map(short);
-            let (best, turn) = best_turn(extent, volume);
-            f.message = format!("{x} × {y} × {z} mm does not fit {a} × {b} × {c} mm");
-            f.fix = if best <= 1.0 + tie {
-                format!("{turn}: then it takes {:.0} % of the worst side", 100.0 * best)
-            } else {
-                let way = if turn == AS_IT_IS { String::new() } else { format!("{turn} and ") };
-                format!("{way}scale to {} %, or cut the part; no turn by 90° fits", short(fitting_percent(best)))
-            };
-            locate(&mut f, part, context, extent.map(|s| 0.5 * s), ([0.0; 3], extent));
-            measured.findings.push(f);
+        if as_posed <= 1.0 + tie {
+            return Ok(Outcome::Measured(Box::new(measured)));
         }
+        let lays = Lay::all(&part.mesh().vertices, volume);
+        let turned = lays[0].share();
+        let fits = turned <= 1.0 + tie;
+        // What a turn about the vertical mends is told by what it is without, and what none does by the best of them.
+        let (kind, share, limits) = match fits {
+            true => ("turned", as_posed, Limits { fail: None, warn: Some(1.0), sense: Sense::Max }),
+            false => ("box", turned, Limits { fail: Some(1.0), warn: None, sense: Sense::Max }),
+        };
+        measured.worst = Some(Worst { bracket: Bracket::exact(share), unit: "1", at: None });
+        let mut f = Finding::judged(META.code, kind, Bracket::exact(share), Basis::Exact, limits, "1", tie);
+        let ([x, y, z], [a, b, c]) = (extent.map(short), volume.map(short));
+        f.message = format!("{x} × {y} × {z} mm does not fit {a} × {b} × {c} mm");
+        f.message += if fits { " as it lies, only turned about z" } else { ", however it is turned about z" };
+        f.fix = remedy(extent, volume, &lays, tie);
+        locate(&mut f, part, context, extent.map(|s| 0.5 * s), ([0.0; 3], extent));
+        measured.findings.push(f);
         Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// What makes a part fit: the first of the turns that does, simplest first, or else the best of them and a smaller scale.
+fn remedy(extent: Vec3, volume: Vec3, lays: &[Lay; 3], tie: f64) -> String {
+    let [as_it_lies, about_x, about_y] = lays.each_ref().map(Lay::told);
+    let turns = [as_it_lies, best_turn(extent, volume), about_x, about_y];
+    if let Some((share, turn)) = turns.iter().find(|(share, _)| *share <= 1.0 + tie) {
+        return format!("{turn}: then it takes {:.0} % of the worst side", 100.0 * share);
+    }
+    let best = turns.into_iter().reduce(|best, t| if t.0 < best.0 * (1.0 - 1e-9) { t } else { best });
+    let (share, turn) = best.unwrap_or((worst_share(extent, volume), String::new()));
+    let way = if turn.is_empty() { turn } else { turn + " and " };
+    format!("{way}scale to {} %, or cut the part; no turn fits", short(fitting_percent(share)))
+}
+
+/// A way to lay the part down: its shadow on the plate, and what it takes of the machine with the best turn about the vertical.
+struct Lay {
+    way: &'static str,
+    shadow: Hull,
+    plate: [f64; 2],
+    tall: f64,
+    fit: Fit,
+}
+
+impl Lay {
+    /// As it lies, and turned by 90° about x or y.
+    fn all(points: &[Vec3], [x, y, z]: Vec3) -> [Lay; 3] {
+        let ways: [(&'static str, fn(&Vec3) -> Vec3); 3] =
+            [("", |p| *p), ("90° about x", |p| [p[0], -p[2], p[1]]), ("90° about y", |p| [p[2], p[1], -p[0]])];
+        ways.map(|(way, laid)| {
+            let shadow = Hull::of(points.iter().map(laid).map(|p| [p[0], p[1]]));
+            let heights = points.iter().map(|p| laid(p)[2]);
+            let ends = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)));
+            let fit = shadow.fit([x, y]);
+            Lay { way, shadow, plate: [x, y], tall: (ends.1 - ends.0).max(0.0) / z, fit }
+        })
+    }
+
+    fn share(&self) -> f64 {
+        self.fit.share.max(self.tall)
+    }
+
+    /// The share and the turn in words: by a right angle if that fits, or by the roundest angle that takes no more than a hundredth of the room
+    /// that is left, or of itself.
+    fn told(&self) -> (f64, String) {
+        let exact = self.share();
+        let allowed = if exact < 1.0 { exact + 0.01 * (1.0 - exact) } else { 1.01 * exact };
+        let degrees = self.fit.turn.as_degrees();
+        let share = |d: f64| self.shadow.share(self.plate, Angle::degrees(d)).max(self.tall);
+        let straight = [0.0, 90.0].into_iter().find(|d| share(*d) <= allowed.max(1.0));
+        let rounded = [1.0f64, 10.0, 100.0, 1e4].map(|digits| (digits * degrees).round() / digits);
+        let round = rounded.into_iter().find(|d| share(*d) <= allowed);
+        let degrees = straight.or(round).unwrap_or(degrees);
+        let about_z = (degrees != 0.0).then(|| format!("{}° about z", short(degrees)));
+        let way = [Some(self.way.to_string()).filter(|w| !w.is_empty()), about_z];
+        let way: Vec<String> = way.into_iter().flatten().collect();
+        let turn = if way.is_empty() { String::new() } else { format!("turn it {}", way.join(", then ")) };
+        (share(degrees), turn)
     }
 }
 
@@ -71,13 +136,10 @@ fn fitting_percent(share: f64) -> f64 {
     (exact / unit + 1e-9).floor() * unit
 }
 
-/// The way that is no turn.
-const AS_IT_IS: &str = "leave it as it is";
-
 /// The best of the six ways to lay a box down, in words.
-fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, &'static str) {
+fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, String) {
     [
-        ([x, y, z], AS_IT_IS),
+        ([x, y, z], ""),
         ([y, x, z], "turn it 90° about z"),
         ([x, z, y], "turn it 90° about x"),
         ([z, y, x], "turn it 90° about y"),
@@ -86,28 +148,66 @@ fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, &'static str) {
     ]
     .map(|(e, text)| (worst_share(e, volume), text))
     .into_iter()
-    .fold((f64::INFINITY, ""), |best, t| if t.0 < best.0 { t } else { best })
+    .fold(
+        (f64::INFINITY, String::new()),
+        |best, (share, text)| if share < best.0 { (share, text.into()) } else { best },
+    )
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::finding::State;
     use super::*;
+    use crate::geometry::cuboid;
+    use crate::part::Up;
+
+    /// State, share and remedy of a box that does not fit.
+    fn told(process: &str, sides: [f64; 3]) -> (State, f64, String) {
+        let context = Context { refine: 0, spacing_mm: 1.0 };
+        let part = Part::new(cuboid([0.0; 3], sides), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let process = Process::named(process).unwrap();
+        let Ok(Outcome::Measured(found)) = BuildVolume.run(&part, &process, &context) else { panic!("not measured") };
+        let [f] = &found.findings[..] else { panic!("{sides:?}: {:?}", found.findings) };
+        (f.state, f.value, f.fix.clone())
+    }
 
     #[test]
-    fn what_is_too_long_is_scaled_as_it_is_turned() {
-        let process = Process::named("fdm").unwrap();
-        let context = Context { refine: 0, spacing_mm: 1.0 };
-        let fix = |sides| {
-            let mesh = crate::geometry::cuboid([0.0; 3], sides);
-            let part = Part::new(mesh, crate::part::Up::PlusZ, 1e-6, 1.0).unwrap();
-            let Ok(Outcome::Measured(found)) = BuildVolume.run(&part, &process, &context) else {
-                panic!("not measured")
-            };
-            found.findings[0].fix.clone()
-        };
-        // 250 mm are the height of the machine, 220 its sides.
-        assert!(fix([300.0, 10.0, 10.0]).starts_with("turn it 90° about y and scale to 83 %, or cut"));
-        assert!(fix([10.0, 10.0, 300.0]).starts_with("scale to 83 %, or cut"));
+    fn what_a_turn_about_the_vertical_mends_warns_and_says_which() {
+        // 190 × 240 × 300 mm; 220 × 220 × 250 mm.
+        let (state, share, fix) = told("sls", [230.0, 100.0, 50.0]);
+        assert!(state == State::Warn && (share - 230.0 / 190.0).abs() < 1e-6, "{state:?} {share}");
+        assert_eq!(fix, "turn it 90° about z: then it takes 96 % of the worst side");
+        let (state, share, fix) = told("fdm", [290.0, 8.0, 8.0]);
+        assert!(state == State::Warn && (share - 290.0 / 220.0).abs() < 1e-6, "{state:?} {share}");
+        assert_eq!(fix, "turn it 45° about z: then it takes 96 % of the worst side");
+    }
+
+    #[test]
+    fn what_fits_in_another_pose_fails_and_says_which() {
+        let (state, share, fix) = told("fdm", [240.0, 80.0, 80.0]);
+        let diagonal = 320.0 / 2f64.sqrt() / 220.0;
+        assert!(state == State::Fail && (share - diagonal).abs() < 1e-6, "{state:?} {share}");
+        assert_eq!(fix, "turn it 90° about y: then it takes 96 % of the worst side");
+        // Taller than the machine, and too long to lie straight.
+        let (state, _, fix) = told("fdm", [8.0, 8.0, 290.0]);
+        assert!(
+            state == State::Fail
+                && fix == "turn it 90° about x, then 45° about z: then it takes 96 % of the worst side",
+            "{fix}"
+        );
+    }
+
+    #[test]
+    fn what_fits_in_none_is_scaled_as_it_is_turned() {
+        // The diagonal of the plate holds 220·√2 − 10 mm.
+        let (state, share, fix) = told("fdm", [320.0, 10.0, 10.0]);
+        assert!(state == State::Fail && (share - 330.0 / 2f64.sqrt() / 220.0).abs() < 1e-6, "{state:?} {share}");
+        assert_eq!(fix, "turn it 45° about z and scale to 94 %, or cut the part; no turn fits");
+        assert_eq!(
+            told("fdm", [300.0, 220.0, 220.0]).2,
+            "turn it 90° about y and scale to 83 %, or cut the part; no turn fits"
+        );
+        assert_eq!(told("fdm", [220.0, 220.0, 300.0]).2, "scale to 83 %, or cut the part; no turn fits");
     }
 
     #[test]

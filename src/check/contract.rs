@@ -99,8 +99,6 @@ pub struct Measured {
     pub map: Option<MapWanted>,
     /// Shapes to be shown with the part.
     pub shapes: Vec<ShapeShown>,
-    /// Samples and evaluations spent on the first look.
-    pub spent: u64,
     /// What finer looks at open places took, where there were any to decide.
     pub budget: Option<Budget>,
     /// What the report has to repeat.

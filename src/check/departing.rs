@@ -60,12 +60,6 @@ pub(super) struct Candidate {
     flat: bool,
 }
 
-/// What a search took and what it says of itself.
-pub(super) struct Searched {
-    pub evaluations: u64,
-    pub words: String,
-}
-
 impl<'a> Seeker<'a> {
     pub fn new(part: &'a Part, process: &'a Process, context: &'a Context, (side, limits): (Side, Limits)) -> Self {
         let least = LeastWidth::new(part, process, context, side);
@@ -85,7 +79,7 @@ impl<'a> Seeker<'a> {
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn places(&self, made: Option<&AsPrinted>) -> Result<(Vec<Candidate>, Searched)> {
+    pub fn places(&self, made: Option<&AsPrinted>) -> Result<(Vec<Candidate>, String)> {
         let found = self.least.narrow(match self.side {
             Side::Material => Between::SidesOfABody,
             Side::Void => Between::Surfaces,
@@ -113,7 +107,7 @@ impl<'a> Seeker<'a> {
             }
         }
         places.sort_by(|a, b| b.about.total_cmp(&a.about));
-        Ok((places, Searched { evaluations: found.evaluations, words }))
+        Ok((places, words))
     }
 
     fn candidate(&self, detail: &Detail) -> Candidate {

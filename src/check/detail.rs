@@ -62,7 +62,6 @@ pub struct Found<'a> {
     passed: Vec<Passed>,
     /// Nothing thinner is missing but what is smaller than this.
     pub finest: f64,
-    pub evaluations: u64,
 }
 
 /// One sheet, rod or speck.
@@ -137,7 +136,7 @@ impl<'a> Sought<'a> {
     /// Searches by branch and bound.
     pub fn search(&self) -> Found<'a> {
         let question = search::question(self.part, self.process, self.context, self.side, &[self.width]);
-        let (cover, evaluations) = self.part.cover(self.side, &question);
+        let cover = self.part.cover(self.side, &question);
         let body = |facet: u32| self.part.health().facet_body.get(facet as usize).copied();
         let samples: Vec<Sample> = cover
             .samples
@@ -168,7 +167,6 @@ impl<'a> Sought<'a> {
             samples,
             passed: cover.passed.iter().filter(|p| p.low < self.width).copied().collect(),
             finest: (1e3 * open).ceil() / 1e3,
-            evaluations,
         }
     }
 }

@@ -103,7 +103,6 @@ impl Check for KnifeEdge {
             findings,
             cover,
             rule: Some(META.name),
-            spent: 64 * found.len() as u64,
             ..Measured::default()
         })))
     }

@@ -32,7 +32,6 @@ pub(super) struct Narrow {
     pub places: Vec<Detail>,
     /// Nothing narrower is missing but what is smaller than this.
     pub finest: f64,
-    pub evaluations: u64,
 }
 
 impl<'a> LeastWidth<'a> {
@@ -97,7 +96,7 @@ impl<'a> LeastWidth<'a> {
         let mut places = found.places(|t| self.may_be_narrow(t) && t.diameter < self.along(t.direction()) - tie);
         // Samples on edges alone are the rim of another place: between them there is no volume.
         places.retain(|d| d.area > 0.0);
-        Narrow { places, finest: found.finest, evaluations: found.evaluations }
+        Narrow { places, finest: found.finest }
     }
 
     /// The cells of a lattice of the whole part in such places that depart: of each as far as the element reaches from where it tells so. Of

@@ -66,7 +66,6 @@ impl Check for LostFeature {
         let (side, between) = (Side::Material, Between::SidesOfABody);
         let sought = Sought { part, process, context, side, between, width: raised_width(process) };
         let found = sought.search();
-        measured.spent += found.evaluations;
         let mut covered = format!(
             "No material thinner than {} mm over more than {} mm was left out",
             short(bead.widest().as_mm()),
@@ -126,7 +125,6 @@ impl Check for LostFeature {
             let (side, between) = (Side::Void, Between::SidesOfABody);
             let sought = Sought { part, process, context, side, between, width };
             let found = sought.search();
-            measured.spent += found.evaluations;
             let fine = found.sheets(|s| s.diameter < width - part.tie() && s.diameter >= fused - part.tie());
             measured.findings.extend(details((part, context), Side::Void, &fine, limits));
         }

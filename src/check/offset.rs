@@ -72,7 +72,6 @@ impl Check for Offset {
         let reach = short(limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0)));
         let mut measured = Measured {
             rule: Some("offset"),
-            spent: inwards.spent + outwards.spent,
             cover: format!(
                 "Offsets up to {reach} mm both ways. Inwards: {} Outwards: {}",
                 inwards.cover, outwards.cover

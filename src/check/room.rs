@@ -240,7 +240,7 @@ mod tests {
                 Side::Material,
                 &[0.6],
             );
-            let (cover, _) = part.cover(Side::Material, &question);
+            let cover = part.cover(Side::Material, &question);
             let thin = Thin::of(&cover.samples, 0.3);
             let growth = Growth::new(&part, &process, Side::Material).among(&thin, 0.6);
             growth.fits_between([0.4 + gap, 0.8 + gap].map(|x| [x, 5.0, 5.0]), 0.2)

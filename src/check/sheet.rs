@@ -79,8 +79,8 @@ impl Sheets<'_> {
     /// Searches, groups and judges.
     pub fn measure(&self) -> (Measured, Vec<FacetSheet>) {
         let question = self.question();
-        let (cover, spent) = self.part.cover(self.side, &question);
-        let mut measured = Measured { rule: self.kinds.first().map(|k| k.rule), spent, ..Measured::default() };
+        let cover = self.part.cover(self.side, &question);
+        let mut measured = Measured { rule: self.kinds.first().map(|k| k.rule), ..Measured::default() };
         let mut wedges = cover.samples.iter().filter(|s| s.shape == Shape::Wedge).count();
         let thin = cover.samples.iter().filter(|s| s.shape == Shape::Sheet && s.diameter < self.widest());
         let thin = Thin::of(thin, self.resolution());
@@ -177,7 +177,7 @@ impl Sheets<'_> {
             .map(|f| (Bracket { value: f.value, low: f.low, high: f.high }, self.part.to_build(f.at_mm)));
         let thinnest =
             thinnest.or_else(|| noticed.map(|s| (Bracket::new(s.diameter, s.low.max(warn), s.diameter), s.centre)));
-        self.note_worst(measured, thinnest);
+        self.note_worst(kind, measured, thinnest);
         let tolerance = |f: &[Finding]| f.first().map_or(0.0, |f| (0.01 * f.value).max(0.004));
         let step = tolerance(&findings);
         let mut grouped = group_equal(findings, step);
@@ -185,11 +185,12 @@ impl Sheets<'_> {
         measured.findings.extend(grouped);
     }
 
-    fn note_worst(&self, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
+    fn note_worst(&self, kind: &Kind, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
         if let Some((bracket, at)) = met
             && measured.worst.as_ref().is_none_or(|w| bracket.value < w.bracket.value)
         {
             measured.worst = Some(Worst { bracket, unit: "mm", at: Some(at) });
+            measured.rule = Some(kind.rule);
         }
     }
 
@@ -246,7 +247,7 @@ impl Sheets<'_> {
         let (mut findings, mut rooms) = (Vec::new(), Rooms::new());
         for pair in apart {
             let middle = pair.middle();
-            self.note_worst(measured, Some((Bracket::exact(pair.distance), middle)));
+            self.note_worst(kind, measured, Some((Bracket::exact(pair.distance), middle)));
             if pair.distance >= widest {
                 continue;
             }

@@ -69,7 +69,6 @@ impl Check for SmallHole {
             findings,
             cover,
             rule: Some("small-hole"),
-            spent: found.places,
             ..Measured::default()
         })))
     }

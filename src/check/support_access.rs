@@ -75,7 +75,6 @@ impl Check for SupportAccess {
         let volumes = volumes(part, &made, &removal.supports, &facets, context.spacing_mm);
         let judged = Judged { part, context, tooling: &tooling, removal: &removal, volumes, limits };
         measured.cover = judged.cover(angle);
-        measured.spent = tooling.setups.iter().map(|s| s.grid().samples() as u64).sum();
         let findings = judged.kept().into_values().map(|worst| judged.finding(worst));
         measured.findings = findings.collect();
         measured.findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));

@@ -71,7 +71,6 @@ impl Check for ThinPin {
             findings,
             cover,
             rule: Some("thin-pin"),
-            spent: found.places,
             ..Measured::default()
         })))
     }

@@ -102,7 +102,6 @@ impl Check for ToolAccess {
             rule: Some("tool-access"),
             map: judged.map()?,
             shapes: judged.shape().into_iter().collect(),
-            spent: tooling.setups.iter().take(found.setups_used).map(|s| s.grid().samples() as u64).sum(),
             ..Measured::default()
         };
         let area = regions.iter().map(|r| r.area).fold(0.0, f64::add);

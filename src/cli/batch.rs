@@ -132,7 +132,7 @@ impl How<'_> {
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
             Ok((analysis, files))
         })??;
-        let code = exit_code(analysis.report.verdict, self.fail_on, false);
+        let code = exit_code(&analysis.report, self.fail_on, false);
         Ok(Finished { report: analysis.report, code, files: files.into_contents() })
     }
 }

@@ -33,7 +33,7 @@ pub struct Judged {
 pub fn judge(a: &Arguments) -> Result<(String, u8)> {
     let judged = judged(a)?;
     let worse = judged.comparison.as_ref().is_some_and(Comparison::has_new_failure);
-    Ok((said(a, &judged), exit_code(judged.report.verdict, judged.fail_on, worse)))
+    Ok((said(a, &judged), exit_code(&judged.report, judged.fail_on, worse)))
 }
 
 /// Judges a part and writes its files.
@@ -358,15 +358,16 @@ pub(super) fn fail_on(text: &str) -> Result<FailOn> {
     Ok(known.iter().find(|k| chosen.contains(&k.0)).map_or(FailOn::Fail, |k| k.1))
 }
 
-/// Exit code of a verdict; `worse` says that a failure is new or worse than the baseline's.
-pub(super) fn exit_code(verdict: Verdict, fail_on: FailOn, worse: bool) -> u8 {
-    match (verdict, fail_on) {
+/// Exit code of a report; `worse` says that a failure is new or worse than the baseline's.
+pub(super) fn exit_code(report: &Report, fail_on: FailOn, worse: bool) -> u8 {
+    match (report.verdict, fail_on) {
         (_, FailOn::Never) => 0,
         (_, FailOn::New) => u8::from(worse),
         (Verdict::Fail, _) => 1,
         (Verdict::Undecided, FailOn::Undecided | FailOn::Warn) => 1,
         (Verdict::Undecided, _) => 3,
         (Verdict::Warn, FailOn::Warn) => 1,
+        (_, FailOn::Undecided) => u8::from(report.undecided() > 0),
         _ => 0,
     }
 }

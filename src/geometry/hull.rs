@@ -1,5 +1,8 @@
 //! The convex hull of points of a plane: its area, its widths, its depth.
 
+use crate::units::Angle;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 /// A point of the plane.
 pub type Point = [f64; 2];
 
@@ -132,6 +135,79 @@ impl Hull {
     }
 }
 
+/// The least share of a rectangle's sides that a hull takes as it is turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Of the side of which more is taken; 1 is just full.
+    pub share: f64,
+    /// By so much the hull is turned, counter-clockwise; from 0 to less than half a turn.
+    pub turn: Angle,
+}
+
+impl Hull {
+    /// min { max (w(θ)/x, d(θ)/y) : θ }, with the extents w, d of the hull turned by θ and the sides x, y of a rectangle.
+    ///
+    /// Between two turns at which an edge of the hull is parallel to a side, each extent is that of one pair of corners and concave in θ: the
+    /// greater of the two is least at an end or where they are equal.
+    ///
+    /// # Cost
+    /// O(n log n).
+    pub fn fit(&self, sides: [f64; 2]) -> Fit {
+        let corners = self.apart();
+        let n = corners.len();
+        let direction = |i: usize| {
+            let ([ax, ay], [bx, by]) = (corners[i], corners[(i + 1) % n]);
+            (by - ay).atan2(bx - ax)
+        };
+        let edges: Vec<f64> = (0..n).map(direction).collect();
+        let first = edges.first().copied().unwrap_or(0.0);
+        let from_first: Vec<f64> = edges.iter().map(|e| (e - first).rem_euclid(TAU)).collect();
+        // The corner farthest along a direction is where the first edge starts that turns off it to the left by a right angle or more.
+        let farthest = |along: f64| {
+            let turned = (along + FRAC_PI_2 - first).rem_euclid(TAU);
+            corners.get(from_first.partition_point(|e| *e < turned) % n.max(1)).copied().unwrap_or_default()
+        };
+        let across = |along: f64| {
+            let ([ax, ay], [bx, by]) = (farthest(along + PI), farthest(along));
+            [bx - ax, by - ay]
+        };
+        let mut ends: Vec<f64> =
+            edges.iter().flat_map(|e| [(-e).rem_euclid(PI), (FRAC_PI_2 - e).rem_euclid(PI)]).collect();
+        ends.extend([0.0, PI]);
+        ends.sort_by(f64::total_cmp);
+        let mut best = Fit { share: f64::INFINITY, turn: Angle::default() };
+        for (from, to) in ends.iter().zip(ends.iter().skip(1)) {
+            // The hull turned by θ has the extents of the hull along directions turned by −θ.
+            let middle = 0.5 * (from + to);
+            let ([wx, wy], [dx, dy]) = (across(-middle), across(FRAC_PI_2 - middle));
+            let shares = |t: f64| {
+                let (sin, cos) = t.sin_cos();
+                [(wx * cos - wy * sin) / sides[0], (dx * sin + dy * cos) / sides[1]]
+            };
+            let equal = (wx / sides[0] - dy / sides[1]).atan2(wy / sides[0] + dx / sides[1]).rem_euclid(PI);
+            for t in [*from, *to, equal.clamp(*from, *to)] {
+                let share = shares(t).into_iter().fold(0.0, f64::max);
+                if share < best.share * (1.0 - 1e-12) && t < PI {
+                    best = Fit { share, turn: Angle::radians(t) };
+                }
+            }
+        }
+        best
+    }
+
+    /// The share of a rectangle's sides that the hull takes, turned by an angle.
+    pub fn share(&self, sides: [f64; 2], turn: Angle) -> f64 {
+        let (sin, cos) = turn.as_radians().sin_cos();
+        let extent = |of: &dyn Fn(&Point) -> f64| {
+            let (lo, hi) =
+                self.0.iter().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), c| (lo.min(c), hi.max(c)));
+            (hi - lo).max(0.0)
+        };
+        let (w, d) = (extent(&|p| p[0] * cos - p[1] * sin), extent(&|p| p[0] * sin + p[1] * cos));
+        (w / sides[0]).max(d / sides[1])
+    }
+}
+
 /// Twice the area of the triangle, positive if it turns to the left.
 fn turn(a: Point, b: Point, c: Point) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
@@ -163,6 +239,34 @@ mod tests {
         assert_eq!(hull.widths(), (3.0, 5.0));
         assert!((hull.depth([2.0, 1.0]) - 1.0).abs() < 1e-12 && (hull.depth([5.0, 1.0]) + 1.0).abs() < 1e-12);
         assert!((hull.depth([7.0, 7.0]) + 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_best_fit_is_no_worse_than_any_of_3600_turns_and_one_of_them_is_near() {
+        let mut random = Lcg(23);
+        for round in 0..300 {
+            let squeeze = [1.0, 0.3, 0.01, 0.0][round % 4];
+            let n = [2, 3, 5, 40][round / 4 % 4];
+            let hull = Hull::of((0..n).map(|_| [random.unit(), squeeze * random.unit()]));
+            let sides = [[1.0, 1.0], [1.0, 0.4], [0.2, 3.0]][round % 3];
+            let fit = hull.fit(sides);
+            assert!((hull.share(sides, fit.turn) - fit.share).abs() < 1e-9, "{hull:?} {fit:?}");
+            let all = (0..3600).map(|t| hull.share(sides, Angle::degrees(0.05 * f64::from(t))));
+            let least = all.fold(f64::INFINITY, f64::min);
+            let step = 0.05f64.to_radians() * 1.5 / sides[0].min(sides[1]);
+            assert!(fit.share <= least + 1e-12 && least <= fit.share + step, "{hull:?} {fit:?} {least}");
+        }
+    }
+
+    #[test]
+    fn a_bar_lies_along_the_diagonal() {
+        let bar = Hull::of([[0.0, 0.0], [290.0, 0.0], [290.0, 8.0], [0.0, 8.0]]);
+        let fit = bar.fit([220.0, 220.0]);
+        assert!((fit.share - 298.0 / 2f64.sqrt() / 220.0).abs() < 1e-12 && (fit.turn.as_degrees() - 45.0).abs() < 1e-9);
+        // Along a rectangle's sides, or across them.
+        assert_eq!(bar.fit([400.0, 10.0]).turn.as_degrees(), 0.0);
+        assert!((bar.fit([10.0, 400.0]).turn.as_degrees() - 90.0).abs() < 1e-9);
+        assert!(Hull::of([[1.0, 2.0]]).fit([1.0, 1.0]).share == 0.0 && Hull::default().fit([1.0; 2]).share == 0.0);
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub use disjoint::DisjointSets;
 pub use distance::MeshDistance;
 pub use generate::{cuboid, extruded, revolved};
 pub use health::Health;
-pub use hull::Hull;
+pub use hull::{Fit, Hull};
 pub use interior::interior_point;
 pub use mesh::TriangleMesh;
 pub use primitive::Primitive;

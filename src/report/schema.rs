@@ -104,9 +104,9 @@ pub struct GridReport {
     pub samples: u64,
     /// Bytes that the fields were allowed to take, known before they were taken.
     pub memory_bytes: u64,
-    /// Samples and ball evaluations spent on deciding what the grid left open.
+    /// Samples that all checks together took to decide what the grid left open.
     pub refined: u64,
-    /// The budget for that.
+    /// What each of them may take for that.
     pub refine_budget: u64,
 }
 
@@ -143,6 +143,17 @@ pub struct CheckReport {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub refined: Option<RefinedReport>,
     pub findings: Vec<Finding>,
+}
+
+impl CheckReport {
+    /// Whether its state is known: a warning none of whose findings is certain may be a pass.
+    pub fn is_decided(&self) -> bool {
+        match self.state {
+            State::Pass | State::Fail => true,
+            State::Warn => self.findings.iter().any(|f| f.counts() && f.decided),
+            _ => false,
+        }
+    }
 }
 
 /// Finer looks of one check.
@@ -186,6 +197,26 @@ impl LimitReport {
             source: limit.source,
             overridden: limit.overridden,
         })
+    }
+}
+
+/// The limit that a finding of a check is judged by: the check's own, or the one of the check's rules that has the finding's numbers.
+pub fn judging<'a>(
+    limits: &'a BTreeMap<String, LimitReport>,
+    check: &str,
+    own: Option<&'a LimitReport>,
+    f: &Finding,
+) -> Option<&'a LimitReport> {
+    let same = |l: &&LimitReport| l.fail == f.fail && l.warn == f.warn;
+    let rule = |key: &str| key.strip_prefix(check).is_some_and(|rest| rest.starts_with('.'));
+    let others = || limits.iter().filter(|(key, _)| rule(key)).map(|(_, l)| l);
+    own.filter(same).or_else(|| others().find(same)).or(own)
+}
+
+impl WorstReport {
+    /// What a finding says of its check.
+    pub fn of(f: &Finding) -> Self {
+        WorstReport { value: f.value, low: f.low, high: f.high, unit: f.unit.clone(), at_mm: Some(f.at_mm) }
     }
 }
 
@@ -248,11 +279,7 @@ impl Report {
 
     /// The limit that a finding is judged by: its check's own, or the one of the check's rules that has the finding's numbers.
     pub fn limit_of<'a>(&'a self, check: &'a CheckReport, f: &Finding) -> Option<&'a LimitReport> {
-        let same = |l: &&LimitReport| l.fail == f.fail && l.warn == f.warn;
-        let rule = |key: &str| key.strip_prefix(check.name.as_str()).is_some_and(|rest| rest.starts_with('.'));
-        let own = check.limit.as_ref();
-        let others = || self.process.limits.iter().filter(|(key, _)| rule(key)).map(|(_, l)| l);
-        own.filter(same).or_else(|| others().find(same)).or(own)
+        judging(&self.process.limits, &check.name, check.limit.as_ref(), f)
     }
 
     /// Number of findings that somebody accepts.
@@ -263,5 +290,11 @@ impl Report {
     /// Number of checks in a state.
     pub fn count(&self, state: State) -> usize {
         self.checks.iter().filter(|c| c.state == state).count()
+    }
+
+    /// How many checks came to an end without a verdict that is certain.
+    pub fn undecided(&self) -> usize {
+        let came_to_an_end = |c: &&CheckReport| matches!(c.state, State::Warn | State::Undecided) && !c.is_decided();
+        self.checks.iter().filter(came_to_an_end).count()
     }
 }

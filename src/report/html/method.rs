@@ -116,7 +116,7 @@ pub fn method(c: &Context) -> Markup {
         (
             "Refined",
             format!(
-                "{} samples and evaluations by all checks together; each may take {} for what the grid leaves open",
+                "{} samples by all checks together; each may take {} for what the grid leaves open",
                 phrase::thousands(g.refined),
                 phrase::thousands(g.refine_budget)
             ),

@@ -5,7 +5,7 @@ use crate::check::{Basis, State};
 use crate::report::markup::{Markup, markup};
 use crate::report::phrase::{self, Numbered};
 use crate::report::schema::Verdict;
-use crate::units::short;
+use crate::units::{short, told};
 
 /// Glyph, verdict, counts; then number, consequence and remedy as one sentence.
 pub fn banner(c: &Context) -> Markup {
@@ -72,7 +72,7 @@ fn where_not(c: &Context) -> [String; 2] {
 
 fn how_sure(c: &Context) -> [String; 2] {
     let answer = c.worst().map_or_else(|| "Every pass is covered".into(), known);
-    let decided = c.report.checks.iter().filter(|k| matches!(k.state, State::Pass | State::Warn | State::Fail)).count();
+    let decided = c.report.checks.iter().filter(|k| k.is_decided()).count();
     let asked = c.report.checks.len() - c.report.count(State::NotApplicable);
     let mut ground = match decided == asked {
         true => format!("all {asked} verdicts are decided"),
@@ -85,11 +85,11 @@ fn how_sure(c: &Context) -> [String; 2] {
             if estimated == 1 { "finding is" } else { "findings are" }
         ));
     }
-    for (state, words) in [(State::Undecided, "undecided"), (State::NotRun, "not run"), (State::Error, "broke down")] {
-        match c.report.count(state) {
-            0 => {}
-            n => ground.push_str(&format!(", {n} {words}")),
-        }
+    let count = |state| c.report.count(state);
+    let left =
+        [(c.report.undecided(), "undecided"), (count(State::NotRun), "not run"), (count(State::Error), "broke down")];
+    for (n, words) in left.into_iter().filter(|l| l.0 > 0) {
+        ground.push_str(&format!(", {n} {words}"));
     }
     [answer, ground]
 }
@@ -98,20 +98,22 @@ fn how_sure(c: &Context) -> [String; 2] {
 fn known(n: &Numbered) -> String {
     let f = n.finding;
     let half = 0.5 * (f.high - f.low);
+    // What is up to half as far again on one side as on the mean is said by its far end; more than that by both.
+    let value = told(f.value, f.low, f.high);
+    let far = (f.high - value).max(value - f.low);
     match f.basis {
         Basis::Estimated => format!("{}, estimated", n.measured()),
         Basis::Exact => format!("{}, exact", n.measured()),
         Basis::Certified if half < 1e-6 => format!("{}, certified", n.measured()),
-        // Where the value is not about in the middle, ± would claim too much on one side.
-        Basis::Certified if (f.high - f.value).max(f.value - f.low) > 1.5 * half => {
+        Basis::Certified if far > 1.5 * half => {
             let ends = phrase::bracket(f.low, f.high).unwrap_or_default().replace('–', " to ");
             format!("{ends} {}, certified", phrase::unit_sign(&f.unit))
         }
         Basis::Certified => {
             // One digit, rounded up: the claim stays true.
-            let step = 10f64.powf(half.log10().floor());
-            let half = (half / step - 1e-6).ceil() * step;
-            format!("{} ± {}, certified", n.measured(), phrase::quantity(half, &f.unit))
+            let step = 10f64.powf(far.log10().floor());
+            let far = (far / step - 1e-6).ceil() * step;
+            format!("{} ± {}, certified", n.measured(), phrase::quantity(far, &f.unit))
         }
     }
 }
