@@ -5,6 +5,7 @@
 //! is an error.
 
 mod deposit;
+mod element;
 mod fused;
 mod left_out;
 mod lost;
@@ -18,8 +19,9 @@ mod twice;
 mod whole;
 
 pub use deposit::{Departure, Deposit, deposit};
+pub use element::Element;
 pub use left_out::Reach;
 pub use motion::sweep_motion;
 pub use pieces::Pieces;
-pub use shape::{Element, Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};
+pub use shape::{Operated, close, difference, minkowski, obstacle, offset, open, reachable, sweep};
 pub use whole::solid_volume;

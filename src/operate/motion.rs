@@ -1,6 +1,7 @@
 //! What a body covers while it moves and turns.
 
-use super::shape::{Element, Operated, checked, from_sandwich, with_surface};
+use super::element::Element;
+use super::shape::{Operated, checked, from_sandwich, with_surface};
 use super::whole::Whole;
 use crate::error::{Error, Result};
 use crate::geometry::vector::hull;

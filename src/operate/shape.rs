@@ -1,5 +1,6 @@
 //! The operations on a part and an element.
 
+use super::element::Element;
 use super::midway::{field_between, surface_between};
 use super::pieces::Pieces;
 use super::settled::{Settled, Touch, field_to};
@@ -18,28 +19,6 @@ use crate::morphology::{
 };
 use crate::units::{Length, Volume, enclosed, short};
 use std::borrow::Cow;
-
-/// The second operand: a closed mesh, or a built-in shape known in closed form.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Element {
-    /// A closed mesh, about the origin of its own frame.
-    Mesh(TriangleMesh),
-    /// A ball, box, cylinder or cone, centred on the origin.
-    BuiltIn(Primitive),
-}
-
-impl Element {
-    /// Its facets; curved faces are inscribed by a hundredth of the spacing at most.
-    pub(super) fn faceted(&self, spacing: Length) -> Result<TriangleMesh> {
-        match self {
-            Element::Mesh(mesh) => Ok(mesh.clone()),
-            Element::BuiltIn(shape) => {
-                shape.validate()?;
-                Ok(shape.mesh(spacing * 0.01))
-            }
-        }
-    }
-}
 
 /// A shape that an operation made.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,6 +122,7 @@ fn by_distances(
 /// As [`offset`]; [`Error::Operand`] for an element larger than the part.
 pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     element_fits("opening", part, element)?;
+    let element = &element.in_place();
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
             by_distances("opening", part, |part| open_by_ball(part, *radius, spacing))
@@ -164,6 +144,7 @@ pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<O
 /// # Errors
 /// As [`offset`].
 pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
+    let element = &element.in_place();
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
             checked("closing", from_distances(close_by_ball(part, *radius, spacing)?))
@@ -396,7 +377,7 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cuboid;
+    use crate::geometry::{cuboid, extruded};
 
     fn mesh(text: &str) -> TriangleMesh {
         Primitive::parse(text).unwrap().mesh(Length::mm(0.01))
@@ -407,6 +388,24 @@ mod tests {
     }
 
     const H: Length = Length::mm(0.25);
+
+    #[test]
+    fn an_opening_by_a_mesh_does_not_depend_on_where_the_mesh_lies() {
+        let outline = [[0.0, 0.0], [12.0, 0.0], [12.0, 4.0], [3.0, 4.0], [3.0, 9.0], [0.0, 9.0]];
+        let part = extruded(&outline, &[[0, 1, 3], [1, 2, 3], [0, 3, 5], [3, 4, 5]], 5.0);
+        let [o, x, y, z] = [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 3.0]];
+        let tetrahedron = TriangleMesh::weld([[o, y, x], [o, x, z], [x, y, z], [o, z, y]]);
+        let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let opened =
+            |by: Vec3| open(&part, &Element::Mesh(tetrahedron.transformed(still, by)), Length::mm(0.3)).unwrap();
+        let first = opened([0.0; 3]);
+        assert!(first.path.contains("where the operands touch"), "{}", first.path);
+        for by in [[0.5; 3], [-7.25, 0.125, 3.0], [0.07, 0.19, -0.11]] {
+            let other = opened(by);
+            assert!((other.volume.as_mm3() - first.volume.as_mm3()).abs() < 1e-6, "{by:?}: {:?}", other.volume);
+            assert_eq!(other.path, first.path, "{by:?}");
+        }
+    }
 
     #[test]
     fn boxes_have_known_sums_differences_openings_and_closings() {
