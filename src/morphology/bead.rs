@@ -93,7 +93,7 @@ pub fn deposit(
 }
 
 /// A bead grown or shrunk by a cube, symmetric about its centre; `None` inside where nothing is left of it.
-enum Grown {
+pub(super) enum Grown {
     Ball { radius2: f64 },
     Box { half: Vec3 },
     Cylinder { radius2: f64, half: f64 },
@@ -103,7 +103,7 @@ enum Grown {
 impl Grown {
     /// The bead whose meeting with a segment tells about cubes of half side |by|: grown by them it holds B ⊕ cube,
     /// shrunk it lies in B ⊖ cube; `hair` is added to all.
-    fn of(bead: &Primitive, by: f64, hair: f64) -> Result<Self> {
+    pub(super) fn of(bead: &Primitive, by: f64, hair: f64) -> Result<Self> {
         let across = by * std::f64::consts::SQRT_2 + hair;
         Ok(match *bead {
             Primitive::Ball { radius } => match radius.as_mm() + by * 3f64.sqrt() + hair {
@@ -130,7 +130,7 @@ impl Grown {
 
     /// Whether the segment from a to b meets the shape.
     #[inline]
-    fn met(&self, a: Vec3, b: Vec3) -> bool {
+    pub(super) fn met(&self, a: Vec3, b: Vec3) -> bool {
         match *self {
             Grown::Ball { radius2 } => {
                 let d = sub(b, a);
@@ -170,7 +170,7 @@ fn clip(span: &mut [f64; 2], a: f64, b: f64, half: f64) -> bool {
 }
 
 /// The segments of all strokes, cut into pieces no longer than `longest`: their boxes stay small.
-fn pieces(strokes: &[Vec<Vec3>], longest: f64) -> Vec<[Vec3; 2]> {
+pub(super) fn pieces(strokes: &[Vec<Vec3>], longest: f64) -> Vec<[Vec3; 2]> {
     let segments = strokes.iter().flat_map(|stroke| stroke.windows(2).map(|w| [w[0], w[1]]));
     let cut = |[a, b]: [Vec3; 2]| {
         let n = (distance(a, b) / longest).ceil().clamp(1.0, 1e6) as usize;

@@ -4,6 +4,7 @@
 //! they enclose the true result between two sets and its volume between two numbers ([`Sandwich`]).
 
 mod bead;
+mod bead_surface;
 mod bodies;
 mod buried;
 mod cells;
@@ -38,6 +39,7 @@ mod walls;
 mod within;
 
 pub use bead::deposit;
+pub use bead_surface::deposit_surface;
 pub use cells::Cells;
 pub use covered::motion_surface;
 pub use deposit::{AsPrinted, Designed};

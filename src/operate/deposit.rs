@@ -1,13 +1,13 @@
 //! What a toolpath leaves behind, and how that departs from the design it came from.
 
-use super::shape::{Operated, checked, from_sandwich};
+use super::shape::{Operated, checked, with_surface};
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::bounds;
 use crate::geometry::{InsideRule, Primitive, TriangleMesh, voxelize};
 use crate::grid::Grid;
 use crate::io::toolpath::Toolpath;
-use crate::morphology::{Sandwich, Sides, deposit as deposited};
+use crate::morphology::{Sandwich, Sides, deposit as deposited, deposit_surface};
 use crate::units::{Length, Volume};
 
 /// A deposited shape.
@@ -30,7 +30,8 @@ pub struct Departure {
 
 /// What a bead deposits along a path, `∪ { p + B }`: the support of δ on the path convolved with the bead.
 ///
-/// The bead is centred on the path. A nozzle's path runs along the top of what it deposits, so a bead of G-code hangs
+/// Its surface lies where the distance to the bead on its way vanishes, whatever the phase of the lattice; what its volume is certainly, and what lies
+/// in it or not, is told by samples and cubes. The bead is centred on the path. A nozzle's path runs along the top of what it deposits, so a bead of G-code hangs
 /// below it: lower its strokes by half its height first.
 ///
 /// # Errors
@@ -56,7 +57,8 @@ pub fn deposit(path: &Toolpath, bead: &Primitive, spacing: Length) -> Result<Dep
     let sides = deposited(&path.strokes, bead, spacing, (phase, path.beside))?;
     let volume = [sides.full.volume(), sides.touched.volume()];
     let same = Sandwich { lower: sides.points.clone(), upper: sides.points.clone(), volume, paths: Vec::new() };
-    let shape = Operated { path: "copies along the path, sample by sample".into(), ..from_sandwich(same)? };
+    let mesh = deposit_surface(&path.strokes, bead, &sides)?;
+    let shape = with_surface(same, mesh, sides.points.clone(), "exact distances along the path".into());
     Ok(Deposit { shape: checked("deposit", shape)?, sides })
 }
 
@@ -152,6 +154,33 @@ mod tests {
         let missing = encloses(departure.missing, open);
         assert!((missing / open - 1.0).abs() < 0.1, "{missing} {open}");
         assert!(encloses(departure.over, 0.0) < 1e-9);
+    }
+
+    #[test]
+    fn a_stroke_lies_where_it_is_at_any_turn_and_spacing() {
+        // 20 mm long, round ends of 0.2 mm, 0.2 mm high; a box of the same width leaves its corners.
+        let round = 0.2 * (20.0 * 0.4 + std::f64::consts::PI * 0.04);
+        for degrees in [0.0f64, 30.0, 45.0, 77.0] {
+            let (s, c) = degrees.to_radians().sin_cos();
+            let code = format!("G0 X0.113 Y-0.029 Z0.2\nG1 X{:.9} Y{:.9} E1\n", 0.113 + 20.0 * c, -0.029 + 20.0 * s);
+            let square = 0.2 * (20.0 * 0.4 * (s + c) + 0.16);
+            for (bead, volume) in [("cylinder:r0.2h0.2mm", round), ("box:0.4x0.4x0.2mm", square)] {
+                for h in [0.05, 0.0371] {
+                    let path = gcode::read(code.as_bytes()).unwrap();
+                    let made = deposit(&path, &Primitive::parse(bead).unwrap(), Length::mm(h)).unwrap().shape;
+                    let [low, high] = made.bracket.map(|v| v.as_mm3());
+                    assert!(low < volume && volume < high, "{bead}, {degrees}, {h}: {volume} not in {low} … {high}");
+                    let off = made.volume.as_mm3() / volume - 1.0;
+                    assert!(off.abs() < 0.002, "{bead}, {degrees}, {h}: {:?} for {volume}, {off}", made.volume);
+                    let (lo, hi) = made.mesh.bounds().unwrap();
+                    let ends = [[-0.087, 20.0 * c + 0.313], [-0.229, 20.0 * s + 0.171], [0.1, 0.3]];
+                    let far = (0..3).map(|a| (lo[a] - ends[a][0]).abs().max((hi[a] - ends[a][1]).abs()));
+                    let far = far.fold(0.0, f64::max);
+                    assert!(far < 0.05 * h, "{bead}, {degrees}, {h}: {far} off");
+                    assert_eq!(made.crossings().count, 0, "{bead}, {degrees}, {h}");
+                }
+            }
+        }
     }
 
     #[test]
