@@ -22,7 +22,7 @@ use crate::report::{
     CheckReport, Exhibit, Exhibited, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA,
     Tool, WorstReport, judging,
 };
-use crate::units::{Length, report_digits};
+use crate::units::{Length, report_digits, unit_name};
 use sha2::{Digest, Sha256};
 use std::time::Instant;
 
@@ -134,7 +134,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     options.memory.admit_triangles(&options.demand(), loaded.mesh.triangles.len() as u64)?;
     let (units, scale) = match (&options.units, loaded.unit_mm) {
         (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
-        (None, Some(mm)) => (("file".to_string(), "file"), mm),
+        (None, Some(mm)) => ((unit_name(mm), "file"), mm),
         (None, None) => (("mm".to_string(), "assumed"), 1.0),
     };
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
@@ -148,6 +148,8 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let part = Part::new(mesh, up, step, 1.25 * options.process.widest_gap_mm())?;
     let (fitting, demand) = choose_spacing(&part, options)?;
     notices.extend(loaded.notices);
+    let given = options.units.as_ref().map(|(_, mm)| *mm);
+    notices.extend(Notice::units_overruled(loaded.format, loaded.unit_mm, given));
     if units.1 == "assumed" {
         notices.push(Notice::units_assumed(loaded.format));
     }

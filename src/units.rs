@@ -141,6 +141,17 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// The name of a unit of so many millimetres.
+///
+/// ```
+/// assert_eq!(amcheck::units::unit_name(25.4), "in");
+/// assert_eq!(amcheck::units::unit_name(2.5), "2.5 mm");
+/// ```
+pub fn unit_name(mm: f64) -> String {
+    let known = [("mm", 1.0), ("cm", 10.0), ("m", 1000.0), ("in", 25.4), ("ft", 304.8), ("um", 0.001)];
+    known.iter().find(|k| k.1 == mm).map_or_else(|| format!("{} mm", short(mm)), |k| k.0.into())
+}
+
 /// A number for people, to hundredths.
 ///
 /// ```

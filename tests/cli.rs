@@ -172,6 +172,52 @@ fn the_worst_value_stands_beside_the_limit_that_it_is_judged_by() {
 }
 
 #[test]
+fn a_unit_that_a_file_names_is_told_and_overruled_aloud() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    assert_eq!(s.run(&["offset", block.as_str(), "--by", "0.5mm", "--out", "in_mm.3mf"]).exit, 0);
+    let judged = |more: &[&str]| -> serde_json::Value {
+        let ran = s.run(&[&["in_mm.3mf", "--json", "--only", "build-volume"], more].concat());
+        serde_json::from_str(&ran.out).unwrap_or_else(|e| panic!("{e}: {}{}", ran.out, ran.err))
+    };
+    let overruled = |report: &serde_json::Value| {
+        let warnings = report["warnings"].as_array().expect("warnings");
+        warnings.iter().find(|w| w["code"] == "units-overruled").map(|w| w["message"].to_string())
+    };
+    let plain = judged(&[]);
+    assert!(plain["part"]["units"] == "mm" && plain["part"]["units_from"] == "file", "{}", plain["part"]);
+    assert!(overruled(&plain).is_none() && overruled(&judged(&["--units", "mm"])).is_none());
+    let said = overruled(&judged(&["--units", "in"])).expect("a warning");
+    assert!(said.contains("its unit is mm; it was read as in"), "{said}");
+    let swept = s.run(&["offset", "in_mm.3mf", "--by", "0.5mm", "--units", "cm", "--out", "o.stl"]);
+    assert!(swept.out.contains("its unit is mm; it was read as cm"), "{}{}", swept.out, swept.err);
+}
+
+#[test]
+fn what_orient_wrote_is_what_it_says() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    for (formats, names) in
+        [("stl", &["best.stl"][..]), ("json,html,stl", &["orientations.html", "orientations.json", "best.stl"])]
+    {
+        let ran = s.run(&["orient", block.as_str(), "--best", "2", "--out", "o", "--format", formats]);
+        let line = ran.out.lines().find(|l| l.starts_with("written:")).unwrap_or_else(|| panic!("{}", ran.out));
+        assert!(names.iter().all(|n| line.contains(n)), "{line}");
+    }
+}
+
+#[test]
+fn another_pose_is_another_condition() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    for (up, out) in [("+z", "a"), ("-x", "b")] {
+        s.run(&[block.as_str(), "--only", "build-volume", "--up", up, "--out", out]);
+    }
+    let said = s.run(&["compare", "a/report.json", "b/report.json"]).out;
+    assert!(said.contains("judged otherwise: up +z → -x"), "{said}");
+}
+
+#[test]
 fn the_exit_code_is_the_verdict() {
     let s = Scratch::new();
     for (part, more, exit) in [

@@ -90,11 +90,12 @@ struct Lay {
 impl Lay {
     /// As it lies, and turned by 90° about x or y.
     fn all(points: &[Vec3], [x, y, z]: Vec3) -> [Lay; 3] {
-        let ways: [(&'static str, fn(&Vec3) -> Vec3); 3] =
-            [("", |p| *p), ("90° about x", |p| [p[0], -p[2], p[1]]), ("90° about y", |p| [p[2], p[1], -p[0]])];
-        ways.map(|(way, laid)| {
-            let shadow = Hull::of(points.iter().map(laid).map(|p| [p[0], p[1]]));
-            let heights = points.iter().map(|p| laid(p)[2]);
+        // The axes that lie along x and y then, and the one that is upright; how far a shadow reaches does not depend on their signs, but on
+        // whether it is mirrored.
+        let ways = [("", [0, 1, 2], 1.0), ("90° about x", [0, 2, 1], -1.0), ("90° about y", [2, 1, 0], 1.0)];
+        ways.map(|(way, [along, across, upright], sign)| {
+            let shadow = Hull::of(points.iter().map(|p| [p[along], sign * p[across]]));
+            let heights = points.iter().map(|p| p[upright]);
             let ends = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)));
             let fit = shadow.fit([x, y]);
             Lay { way, shadow, plate: [x, y], tall: (ends.1 - ends.0).max(0.0) / z, fit }

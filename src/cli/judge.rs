@@ -70,7 +70,8 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         Ok((analysis, comparison, files))
     })??;
     let names = files.names();
-    let written = delivery.deliver(files, &[&part])?;
+    let mut written = delivery.deliver(files, &[&part])?;
+    written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
     let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
     let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
     leftover::remove(&folder, &names, known, &read)?;

@@ -115,7 +115,8 @@ fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Noti
     }
     // Nobody guesses where the user has said it.
     let guess = health.units_guess().filter(|_| unit_mm.is_none() && scale == 1.0);
-    let notices = loaded.notices.into_iter().chain(health.notices()).chain(guess).collect();
+    let overruled = Notice::units_overruled(loaded.format, loaded.unit_mm, unit_mm);
+    let notices = loaded.notices.into_iter().chain(overruled).chain(health.notices()).chain(guess).collect();
     Ok((health.outward(&mesh).into_owned(), notices))
 }
 

@@ -60,6 +60,7 @@ fn run(a: &Orienting) -> Result<String> {
     let loaded = memory.mesh(&a.part)?;
     let threads = memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
     let mut warnings = loaded.notices;
+    warnings.extend(Notice::units_overruled(loaded.format, loaded.unit_mm, scale));
     let known = scale.or(loaded.unit_mm);
     if known.is_none() {
         warnings.push(Notice::units_assumed(loaded.format));
@@ -114,7 +115,8 @@ fn run(a: &Orienting) -> Result<String> {
     if a.json {
         return Ok(orient::json(&report));
     }
-    let places: Vec<String> = written.into_iter().filter(|w| w.0 != "picture").map(|w| w.1).collect();
+    let of_text = |w: &(String, String, u64)| w.0 != "picture" || formats == ["png"];
+    let places: Vec<String> = written.into_iter().filter(of_text).map(|w| w.1).collect();
     Ok(format!("{}written: {}\n", orient::text(&report), places.join(", ")))
 }
 

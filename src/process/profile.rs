@@ -167,8 +167,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn table<'v>(&self, key: &str, value: &'v Value) -> Result<&'v toml::Table> {
-        value.as_table().ok_or_else(|| self.bad(key, format!("`{key}` is not a table"), format!("write [{key}]")))
+    /// The table under a key, which a heading opens.
+    fn table<'v>(&self, key: &str, value: &'v Value, heading: &str) -> Result<&'v toml::Table> {
+        value.as_table().ok_or_else(|| self.bad(key, format!("`{key}` is not a table"), format!("write [{heading}]")))
     }
 
     fn string<'v>(&self, key: &str, value: &'v Value) -> Result<&'v str> {
@@ -192,7 +193,7 @@ impl Reader<'_> {
     }
 
     fn machine(&self, process: &mut Process, value: &Value) -> Result<()> {
-        let table = self.table("machine", value)?;
+        let table = self.table("machine", value, "machine")?;
         let known = ["build_volume_mm", "layer_height_mm", "prints_supports", "powder_supports"];
         self.only(table, "machine.", &known)?;
         for (key, value) in table {
@@ -214,7 +215,7 @@ impl Reader<'_> {
     }
 
     fn element(&self, process: &mut Process, value: &Value) -> Result<()> {
-        let table = self.table("element", value)?;
+        let table = self.table("element", value, "element")?;
         self.only(table, "element.", &["kind", "width_mm", "closing_gap_mm"])?;
         if let Some(kind) = table.get("kind") {
             let kind = self.string("kind", kind)?;
@@ -238,7 +239,7 @@ impl Reader<'_> {
 
     /// Reads the names of the tools.
     fn tools(&self, process: &mut Process, value: &Value, own: bool) -> Result<()> {
-        let table = self.table("tools", value)?;
+        let table = self.table("tools", value, "tools")?;
         self.only(table, "tools.", &["removal", "finishing", "from", "tilt", "faces"])?;
         for (key, value) in table {
             if let "from" | "faces" | "tilt" = key.as_str() {
@@ -266,9 +267,9 @@ impl Reader<'_> {
 
     /// Reads a table of limits; a table inside a limit limits a kind of the same check.
     fn limits(&self, process: &mut Process, prefix: &str, value: &Value, own: bool) -> Result<()> {
-        for (name, value) in self.table("limits", value)? {
+        for (name, value) in self.table("limits", value, "limits")? {
             let key = format!("{prefix}{name}");
-            let table = self.table(&key, value)?;
+            let table = self.table(&key, value, &format!("limits.{key}"))?;
             let rule = rule(&key).map_err(|e| self.bad(&key, e.to_string(), e.remedy()))?;
             let mut limit = process.limits.remove(&key).unwrap_or(Limit {
                 fail: None,

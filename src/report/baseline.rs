@@ -6,10 +6,11 @@
 
 use super::matched::Matched;
 use super::phrase;
-use super::schema::{Axis3, Report};
+use super::schema::{Axis3, PartReport, Report};
 use super::terminal::Palette;
 use crate::check::{Finding, Sense, Spot, State};
 use crate::error::printable;
+use crate::units::short;
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -165,6 +166,10 @@ fn conditions(old: &Report, new: &Report) -> Vec<String> {
     if names[0] != names[1] {
         said.push(format!("process {} → {}", names[0], names[1]));
     }
+    let ups = [&old.part, &new.part].map(up);
+    if ups[0] != ups[1] {
+        said.push(format!("up {} → {}", ups[0], ups[1]));
+    }
     let limit = |r: &Report, key: &str| {
         let found = r.process.limits.get(key);
         found.map_or("no limit".into(), |l| phrase::limits(l.fail, l.warn, l.sense, &l.unit))
@@ -175,6 +180,15 @@ fn conditions(old: &Report, new: &Report) -> Vec<String> {
             .map(|key| format!("{}: {} → {}", printable(key), limit(old, key), limit(new, key))),
     );
     said
+}
+
+/// The direction of the file that points up: an axis, or a vector of three digits.
+fn up(part: &PartReport) -> String {
+    let [x, y, z, _] = part.pose[2].map(|c| (1e3 * c).round() / 1e3);
+    let axes = [("+x", [1.0, 0.0, 0.0]), ("+y", [0.0, 1.0, 0.0]), ("+z", [0.0, 0.0, 1.0])];
+    let below = [("-x", [-1.0, 0.0, 0.0]), ("-y", [0.0, -1.0, 0.0]), ("-z", [0.0, 0.0, -1.0])];
+    let axis = axes.into_iter().chain(below).find(|a| a.1 == [x, y, z]);
+    axis.map_or_else(|| [x, y, z].map(short).join(","), |a| a.0.into())
 }
 
 /// The comparison for a terminal: one line for each change that is not the same, then the counts.
