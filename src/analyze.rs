@@ -20,7 +20,7 @@ use crate::report::stances::stances as stances_of;
 use crate::report::thickness::{thickness, thickness_bytes};
 use crate::report::{
     CheckReport, Exhibit, Exhibited, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA,
-    Tool, WorstReport, judging,
+    Tool, WorstReport,
 };
 use crate::units::{Length, report_digits, unit_name};
 use sha2::{Digest, Sha256};
@@ -137,6 +137,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
         (None, Some(mm)) => ((unit_name(mm), "file"), mm),
         (None, None) => (("mm".to_string(), "assumed"), 1.0),
     };
+    let overruled = loaded.overruled_by(options.units.as_ref().map(|(_, mm)| *mm));
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
     let repaired = (options.repair == Repair::Mend).then(|| repaired(&mesh, health::repair_tolerance(&mesh)));
     let mut notices = repaired.as_ref().map_or(Vec::new(), |r| r.said());
@@ -147,9 +148,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
     let part = Part::new(mesh, up, step, 1.25 * options.process.widest_gap_mm())?;
     let (fitting, demand) = choose_spacing(&part, options)?;
-    notices.extend(loaded.notices);
-    let given = options.units.as_ref().map(|(_, mm)| *mm);
-    notices.extend(Notice::units_overruled(loaded.format, loaded.unit_mm, given));
+    notices.extend(loaded.notices.into_iter().chain(overruled));
     if units.1 == "assumed" {
         notices.push(Notice::units_assumed(loaded.format));
     }
@@ -373,12 +372,7 @@ fn judge(
             report.refined = m.budget.map(RefinedReport::from);
             report.findings = std::mem::take(&mut m.findings);
             report.findings.sort_by(crate::check::Finding::worst_first);
-            // What decides the state stands for the check, beside the limit that it breaks.
-            if let Some(f) = report.findings.iter().find(|f| f.counts()) {
-                report.worst = Some(WorstReport::of(f));
-                let limits = ProcessReport::of(&options.process).limits;
-                report.limit = judging(&limits, &report.name, report.limit.as_ref(), f).cloned();
-            }
+            report.told_by_worst(&options.process);
             (report, Some(*m))
         }
     })

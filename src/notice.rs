@@ -1,6 +1,5 @@
 //! What a stage noticed on its way and the report must repeat: never an error, never silent.
 
-use crate::units::unit_name;
 use serde::{Deserialize, Serialize};
 
 /// One remark about the input or about how it was analysed.
@@ -27,14 +26,6 @@ impl Notice {
     /// That a file of a format carries no unit.
     pub fn units_assumed(format: &str) -> Self {
         Notice::new("units-assumed", format!("{format} carries no unit; millimetres were assumed"))
-    }
-
-    /// That a file says how long its unit is, and somebody says otherwise.
-    pub fn units_overruled(format: &str, of_file_mm: Option<f64>, given_mm: Option<f64>) -> Option<Self> {
-        let (of_file, given) = of_file_mm.zip(given_mm).filter(|(file, given)| file != given)?;
-        let words =
-            format!("{format} says that its unit is {}; it was read as {}", unit_name(of_file), unit_name(given));
-        Some(Notice::new("units-overruled", words))
     }
 
     /// The same notice with a count.

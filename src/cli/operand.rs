@@ -107,7 +107,7 @@ fn built_in(name: &Path) -> Option<&str> {
 
 /// The mesh in millimetres with its normals out of the material.
 fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Notice>)> {
-    let scale = unit_mm.or(loaded.unit_mm).unwrap_or(1.0);
+    let (scale, overruled) = (unit_mm.or(loaded.unit_mm).unwrap_or(1.0), loaded.overruled_by(unit_mm));
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
     let health = Health::of(&mesh);
     if !health.is_solid() {
@@ -115,7 +115,6 @@ fn solid(loaded: Loaded, unit_mm: Option<f64>) -> Result<(TriangleMesh, Vec<Noti
     }
     // Nobody guesses where the user has said it.
     let guess = health.units_guess().filter(|_| unit_mm.is_none() && scale == 1.0);
-    let overruled = Notice::units_overruled(loaded.format, loaded.unit_mm, unit_mm);
     let notices = loaded.notices.into_iter().chain(overruled).chain(health.notices()).chain(guess).collect();
     Ok((health.outward(&mesh).into_owned(), notices))
 }

@@ -59,8 +59,9 @@ fn run(a: &Orienting) -> Result<String> {
     let memory = allowance(&a.memory)?;
     let loaded = memory.mesh(&a.part)?;
     let threads = memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
+    let overruled = loaded.overruled_by(scale);
     let mut warnings = loaded.notices;
-    warnings.extend(Notice::units_overruled(loaded.format, loaded.unit_mm, scale));
+    warnings.extend(overruled);
     let known = scale.or(loaded.unit_mm);
     if known.is_none() {
         warnings.push(Notice::units_assumed(loaded.format));

@@ -29,5 +29,5 @@ pub mod thickness;
 pub use exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
     Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
-    Verdict, WorstReport, judging,
+    Verdict, WorstReport,
 };

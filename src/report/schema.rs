@@ -146,6 +146,15 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
+    /// Puts the worst finding that counts in the place of the worst value, beside the limit that it is judged by: it decides the state.
+    pub fn told_by_worst(&mut self, process: &Process) {
+        let Some(f) = self.findings.iter().find(|f| f.counts()) else { return };
+        let worst =
+            WorstReport { value: f.value, low: f.low, high: f.high, unit: f.unit.clone(), at_mm: Some(f.at_mm) };
+        self.limit = judging(&ProcessReport::of(process).limits, &self.name, self.limit.as_ref(), f).cloned();
+        self.worst = Some(worst);
+    }
+
     /// Whether its state is known: a warning none of whose findings is certain may be a pass.
     pub fn is_decided(&self) -> bool {
         match self.state {
@@ -201,7 +210,7 @@ impl LimitReport {
 }
 
 /// The limit that a finding of a check is judged by: the check's own, or the one of the check's rules that has the finding's numbers.
-pub fn judging<'a>(
+fn judging<'a>(
     limits: &'a BTreeMap<String, LimitReport>,
     check: &str,
     own: Option<&'a LimitReport>,
@@ -211,13 +220,6 @@ pub fn judging<'a>(
     let rule = |key: &str| key.strip_prefix(check).is_some_and(|rest| rest.starts_with('.'));
     let others = || limits.iter().filter(|(key, _)| rule(key)).map(|(_, l)| l);
     own.filter(same).or_else(|| others().find(same)).or(own)
-}
-
-impl WorstReport {
-    /// What a finding says of its check.
-    pub fn of(f: &Finding) -> Self {
-        WorstReport { value: f.value, low: f.low, high: f.high, unit: f.unit.clone(), at_mm: Some(f.at_mm) }
-    }
 }
 
 impl ProcessReport {
