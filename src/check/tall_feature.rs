@@ -10,6 +10,9 @@ use crate::part::Part;
 use crate::process::Process;
 use crate::units::short;
 
+/// A section is round if its greatest width is at most this much larger than its least (an octagon: 1.082).
+const ROUND: f64 = 1.09;
+
 /// AM205 `tall-feature`.
 pub struct TallFeature;
 
@@ -33,7 +36,8 @@ static META: Meta = Meta {
           `thin-wall` judges, if one of their outlines is as long by itself: two legs beside each other, or posts beside an opening, carry none, \
           however far apart. The length is that of a rectangle with the section's least and greatest width. The centre of mass is exact for a closed mesh, the footprint is the convex hull of the section at half the \
           first layer. Bodies that fuse topple together; as a pillar each is judged by itself.",
-    limits: "Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \
+    limits: "A section that is about as wide in every direction counts as round, and a round one whose greatest width keeps the limit keeps it. \
+             Bracing that touches no layer below, such as supports, is not counted. A piece that carries others is told once, with the \
              highest of them. Where bodies could not be united, or the mesh is open, what is connected is not certain and the value \
              is an estimate. Where 4,096 stretches of height do not show that one outline of long sections is a wall all through, they count as \
              walls.",
@@ -68,8 +72,10 @@ impl Check for TallFeature {
             ..Measured::default()
         };
         let pillar = |t: &Feature| {
-            // Both lengths are as the file's coordinates tell them.
-            let tie = 1e-6 + part.tie() * (1.0 + t.slenderness()) / t.width_mm.0.max(part.tie());
+            // Both lengths are as the file's coordinates tell them, and the facets of a round section may have taken what its corners stand out.
+            let (narrow, broad) = t.width_mm;
+            let rounder = if broad <= ROUND * narrow { t.height_mm / broad } else { t.slenderness() };
+            let tie = 1e-6 + part.tie() * (1.0 + t.slenderness()) / narrow.max(part.tie()) + t.slenderness() - rounder;
             let mut f = Finding::judged(META.code, "pillar", bracket(t), basis, limits, "1", tie);
             locate(&mut f, part, context, t.foot, t.extent);
             let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;

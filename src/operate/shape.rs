@@ -75,8 +75,9 @@ impl Operated {
     /// # Cost
     /// A tree over the facets, and a look at all pairs whose boxes meet.
     pub fn crossings(&self) -> Fault {
-        let of_sides = || self.sides.as_ref().map(|[lower, _]| lower.grid().h());
-        let spacing = self.distances.as_ref().map(|field| field.grid().h()).or_else(of_sides).unwrap_or_default();
+        let grid = self.distances.as_ref().map(Field::grid).or(self.inside.as_ref().map(Indicator::grid));
+        let of_sides = || self.sides.as_ref().map(|[lower, _]| lower.grid());
+        let spacing = grid.or_else(of_sides).map_or(0.0, Grid::h);
         let facets: Vec<u32> = (0..self.mesh.triangles.len() as u32).collect();
         let pairs = crossing_pairs(&self.mesh, &facets, MEETING * spacing, Through::Inside);
         let middle =
@@ -225,9 +226,13 @@ pub fn sweep(element: &Element, path_mm: &[[f64; 3]], spacing: Length) -> Result
     let bracket = [full.volume(), touched.volume()];
     let made = match sweep_surface(&mesh, path_mm, spacing)? {
         Some(surface) => {
+            // Inside, distances to the solids of the pieces are none to what they make together.
+            let (grid, values) = (*surface.field.grid(), surface.field.values());
+            let inside = Indicator::from_predicate(grid, |at| values[at] <= 0.0);
             let made = from_distances(surface);
             let [low, high] = made.bracket;
-            Operated { bracket: [low.max(bracket[0]), high.min(bracket[1])], ..made }
+            let bracket = [low.max(bracket[0]), high.min(bracket[1])];
+            Operated { bracket, distances: None, inside: Some(inside), ..made }
         }
         None => {
             let same = Sandwich { lower: points.clone(), upper: points, volume: bracket, paths: Vec::new() };
@@ -388,6 +393,22 @@ mod tests {
     }
 
     const H: Length = Length::mm(0.25);
+
+    #[test]
+    fn the_field_of_a_sweep_is_a_distance_inside_too() {
+        // Two legs of a box of 2 mm, which make one of 6 × 2 × 2 mm.
+        let path = [[0.0; 3], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]];
+        let made = sweep(&built_in("box:2x2x2mm"), &path, H).unwrap();
+        let field = made.field().unwrap();
+        let whole = Primitive::parse("box:6x2x2mm").unwrap();
+        let grid = *field.grid();
+        let off = (0..grid.samples()).map(|at| {
+            let [x, y, z] = grid.position(grid.index(at));
+            (f64::from(field.values()[at]) - whole.signed_distance([x - 2.0, y, z])).abs()
+        });
+        let worst = off.fold(0.0, f64::max);
+        assert!(worst < H.as_mm(), "{worst}");
+    }
 
     #[test]
     fn an_opening_by_a_mesh_does_not_depend_on_where_the_mesh_lies() {

@@ -87,6 +87,8 @@ pub const TABLE: &[Row] = &[
     row("AM205", "pillar_12", Pass, None, 0),
     row("AM205", "pillar_24", Warn, None, 1),
     row("AM205", "gallows", Warn, None, 1),
+    Row { process: "sla", ..row("AM205", "pin_060_tall", Pass, None, 0) },
+    Row { limits: &["tall-feature=14.9"], process: "sla", ..row("AM205", "pin_060_tall", Fail, None, 1) },
     row("AM206", "block", Pass, None, 0),
     row("AM206", "gallows", Pass, None, 0),
     Row { limits: &["bed-contact=0.5"], ..row("AM206", "gallows", Fail, Some(0.2), 1) },

@@ -202,6 +202,12 @@ impl Machine {
             43.0..45.0 => return Err(unsupported(line, "an offset by the tool's length (G43, G44)")),
             52.0..54.0 | 55.0..60.0 => return Err(unsupported(line, "another origin (G52, G53, G55 to G59)")),
             70.0 | 71.0 => return Err(unsupported(line, "G70 or G71, a unit on some machines and a cycle on others,")),
+            92.0 if b"XYZEABCUVW".iter().all(|&letter| words.get(letter).is_none()) => {
+                return Err(unsupported(
+                    line,
+                    "a G92 without axes, which sets all to 0 on some machines and none on others,",
+                ));
+            }
             92.1 | 92.2 | 92.3 => return Err(unsupported(line, "an origin cancelled or restored (G92.1 to G92.3)")),
             51.0 | 68.0..69.0 => return Err(unsupported(line, "turned or scaled coordinates (G51, G68)")),
             10.0 if words.get(b'L').is_some() => return Err(unsupported(line, "coordinates set by a table (G10 L)")),
@@ -538,6 +544,7 @@ mod tests {
             ("G1 X1 U30\n", 1),
             ("G1 X1 Z0\nG3 X1 Y0 I-1 J0 Z4 P4 E1\n", 2),
             ("G92 X5\nG92.1\n", 2),
+            ("G1 X1 E1\nG92\n", 2),
             ("G1 X1 E1\nG16\n", 2),
             ("G43 H1\n", 1),
             ("G55\n", 1),
