@@ -32,7 +32,7 @@ const BESIDE: f64 = 0.6;
 /// As [`sharp_surface`], and as [`deposit`](super::deposit) for a cone.
 ///
 /// # Cost
-/// For each edge of the lattice that crosses the surface 24 tests of each piece near it, and the distance to those that hold the crossing, seven to one
+/// For each edge of the lattice that crosses the surface 24 tests of each piece that comes near it, and the distance to those that hold the crossing, seven to one
 /// of them. A distance is one evaluation for balls and for cylinders on the level, else 34.
 pub fn deposit_surface(strokes: &[Vec<Vec3>], bead: &Primitive, made: &Sides) -> Result<TriangleMesh> {
     let grid = *made.points.grid();
@@ -72,14 +72,13 @@ impl<'a> Laid<'a> {
         Ok(Laid { bead, held, pieces, grid, edge, near })
     }
 
-    /// The pieces whose bead may come within a spacing of a point.
-    fn beside(&self, p: Vec3) -> impl Iterator<Item = &[Vec3; 2]> {
+    /// The pieces whose bead may come within so many spacings of a point, of one at most.
+    fn beside(&self, p: Vec3, spacings: f64) -> impl Iterator<Item = &[Vec3; 2]> {
         let cube = p.map(|x| (x / self.edge).floor() as i64);
-        self.near.get(&cube).into_iter().flatten().filter_map(|&n| self.pieces.get(n as usize))
-    }
-
-    fn holds(&self, p: Vec3) -> bool {
-        self.beside(p).any(|piece| self.meets(p, piece))
+        let reach = self.bead.half_extent().map(|x| x + spacings * self.grid.h());
+        let comes_near =
+            move |[a, b]: &&[Vec3; 2]| (0..3).all(|x| (a[x].min(b[x]) - p[x]).max(p[x] - a[x].max(b[x])) <= reach[x]);
+        self.near.get(&cube).into_iter().flatten().filter_map(|&n| self.pieces.get(n as usize)).filter(comes_near)
     }
 
     /// Whether the bead on a piece holds a point.
@@ -137,10 +136,9 @@ impl<'a> Laid<'a> {
         unit([0, 1, 2].map(|axis| value(off(axis, step)) - value(off(axis, -step))))
     }
 
-    /// The piece that is nearest to a point, among those of a kind, and its distance.
-    fn nearest(&self, p: Vec3, of: impl Fn(&[Vec3; 2]) -> bool) -> Option<(f64, &[Vec3; 2])> {
-        let all = self.beside(p).filter(|piece| of(piece)).map(|piece| (self.distance(p, piece), piece));
-        all.min_by(|a, b| a.0.total_cmp(&b.0))
+    /// The nearest to a point of some pieces, and its distance.
+    fn nearest_of<'p>(&self, p: Vec3, of: impl Iterator<Item = &'p [Vec3; 2]>) -> Option<(f64, &'p [Vec3; 2])> {
+        of.map(|piece| (self.distance(p, piece), piece)).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 
@@ -153,13 +151,15 @@ impl Sheets for Laid<'_> {
             let step = |axis| if axis == edge.axis { t } else { 0.0 };
             [0, 1, 2].map(|a| self.grid.origin()[a] + self.grid.h() * (edge.from[a] as f64 + step(a)))
         };
-        let (mut within, mut beyond) = if self.holds(point(0.0)) { (0.0, 1.0) } else { (1.0, 0.0) };
+        let near: Vec<&[Vec3; 2]> = self.beside(point(0.5), 0.51).collect();
+        let holds = |t: f64| near.iter().any(|piece| self.meets(point(t), piece));
+        let (mut within, mut beyond) = if holds(0.0) { (0.0, 1.0) } else { (1.0, 0.0) };
         for _ in 0..HALVINGS {
-            let middle = 0.5 * (within + beyond);
-            if self.holds(point(middle)) { within = middle } else { beyond = middle }
+            let between = 0.5 * (within + beyond);
+            if holds(between) { within = between } else { beyond = between }
         }
         let p = point(within);
-        let seen = self.nearest(p, |piece| self.meets(p, piece));
+        let seen = self.nearest_of(p, near.into_iter().filter(|piece| self.meets(p, piece)));
         (within, seen.map(|(_, piece)| self.normal(p, piece)))
     }
 
@@ -177,7 +177,7 @@ impl Sheets for Laid<'_> {
     }
 
     fn onto(&self, p: Vec3) -> Vec3 {
-        let near = self.nearest(p, |_| true).filter(|(off, _)| off.abs() < BESIDE * self.grid.h());
+        let near = self.nearest_of(p, self.beside(p, BESIDE)).filter(|(off, _)| off.abs() < BESIDE * self.grid.h());
         near.map_or(p, |(off, piece)| along(p, self.normal(p, piece), -off))
     }
 }
