@@ -9,6 +9,7 @@ use crate::geometry::{Fit, Hull};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Angle, short};
+use std::cmp::Ordering;
 
 /// AM002 `build-volume`.
 pub struct BuildVolume;
@@ -21,8 +22,8 @@ static META: Meta = Meta {
            when it is turned about the vertical warns, for nothing but its place changes; one that fits in no such turn fails.",
     why: "A part that does not fit cannot be printed in one piece.",
     how: "The share of the build volume's side that the part takes, along the worst axis; 1 is just full. Where the box does not fit, the \
-          part's shadow on the plate is turned: the best of all angles is found from its convex hull, exactly. The six ways to lay the box \
-          down are compared too, and then the three with the best turn of each.",
+          part's shadow on the plate is turned: the best of all angles is found from its convex hull, exactly. A part that fits in \
+          none as it lies is laid on the other two sides of its box, and each of them turned.",
     limits: "Poses between the three axes are not tried. Brims, supports and the machine's own margins are not counted.",
     source: "The machine's data in the process profile.",
 };
@@ -58,24 +59,38 @@ impl Check for BuildVolume {
         let ([x, y, z], [a, b, c]) = (extent.map(short), volume.map(short));
         f.message = format!("{x} × {y} × {z} mm does not fit {a} × {b} × {c} mm");
         f.message += if fits { " as it lies, only turned about z" } else { ", however it is turned about z" };
-        f.fix = remedy(extent, volume, &lays, tie);
+        f.fix = remedy(&lays, tie);
         locate(&mut f, part, context, extent.map(|s| 0.5 * s), ([0.0; 3], extent));
         measured.findings.push(f);
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
 
-/// What makes a part fit: the first of the turns that does, simplest first, or else the best of them and a smaller scale.
-fn remedy(extent: Vec3, volume: Vec3, lays: &[Lay; 3], tie: f64) -> String {
-    let [as_it_lies, about_x, about_y] = lays.each_ref().map(Lay::told);
-    let turns = [as_it_lies, best_turn(extent, volume), about_x, about_y];
-    if let Some((share, turn)) = turns.iter().find(|(share, _)| *share <= 1.0 + tie) {
-        return format!("{turn}: then it takes {:.0} % of the worst side", 100.0 * share);
+/// What makes a part fit: a turn about the vertical as it lies, or else another side, straight rather than askew, or a smaller scale as well.
+fn remedy(lays: &[Lay; 3], tie: f64) -> String {
+    let told = lays.each_ref().map(Lay::told);
+    let fits = |t: &&Told| t.share <= 1.0 + tie;
+    let straight = || told.iter().filter(fits).filter(|t| t.straight).min_by(Told::least);
+    let any = || told.iter().min_by(Told::least);
+    let Some(best) = told.first().filter(fits).or_else(straight).or_else(any) else { return String::new() };
+    if fits(&best) {
+        return format!("{}: then it takes {:.0} % of the worst side", best.turn, 100.0 * best.share);
     }
-    let best = turns.into_iter().reduce(|best, t| if t.0 < best.0 * (1.0 - 1e-9) { t } else { best });
-    let (share, turn) = best.unwrap_or((worst_share(extent, volume), String::new()));
-    let way = if turn.is_empty() { turn } else { turn + " and " };
-    format!("{way}scale to {} %, or cut the part; no turn fits", short(fitting_percent(share)))
+    let way = if best.turn.is_empty() { String::new() } else { format!("{} and ", best.turn) };
+    format!("{way}scale to {} %, or cut the part; no turn fits", short(fitting_percent(best.share)))
+}
+
+/// A turn in words, and what the part takes then.
+struct Told {
+    share: f64,
+    straight: bool,
+    turn: String,
+}
+
+impl Told {
+    fn least(a: &&Told, b: &&Told) -> Ordering {
+        a.share.total_cmp(&b.share)
+    }
 }
 
 /// A way to lay the part down: its shadow on the plate, and what it takes of the machine with the best turn about the vertical.
@@ -108,7 +123,7 @@ impl Lay {
 
     /// The share and the turn in words: by a right angle if that fits, or by the roundest angle that takes no more than a hundredth of the room
     /// that is left, or of itself.
-    fn told(&self) -> (f64, String) {
+    fn told(&self) -> Told {
         let exact = self.share();
         let allowed = if exact < 1.0 { exact + 0.01 * (1.0 - exact) } else { 1.01 * exact };
         let degrees = self.fit.turn.as_degrees();
@@ -121,7 +136,7 @@ impl Lay {
         let way = [Some(self.way.to_string()).filter(|w| !w.is_empty()), about_z];
         let way: Vec<String> = way.into_iter().flatten().collect();
         let turn = if way.is_empty() { String::new() } else { format!("turn it {}", way.join(", then ")) };
-        (share(degrees), turn)
+        Told { share: share(degrees), straight: straight.is_some(), turn }
     }
 }
 
@@ -135,24 +150,6 @@ fn fitting_percent(share: f64) -> f64 {
     let exact = 100.0 / share;
     let unit = 10f64.powf(exact.log10().floor() - 1.0);
     (exact / unit + 1e-9).floor() * unit
-}
-
-/// The best of the six ways to lay a box down, in words.
-fn best_turn([x, y, z]: [f64; 3], volume: [f64; 3]) -> (f64, String) {
-    [
-        ([x, y, z], ""),
-        ([y, x, z], "turn it 90° about z"),
-        ([x, z, y], "turn it 90° about x"),
-        ([z, y, x], "turn it 90° about y"),
-        ([y, z, x], "turn it 90° about z, then 90° about x"),
-        ([z, x, y], "turn it 90° about z, then 90° about y"),
-    ]
-    .map(|(e, text)| (worst_share(e, volume), text))
-    .into_iter()
-    .fold(
-        (f64::INFINITY, String::new()),
-        |best, (share, text)| if share < best.0 { (share, text.into()) } else { best },
-    )
 }
 
 #[cfg(test)]
@@ -189,6 +186,9 @@ mod tests {
         let diagonal = 320.0 / 2f64.sqrt() / 220.0;
         assert!(state == State::Fail && (share - diagonal).abs() < 1e-6, "{state:?} {share}");
         assert_eq!(fix, "turn it 90° about y: then it takes 96 % of the worst side");
+        // On one side it fits straight, on another it takes less and is askew.
+        let (_, _, fix) = told("fdm", [170.0, 230.0, 20.0]);
+        assert_eq!(fix, "turn it 90° about x: then it takes 92 % of the worst side");
         // Taller than the machine, and too long to lie straight.
         let (state, _, fix) = told("fdm", [8.0, 8.0, 290.0]);
         assert!(
@@ -213,7 +213,8 @@ mod tests {
 
     #[test]
     fn the_best_turn_is_found() {
-        let (share, text) = best_turn([300.0, 10.0, 10.0], [100.0, 100.0, 320.0]);
-        assert!(share < 1.0 && text == "turn it 90° about y");
+        let bar = cuboid([0.0; 3], [300.0, 10.0, 10.0]);
+        let fix = remedy(&Lay::all(&bar.vertices, [100.0, 100.0, 320.0]), 0.0);
+        assert_eq!(fix, "turn it 90° about y: then it takes 94 % of the worst side");
     }
 }

@@ -4,7 +4,7 @@ use super::bead::{Grown, pieces};
 use super::element::Sides;
 use super::level::SMOOTH_COSINE;
 use crate::error::Result;
-use crate::geometry::contour::{Edge, Sheets, sharp_surface};
+use crate::geometry::contour::{Edge, Sheets, bend_between, creased, sharp_surface};
 use crate::geometry::refine::{Halvings, split_curved_edges};
 use crate::geometry::vector::{Vec3, along, dot, norm2, sub, unit};
 use crate::geometry::{Primitive, TriangleMesh};
@@ -164,16 +164,11 @@ impl Sheets for Laid<'_> {
     }
 
     fn normals(&self, _: [isize; 3], _: &[Vec3], notes: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
-        let normals: Vec<Vec3> = notes.iter().copied().collect::<Option<_>>()?;
-        let smooth = normals.iter().enumerate().all(|(i, m)| normals[..i].iter().all(|n| dot(*m, *n) > SMOOTH_COSINE));
-        (!smooth).then_some(normals)
+        creased(notes, SMOOTH_COSINE)
     }
 
-    fn bend(&self, [p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
-        match normals {
-            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
-            _ => 0.0,
-        }
+    fn bend(&self, ends: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
+        bend_between(ends, normals)
     }
 
     fn onto(&self, p: Vec3) -> Vec3 {

@@ -6,7 +6,7 @@ use super::walls::Walls;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::TriangleMesh;
-use crate::geometry::contour::{Edge, Sheets, creased_surface, linear_crossing, sharp_surface};
+use crate::geometry::contour::{Edge, Sheets, bend_between, creased_surface, linear_crossing, sharp_surface};
 use crate::geometry::refine::{Halvings, split_curved_edges};
 use crate::geometry::vector::{Vec3, add, along, dot, scale, sub, unit};
 
@@ -208,11 +208,8 @@ impl Sheets for Traced {
         (opening * r <= 0.0).then_some(normals)
     }
 
-    fn bend(&self, [p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
-        match normals {
-            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
-            _ => 0.0,
-        }
+    fn bend(&self, ends: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
+        bend_between(ends, normals)
     }
 
     fn beside(&self, x: Vec3, (p, normal): (Vec3, Vec3)) -> (Vec3, Vec3) {

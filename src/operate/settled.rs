@@ -6,9 +6,9 @@ use super::whole::{Whole, outward_solid};
 use crate::distance::signed_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
-use crate::geometry::contour::{Edge, SMOOTH_COSINE, Sheets, sharp_surface};
+use crate::geometry::contour::{Edge, SMOOTH_COSINE, Sheets, bend_between, creased, sharp_surface};
 use crate::geometry::gauss_image::GaussImage;
-use crate::geometry::vector::{Vec3, dot, scale, sub};
+use crate::geometry::vector::{Vec3, scale};
 use crate::geometry::{MeshDistance, TriangleMesh};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -167,16 +167,11 @@ impl Sheets for Faces<'_> {
     }
 
     fn normals(&self, _: [isize; 3], _: &[Vec3], notes: &[Option<Vec3>]) -> Option<Vec<Vec3>> {
-        let normals: Vec<Vec3> = notes.iter().copied().collect::<Option<_>>()?;
-        let creased = |(at, &m): (usize, &Vec3)| normals.iter().take(at).any(|&n| dot(m, n) <= SMOOTH_COSINE);
-        normals.iter().enumerate().any(creased).then_some(normals)
+        creased(notes, SMOOTH_COSINE)
     }
 
-    fn bend(&self, [p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
-        match normals {
-            [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
-            _ => 0.0,
-        }
+    fn bend(&self, ends: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
+        bend_between(ends, normals)
     }
 }
 

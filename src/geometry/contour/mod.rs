@@ -15,7 +15,7 @@ mod uncross;
 
 pub use crowd::{Crowd, MEETING};
 pub use feature::SMOOTH_COSINE;
-pub use sheets::Sheets;
+pub use sheets::{Sheets, bend_between, creased};
 pub use surface::{
     Edge, creased_surface, crossing_between, level_surface, linear_crossing, sharp_surface, superlevel_surface, surface,
 };

@@ -2,7 +2,7 @@
 
 use super::feature::{Cell, Plane, feature_point, middle, nearer_feature_point};
 use super::surface::{Edge, NEAREST};
-use crate::geometry::vector::{Vec3, add, scale};
+use crate::geometry::vector::{Vec3, add, dot, scale, sub};
 use crate::grid::Grid;
 
 /// How often a feature is sought from planes that touch the surface nearer to it: each time leaves about the square of what
@@ -39,6 +39,21 @@ pub trait Sheets: Sync {
     /// The point of the surface nearest to a point near it, as far as that is known.
     fn onto(&self, point: Vec3) -> Vec3 {
         point
+    }
+}
+
+/// The normals noted at crossings, if all are known and two of them are at least as far apart as the cosine tells: then there is a crease.
+pub fn creased(notes: &[Option<Vec3>], smooth_cosine: f64) -> Option<Vec<Vec3>> {
+    let normals: Vec<Vec3> = notes.iter().copied().collect::<Option<_>>()?;
+    let leaves = |(at, &m): (usize, &Vec3)| normals.iter().take(at).any(|&n| dot(m, n) <= smooth_cosine);
+    normals.iter().enumerate().any(leaves).then_some(normals)
+}
+
+/// How far a surface leaves the line between two crossings, by the normals noted there; 0 where one is not known.
+pub fn bend_between([p, q]: [Vec3; 2], normals: [Option<Vec3>; 2]) -> f64 {
+    match normals {
+        [Some(m), Some(n)] => dot(sub(m, n), sub(p, q)).abs(),
+        _ => 0.0,
     }
 }
 
