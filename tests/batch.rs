@@ -313,7 +313,9 @@ fn what_breaks_down_is_a_line() {
         "block.stl" => panic!("on purpose"),
         _ => Err(amcheck::Error::Interrupted),
     };
-    let work = Work { judge: &judge, settings: String::new(), limit_bytes: 1 << 20, jobs: 1, earlier: Earlier::Keep };
+    let named = |entry: &amcheck::batch::Entry| entry.name.clone();
+    let (settings, limit_bytes, jobs, earlier) = (String::new(), 1 << 20, 1, Earlier::Keep);
+    let work = Work { judge: &judge, named: &named, settings, limit_bytes, jobs, earlier };
     let parts = entries(&[s.0.join("in")]).expect("two parts");
     let rows = run(&parts, &store, &work, |_| ());
     assert_eq!(rows.iter().map(|r| r.code).collect::<Vec<_>>(), [70, 130]);

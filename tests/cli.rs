@@ -420,7 +420,7 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
     let idle = run(&["--accept", "idle.toml", "--json"]);
     assert!(idle.exit == 1 && idle.out.contains("acceptance-unused"), "{}", idle.out);
     s.refused(&[&part, "--accept", "bad.toml"], 2, "E003", &["bad.toml: line 5", "untill"]);
-    s.refused(&[&part, "--accept", "unknown.toml"], 2, "E002", &["`thin-wall`"]);
+    s.refused(&[&part, "--accept", "unknown.toml"], 2, "E003", &["unknown.toml: line 1", "`thin-wall`"]);
     s.refused(&[&part, "--accept", "none.toml"], 2, "E003", &["none.toml"]);
     s.refused(&[&part, "--today", "yesterday"], 2, "E001", &["2026-11-21"]);
 }
@@ -492,6 +492,41 @@ fn boxes_are_those_of_the_file_however_the_part_is_turned() {
         // Of a place the box is that in the build, as the file has it, which holds the place.
         assert!((0..3).all(|a| found[0][a] < wall[0][a] + 0.1 && found[1][a] > wall[1][a] - 0.1), "{up}: {found:?}");
     }
+}
+
+#[test]
+fn a_part_that_is_refused_does_not_keep_the_verdict_of_an_earlier_one() {
+    let s = Scratch::new();
+    std::fs::copy(fixture("block"), s.0.join("part.stl")).expect("a part");
+    let run = |only: &str| s.run(&["part.stl", "--out", "r", "--format", "json,badge", "--only", only]);
+    assert_eq!(run("mesh").exit, 0);
+    let badge = || String::from_utf8(s.read("r/badge.svg")).expect("UTF-8");
+    assert!(badge().contains("printable"), "{}", badge());
+    // A wrong word says nothing of the part.
+    assert!(run("mash").exit == 2 && badge().contains("printable"));
+    s.write("part.stl", "solid of nothing\nendsolid\n");
+    let refused = run("mesh");
+    assert_eq!(refused.exit, 4, "{}", refused.err);
+    assert!(refused.err.contains("note: r/report.json is of an earlier run"), "{}", refused.err);
+    assert!(badge().contains("not judged"), "{}", badge());
+    let elsewhere = s.run(&["part.stl", "--out", "new"]);
+    assert!(elsewhere.exit == 4 && !elsewhere.err.contains("note:") && !s.0.join("new").exists(), "{}", elsewhere.err);
+}
+
+#[test]
+fn what_ends_with_an_exit_code_is_a_failure_of_junit_and_alerts_name_the_file_as_it_was_given() {
+    let s = Scratch::new();
+    std::fs::create_dir(s.0.join("left side")).expect("a folder");
+    std::fs::copy(fixture("wall_111_024"), s.0.join("left side/part.stl")).expect("a part");
+    let run = |fail_on: &str| {
+        let limited = ["./left side/part.stl", "--only", "thin-wall", "--limit", "thin-wall=0.1mm,0.6mm"];
+        s.run(&[&limited[..], &["--out", "r", "--format", "junit,sarif", "--fail-on", fail_on]].concat()).exit
+    };
+    let failures = || String::from_utf8(s.read("r/report.junit.xml")).expect("UTF-8").matches("<failure ").count();
+    assert_eq!((run("fail"), failures()), (0, 0));
+    assert_eq!((run("warn"), failures()), (1, 1));
+    let alerts = String::from_utf8(s.read("r/report.sarif")).expect("UTF-8");
+    assert!(alerts.contains("\"uri\": \"left%20side/part.stl\""), "{alerts}");
 }
 
 #[test]

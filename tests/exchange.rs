@@ -6,6 +6,7 @@ use amcheck::check::{Finding, Spot, State};
 use amcheck::report::baseline::{Delta, compare, text};
 use amcheck::report::terminal::Palette;
 use amcheck::report::{Report, badge, junit, markdown, sarif};
+use std::path::Path;
 
 /// The index of a check of the sample.
 fn at(report: &Report, name: &str) -> usize {
@@ -165,7 +166,7 @@ fn markdown_has_the_findings_and_escapes_names() {
 
 #[test]
 fn junit_is_well_formed_and_counts_what_it_holds() {
-    let text = junit::write(&sample::report(sample::HOSTILE));
+    let text = junit::write(&sample::report(sample::HOSTILE), &[]);
     let mut reader = quick_xml::Reader::from_str(&text);
     let (mut seen, mut file) = (std::collections::BTreeMap::<String, usize>::new(), String::new());
     loop {
@@ -189,8 +190,26 @@ fn junit_is_well_formed_and_counts_what_it_holds() {
 }
 
 #[test]
+fn junit_fails_what_is_to_fail_beside_failures() {
+    let report = sample::report("a.stl");
+    let said = |failing: &[State]| {
+        let text = junit::write(&report, failing);
+        let failures = text.matches("<failure ").count();
+        assert!(text.contains(&format!("failures=\"{failures}\"")), "{text}");
+        failures
+    };
+    let fail = report.count(State::Fail);
+    assert!(report.count(State::Warn) > 0 && report.count(State::Undecided) > 0);
+    assert_eq!(said(&[]), fail);
+    assert_eq!(said(&[State::Undecided]), fail + report.undecided());
+    let all = fail + report.count(State::Warn) + report.count(State::Undecided);
+    assert_eq!(said(&[State::Warn, State::Undecided]), all);
+}
+
+#[test]
 fn sarif_has_what_lists_of_alerts_ask_for() {
-    let document: serde_json::Value = serde_json::from_str(&sarif::write(&sample::report("my part.stl"))).unwrap();
+    let document: serde_json::Value =
+        serde_json::from_str(&sarif::write(&sample::report("my part.stl"), Path::new("models/my part.stl"))).unwrap();
     let run = &document["runs"][0];
     assert_eq!((&document["version"], &run["tool"]["driver"]["name"]), (&"2.1.0".into(), &"amcheck".into()));
     let results = run["results"].as_array().unwrap();
@@ -199,7 +218,7 @@ fn sarif_has_what_lists_of_alerts_ask_for() {
         let rule = r["ruleIndex"].as_u64().unwrap() as usize;
         assert_eq!(run["tool"]["driver"]["rules"][rule]["id"], r["ruleId"]);
         assert_eq!(r["locations"][0]["physicalLocation"]["region"]["startLine"], 1);
-        assert_eq!(r["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], "my%20part.stl");
+        assert_eq!(r["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], "models/my%20part.stl");
         assert!(r["partialFingerprints"]["amcheck/v1"].as_str().is_some_and(|f| !f.is_empty()));
         assert!(["error", "warning", "note"].contains(&r["level"].as_str().unwrap()));
     }
@@ -209,4 +228,5 @@ fn sarif_has_what_lists_of_alerts_ask_for() {
 fn the_badge_says_the_verdict() {
     let text = badge::write(&sample::report("a.stl"));
     assert!(text.contains("2 fail") && text.contains("#a40e3a"));
+    assert!(badge::not_judged().contains("amcheck: not judged"));
 }

@@ -2,12 +2,14 @@
 
 mod sample;
 
+use amcheck::check::State;
 use amcheck::report::{Report, junit, sarif};
 use flate2::read::GzDecoder;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
+use std::path::Path;
 
 /// The reports that are looked at: all states, a hostile name, a crowd with accepted findings, nothing at all; and those of all committed
 /// parts.
@@ -29,7 +31,7 @@ fn sarif_keeps_to_the_schema_of_oasis() {
     let schema: serde_json::Value = serde_json::from_str(&text).unwrap();
     let validator = jsonschema::validator_for(&schema).expect("the published schema is one");
     for report in reports() {
-        let value: serde_json::Value = serde_json::from_str(&sarif::write(&report)).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&sarif::write(&report, Path::new("-"))).unwrap();
         let faults: Vec<String> =
             validator.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).take(5).collect();
         assert!(faults.is_empty(), "{}: {faults:#?}", report.part.file);
@@ -39,7 +41,7 @@ fn sarif_keeps_to_the_schema_of_oasis() {
         assert!(!validator.is_valid(&spoilt));
     }
     let (crowded, _) = sample::crowded("a.stl");
-    let value: serde_json::Value = serde_json::from_str(&sarif::write(&crowded)).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&sarif::write(&crowded, Path::new("-"))).unwrap();
     let results = value["runs"][0]["results"].as_array().unwrap();
     let suppressed: Vec<_> = results.iter().filter(|r| r["suppressions"].is_array()).collect();
     assert_eq!(suppressed.len(), 1);
@@ -51,10 +53,10 @@ fn junit_keeps_to_the_schema_of_the_xunit_plugin() {
     let schema = Schema::read(include_str!("data/junit-10.xsd"));
     assert!(schema.elements.len() == 10, "{:?}", schema.elements.keys());
     for report in reports() {
-        let text = junit::write(&report);
+        let text = junit::write(&report, &[State::Warn, State::Undecided]);
         schema.check(&text).unwrap_or_else(|fault| panic!("{}: {fault}\n{text}", report.part.file));
     }
-    let text = junit::write(&sample::report("bracket.stl"));
+    let text = junit::write(&sample::report("bracket.stl"), &[]);
     for (good, bad) in [("<testcase ", "<testcas "), (" tests=", " test="), ("<skipped ", "<skipped when=\"x\" ")] {
         assert!(schema.check(&text.replace(good, bad)).is_err(), "{bad} is not noticed");
     }

@@ -26,7 +26,9 @@ pub struct Finished {
 pub struct Work<'a> {
     /// Judges the bytes of a part.
     pub judge: &'a (dyn Fn(&Entry, &[u8]) -> Result<Finished> + Sync),
-    /// Everything that the result depends on beside the part.
+    /// What of a part's place its result names.
+    pub named: &'a (dyn Fn(&Entry) -> String + Sync),
+    /// Everything else that the result depends on beside the part.
     pub settings: String,
     /// The largest file that is read.
     pub limit_bytes: u64,
@@ -107,8 +109,8 @@ fn spent(row: &mut Row, start: Instant) {
 }
 
 fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start: Instant) -> Row {
-    let file = entry.path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let key = key(&[bytes, file.as_bytes(), work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()]);
+    let named = (work.named)(entry);
+    let key = key(&[bytes, named.as_bytes(), work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()]);
     let folder = Store::folder(&entry.name, &key);
     let earlier = if work.earlier == Earlier::Keep { store.find(&folder) } else { None };
     if let Some(row) = earlier {

@@ -72,7 +72,7 @@ impl<'a> Acceptance<'a> {
     /// What the report has to say of entries that ended or accept nothing.
     pub fn notices(&self) -> Vec<Notice> {
         let said = |(waiver, fate): &(&Waiver, Fate)| {
-            let entry = format!("the acceptance of {} ({})", waiver.check, waiver.origin);
+            let entry = format!("the acceptance of {} ({}, {})", waiver.check, waiver.file, waiver.place);
             let end = waiver.until.map_or(String::new(), |d| format!(" on {d}"));
             let notice = match fate {
                 Fate::Ended => Notice::new("acceptance-ended", format!("{entry} ended{end}: the finding counts again")),

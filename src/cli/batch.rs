@@ -1,7 +1,8 @@
 //! `amcheck batch` and `amcheck merge`: many parts, one table.
 
 use super::args::Batch;
-use super::judge::{self, FORMATS, FailOn, exit_code, print_all};
+use super::fail_on::FailOn;
+use super::judge::{self, FORMATS, print_all};
 use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
@@ -38,6 +39,7 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     let store = Store::open(&b.out)?;
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
+        named: &|entry| how.named(entry),
         settings: how.settings(),
         limit_bytes: how.options.memory.file_bytes(),
         jobs: jobs.max(1),
@@ -94,7 +96,7 @@ struct How<'a> {
 
 impl How<'_> {
     fn of(b: &Batch) -> Result<How<'static>> {
-        let fail_on = judge::fail_on(&b.how.fail_on)?;
+        let fail_on = FailOn::named(&b.how.fail_on)?;
         if fail_on == FailOn::New {
             return Err(usage(
                 "--fail-on new needs a baseline for each part",
@@ -121,6 +123,12 @@ impl How<'_> {
         format!("{options:?} {:?} {:?} {:?}", self.formats, self.fail_on, self.salvage)
     }
 
+    /// What of a part's place its result names: alerts are found from the folder that the batch ran in, all else knows the file's name.
+    fn named(&self, entry: &Entry) -> String {
+        let file = if self.formats.contains(&"sarif") { Some(entry.path.as_os_str()) } else { entry.path.file_name() };
+        file.unwrap_or_default().to_string_lossy().into_owned()
+    }
+
     fn judge(&self, entry: &Entry, bytes: &[u8]) -> Result<Finished> {
         let name = entry.path.to_string_lossy();
         self.options.memory.admit_content(bytes)?;
@@ -128,11 +136,11 @@ impl How<'_> {
         let prepared = prepare(&name, bytes, loaded, &self.options)?;
         let (analysis, files) = judge::on_threads(judge::threads_for(&prepared, &self.options), || {
             let mut analysis = run(prepared, &self.options)?;
-            let mut files = print_all(&mut analysis, &self.formats, None);
+            let mut files = print_all(&mut analysis, &self.formats, None, (&entry.path, self.fail_on));
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
             Ok((analysis, files))
         })??;
-        let code = exit_code(&analysis.report, self.fail_on, false);
+        let code = self.fail_on.exit_code(&analysis.report, false);
         Ok(Finished { report: analysis.report, code, files: files.into_contents() })
     }
 }

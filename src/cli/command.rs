@@ -3,7 +3,7 @@
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
 use super::{batch, judge, lists, operate, orient, plan, stdout, tools, watch};
-use crate::error::Error;
+use crate::error::{Error, printable};
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
@@ -34,7 +34,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         }
         None if arguments.plan => plan::plan(&arguments).map_err(|e| Complaint::about(part, e)),
         None if arguments.watch => watch::watch(&arguments).map_err(|e| Complaint::about(part, e)),
-        None => judge::judge(&arguments).map_err(|e| Complaint::about(part, e)),
+        None => judge::judge(&arguments),
     };
     let said = done.and_then(|(text, code)| stdout::put(&text).map(|()| code).map_err(Complaint::from));
     said.unwrap_or_else(|complaint| failed(&complaint))
@@ -112,7 +112,7 @@ fn asked(e: &clap::Error) -> String {
     if words.is_empty() { "amcheck".into() } else { words.join(" ") }
 }
 
-fn complain(Complaint { error, file: part }: &Complaint) {
+fn complain(Complaint { error, file: part, note }: &Complaint) {
     // The part is named only where the part is the trouble: options, profiles and earlier reports have places of their own.
     let file = match error.as_ref() {
         Error::Usage { .. } | Error::UnknownName { .. } | Error::Damaged { format: "report", .. } => None,
@@ -121,7 +121,8 @@ fn complain(Complaint { error, file: part }: &Complaint) {
         }
         _ => part.as_ref().map(|p| p.to_string_lossy().into_owned()),
     };
-    let text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
+    let mut text = terminal::error(error, file.as_deref(), palette(std::io::stderr().is_terminal()));
+    text.extend(note.iter().map(|note| format!("  note: {}\n", printable(note))));
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 

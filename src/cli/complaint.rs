@@ -12,17 +12,19 @@ pub struct Complaint {
     pub error: Box<Error>,
     /// The file in which the trouble sits, where it sits in one.
     pub file: Option<PathBuf>,
+    /// What else has to be known.
+    pub note: Option<String>,
 }
 
 impl Complaint {
     /// An error in a file.
     pub fn about(file: Option<&Path>, error: Error) -> Self {
-        Complaint { error: Box::new(error), file: file.map(Path::to_path_buf) }
+        Complaint { error: Box::new(error), file: file.map(Path::to_path_buf), note: None }
     }
 }
 
 impl From<Error> for Complaint {
     fn from(error: Error) -> Self {
-        Complaint { error: Box::new(error), file: None }
+        Complaint { error: Box::new(error), file: None, note: None }
     }
 }

@@ -1,7 +1,9 @@
 //! `amcheck PART`: from words to a written report.
 
 use super::args::{Arguments, Judging};
+use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
+use super::fail_on::FailOn;
 use super::leftover;
 use super::progress::{Progress, Weights, Wished};
 use super::words::{allowance, count, length, one_of, units, up, usage};
@@ -13,7 +15,7 @@ use crate::process::{BUILTIN, Date, Process, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::stances::COMPARED;
 use crate::report::terminal::{self, Outputs};
-use crate::report::{Exhibited, Report, SCHEMA, Verdict, badge, glb, html, json, junit, markdown, render, sarif};
+use crate::report::{Exhibited, Report, SCHEMA, badge, glb, html, json, junit, markdown, render, sarif};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -30,10 +32,23 @@ pub struct Judged {
 }
 
 /// Judges a part and returns what goes to stdout and the exit code.
-pub fn judge(a: &Arguments) -> Result<(String, u8)> {
-    let judged = judged(a)?;
+pub fn judge(a: &Arguments) -> Answer<(String, u8)> {
+    let judged = judged(a).map_err(|e| refused(a, e))?;
     let worse = judged.comparison.as_ref().is_some_and(Comparison::has_new_failure);
-    Ok((said(a, &judged), exit_code(&judged.report, judged.fail_on, worse)))
+    Ok((said(a, &judged), judged.fail_on.exit_code(&judged.report, worse)))
+}
+
+/// An error with the part it is about; where the part itself is refused, what an earlier run says of it no longer holds.
+fn refused(a: &Arguments, error: Error) -> Complaint {
+    let of_part = match &error {
+        Error::Damaged { format, .. } => *format != "report",
+        Error::Unsupported { .. } | Error::NoGeometry { .. } | Error::NotSolid { .. } | Error::TooLarge { .. } => true,
+        _ => false,
+    };
+    let part = a.part.as_deref();
+    let left = part.filter(|_| of_part).and_then(|part| leftover::outlived(&out_dir(a, part)));
+    let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
+    Complaint { note, ..Complaint::about(part, error) }
 }
 
 /// Judges a part and writes its files.
@@ -44,7 +59,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         return Err(usage("standard input cannot be watched", "name a file"));
     }
     let options = options(&a.how)?;
-    let fail_on = fail_on(&a.how.fail_on)?;
+    let fail_on = FailOn::named(&a.how.fail_on)?;
     threads(&a.how)?;
     let formats = one_of("format", &a.how.format, FORMATS)?;
     let baseline = a.baseline.as_deref().map(read_report).transpose()?;
@@ -66,7 +81,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         let mut analysis = run_told(prepared, &options, &told)?;
         told("print");
         let comparison = baseline.map(|old| compare(&old, &analysis.report));
-        let files = print_all(&mut analysis, &formats, comparison.as_ref());
+        let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&part, fail_on));
         Ok((analysis, comparison, files))
     })??;
     let names = files.names();
@@ -162,8 +177,13 @@ pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
     Ok((crate::report::baseline::text(&comparison, palette), u8::from(comparison.has_new_failure())))
 }
 
-/// Every file of the report.
-pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: Option<&Comparison>) -> Files {
+/// Every file of the report on a part that is judged by what turns the exit code to 1.
+pub(super) fn print_all(
+    analysis: &mut Analysis,
+    formats: &[&str],
+    comparison: Option<&Comparison>,
+    (part, fail_on): (&Path, FailOn),
+) -> Files {
     let clock = Instant::now();
     let report = &analysis.report;
     let mut files = Files::default();
@@ -194,8 +214,8 @@ pub(super) fn print_all(analysis: &mut Analysis, formats: &[&str], comparison: O
     }
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
         ("markdown", "report.md", &|| markdown::write(report, comparison)),
-        ("junit", "report.junit.xml", &|| junit::write(report)),
-        ("sarif", "report.sarif", &|| sarif::write(report)),
+        ("junit", "report.junit.xml", &|| junit::write(report, fail_on.failing())),
+        ("sarif", "report.sarif", &|| sarif::write(report, part)),
         ("badge", "badge.svg", &|| badge::write(report)),
     ];
     for (format, name, write) in texts {
@@ -221,7 +241,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
         process.accept.extend(accepted(file)?);
     }
     for waiver in &process.accept {
-        registry::find(&waiver.check)?;
+        registry::find(&waiver.check).map_err(|e| waiver.refused(&e))?;
     }
     let today = today(a, &process)?;
     let memory = allowance(&a.memory)?;
@@ -334,43 +354,6 @@ pub(super) fn on_threads<T: Send>(most: usize, work: impl FnOnce() -> T + Send) 
     }
     let refused = |e| usage(&format!("{most} threads cannot be started: {e}"), "allow more memory");
     Ok(rayon::ThreadPoolBuilder::new().num_threads(most).build().map_err(refused)?.install(work))
-}
-
-/// What turns the exit code to 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FailOn {
-    Fail,
-    Warn,
-    Undecided,
-    New,
-    Never,
-}
-
-pub(super) fn fail_on(text: &str) -> Result<FailOn> {
-    let known = [
-        ("fail", FailOn::Fail),
-        ("warn", FailOn::Warn),
-        ("undecided", FailOn::Undecided),
-        ("new", FailOn::New),
-        ("never", FailOn::Never),
-    ];
-    let names: Vec<&str> = known.iter().map(|k| k.0).collect();
-    let chosen = one_of("state for --fail-on", &[text.to_string()], &names)?;
-    Ok(known.iter().find(|k| chosen.contains(&k.0)).map_or(FailOn::Fail, |k| k.1))
-}
-
-/// Exit code of a report; `worse` says that a failure is new or worse than the baseline's.
-pub(super) fn exit_code(report: &Report, fail_on: FailOn, worse: bool) -> u8 {
-    match (report.verdict, fail_on) {
-        (_, FailOn::Never) => 0,
-        (_, FailOn::New) => u8::from(worse),
-        (Verdict::Fail, _) => 1,
-        (Verdict::Undecided, FailOn::Undecided | FailOn::Warn) => 1,
-        (Verdict::Undecided, _) => 3,
-        (Verdict::Warn, FailOn::Warn) => 1,
-        (_, FailOn::Undecided) => u8::from(report.undecided() > 0),
-        _ => 0,
-    }
 }
 
 fn out_dir(a: &Arguments, part: &Path) -> PathBuf {

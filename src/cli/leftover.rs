@@ -3,8 +3,9 @@
 use super::deliver::cannot;
 use crate::check::registry::CHECKS;
 use crate::error::Result;
+use crate::report::badge;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays until a part is to be repaired again.
 const REPORTS: [&str; 7] =
@@ -53,6 +54,17 @@ pub fn remove(folder: &Path, written: &[String], known: fn(&str) -> bool, read: 
         }
     }
     Ok(())
+}
+
+/// What an earlier run left in the folder of a part that is refused now: its badge gives way to one that says so; its report, if there is
+/// one, stays and is returned.
+pub fn outlived(folder: &Path) -> Option<PathBuf> {
+    let badge = folder.join("badge.svg");
+    if badge.is_file() {
+        // What cannot be written here is no worse than the refusal that is being told.
+        let _ = std::fs::write(badge, badge::not_judged());
+    }
+    ["report.html", "report.json", "report.md"].into_iter().map(|name| folder.join(name)).find(|place| place.is_file())
 }
 
 #[cfg(test)]

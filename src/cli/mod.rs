@@ -5,6 +5,7 @@ mod batch;
 mod command;
 mod complaint;
 mod deliver;
+mod fail_on;
 mod judge;
 mod leftover;
 mod lists;

@@ -49,6 +49,9 @@ mod tests {
         let wall = &p.limits["thin-wall"];
         assert_eq!((wall.fail, wall.warn, wall.overridden, p.layer_height_mm), (Some(0.4), Some(1.2), true, 0.2));
         assert_eq!(p.limits["overhang"].warn, Some(45.0));
+        // The warn limit of 1.2 mm would never be reached beside this one.
+        let p = Process::from_toml("mine.toml", "inherits = \"fdm\"\n[limits.thin-wall]\nfail = \"2mm\"\n").unwrap();
+        assert_eq!((p.limits["thin-wall"].fail, p.limits["thin-wall"].warn), (Some(2.0), None));
     }
 
     #[test]

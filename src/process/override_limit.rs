@@ -2,7 +2,7 @@
 
 use super::limit::{Limit, LimitBasis};
 use super::profile::Process;
-use super::rule::{Bound, RULES, Rule, rule};
+use super::rule::{RULES, Rule, rule};
 use crate::error::{Error, Result, printable};
 
 impl Process {
@@ -32,7 +32,7 @@ impl Process {
         let warn = second.map(|w| named.dimension.parse(w)).transpose()?;
         let same = |r: &&Rule| r.key == key || r.dimension == named.dimension;
         for r in RULES.iter().filter(|r| r.follows(key)).filter(same) {
-            let stricter = |w: f64| if r.bound == Bound::Least { w > fail } else { w < fail };
+            let stricter = |w: f64| r.bound.is_stricter(w, fail);
             if let Some(w) = warn
                 && !stricter(w)
                 && w != fail

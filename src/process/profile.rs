@@ -320,6 +320,10 @@ impl Reader<'_> {
                     }
                 }
             }
+            // A warn limit that is not given stays if it is not weaker than the new fail limit.
+            if table.contains_key("fail") && !table.contains_key("warn") {
+                limit.warn = limit.warn.filter(|&w| limit.fail.is_none_or(|fail| rule.bound.is_stricter(w, fail)));
+            }
             // A table that only holds those of its kinds limits nothing itself.
             if limit.fail.is_some() || limit.warn.is_some() || !limit.source.is_empty() {
                 process.limits.insert(key, limit);
@@ -336,12 +340,11 @@ impl Reader<'_> {
         }
         for (key, limit) in &process.limits {
             let rule = rule(key)?;
-            if let (Some(fail), Some(warn)) = (limit.fail, limit.warn) {
-                let stricter = if rule.bound == super::rule::Bound::Least { warn >= fail } else { warn <= fail };
-                if !stricter {
-                    let problem = format!("limits.{key}: warn {warn} would never be reached beside fail {fail}");
-                    return Err(self.bad(key, problem, "the warn limit is the stricter one".into()));
-                }
+            if let (Some(fail), Some(warn)) = (limit.fail, limit.warn)
+                && rule.bound.is_stricter(fail, warn)
+            {
+                let problem = format!("limits.{key}: warn {warn} would never be reached beside fail {fail}");
+                return Err(self.bad(key, problem, "the warn limit is the stricter one".into()));
             }
         }
         Ok(())

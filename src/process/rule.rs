@@ -82,6 +82,16 @@ pub enum Bound {
     Most,
 }
 
+impl Bound {
+    /// Whether a limit asks for more than another one.
+    pub fn is_stricter(self, limit: f64, than: f64) -> bool {
+        match self {
+            Bound::Least => limit > than,
+            Bound::Most => limit < than,
+        }
+    }
+}
+
 /// A rule that a process may limit.
 #[derive(Debug, Clone, Copy)]
 pub struct Rule {

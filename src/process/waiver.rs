@@ -23,8 +23,21 @@ pub struct Waiver {
     pub reason: String,
     /// The last day on which it holds.
     pub until: Option<Date>,
-    /// The file and the line it stands in, for messages.
-    pub origin: String,
+    /// The file it stands in, and where, for messages.
+    pub file: String,
+    pub place: Place,
+}
+
+impl Waiver {
+    /// What is wrong with it, where it stands.
+    pub fn refused(&self, why: &Error) -> Error {
+        Error::Profile {
+            file: self.file.clone(),
+            place: self.place.clone(),
+            problem: format!("[[accept]]: {why}"),
+            remedy: why.remedy(),
+        }
+    }
 }
 
 /// Where a finding is accepted, in the frame of the input file, millimetres.
@@ -157,7 +170,7 @@ fn waiver(file: &str, text: &str, entry: Spanned<Entry>) -> Result<Waiver> {
     if entry.no_worse_than.is_some_and(|x| !x.is_finite()) {
         return Err(bad("no_worse_than is not a number", "give the value in the unit of the finding, such as 0.4"));
     }
-    if entry.reason.trim().is_empty() {
+    if !entry.reason.chars().any(char::is_alphanumeric) {
         return Err(bad("no reason is given", "say why it is accepted; the report repeats it"));
     }
     let until = match &entry.until {
@@ -170,9 +183,8 @@ fn waiver(file: &str, text: &str, entry: Spanned<Entry>) -> Result<Waiver> {
             Some(Date::parse(&text).map_err(|e| bad(&e.to_string(), "write a day: until = 2027-06-30"))?)
         }
     };
-    let origin = format!("{}, {place}", printable(file));
     let (check, reason, no_worse_than) = (entry.check, entry.reason.trim().to_string(), entry.no_worse_than);
-    Ok(Waiver { check, region, no_worse_than, reason, until, origin })
+    Ok(Waiver { check, region, no_worse_than, reason, until, file: printable(file), place })
 }
 
 #[cfg(test)]
@@ -185,7 +197,7 @@ mod tests {
     fn an_entry_is_read_with_its_defaults() {
         let w = &waivers("a.toml", GOOD).unwrap()[0];
         assert_eq!(w.region, Region::Ball { at_mm: [1.0, 2.0, 3.5], within_mm: 1.0 });
-        assert_eq!((w.until, w.origin.as_str()), (None, "a.toml, line 1"));
+        assert_eq!((w.until, w.file.as_str(), w.place.to_string()), (None, "a.toml", "line 1".into()));
         let dated = waivers("a.toml", &format!("{GOOD}until = 2027-06-30\n")).unwrap();
         assert_eq!(dated[0].until, Some(Date::parse("2027-06-30").unwrap()));
         assert_eq!(waivers("a.toml", &format!("{GOOD}until = \"2027-06-30\"\n")).unwrap(), dated);
@@ -207,6 +219,7 @@ mod tests {
             (GOOD.replace("at_mm = [1, 2, 3.5]", "box_mm = [[0, 0, 9], [1, 1, 1]]"), "empty"),
             (GOOD.replace("at_mm = [1, 2, 3.5]", "fingerprint = \"f\"\nwithin_mm = 2"), "within_mm"),
             (GOOD.replace("\"r\"", "\" \""), "no reason"),
+            (GOOD.replace("\"r\"", "\"…\""), "no reason"),
             (GOOD.replace("reason = \"r\"\n", ""), "reason"),
             (String::new(), "accept"),
         ] {

@@ -16,8 +16,17 @@ pub fn write(report: &Report) -> String {
         Verdict::Undecided => format!("{} undecided", report.count(State::Undecided)),
         Verdict::Fail => format!("{} fail", report.count(State::Fail)),
     };
+    drawn(&word, state)
+}
+
+/// `amcheck | not judged` as SVG, for a part that was refused.
+pub fn not_judged() -> String {
+    drawn("not judged", State::Error)
+}
+
+fn drawn(word: &str, state: State) -> String {
     let (letters, style) = (Lettering::new(), Style::regular(11.0, PAPER));
-    let [left, right] = ["amcheck", &word].map(|t| letters.width(t, &style).ceil() as usize);
+    let [left, right] = ["amcheck", word].map(|t| letters.width(t, &style).ceil() as usize);
     let [r, g, b] = state_colour(state);
     markup!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"20\" role=\"img\" aria-label=\"amcheck: {}\">\

@@ -1,19 +1,24 @@
 //! The report as SARIF 2.1.0 (OASIS), for lists of alerts.
 //!
 //! A part has no lines, and alert lists ask for one: every result names line 1 of the part's file, and says its place in
-//! millimetres in the message and the properties.
+//! millimetres in the message and the properties. The file is named as it was given, for lists of alerts find it from the folder the tool ran in.
 
 use super::phrase::{self, Numbered};
 use super::schema::Report;
 use crate::check::State;
 use crate::units::report_digits;
 use serde_json::{Value, json};
+use std::path::{Component, Path};
 
 /// Most results in one run; lists of alerts take no more.
 const MOST: usize = 25_000;
 
-/// The report as SARIF text with a line feed at its end; results worst first, at most 25,000.
-pub fn write(report: &Report) -> String {
+/// The report on the part at a path as SARIF text with a line feed at its end; results worst first, at most 25,000.
+///
+/// A path that starts at a root or climbs above the folder the tool ran in names nothing in a list of alerts: of such a part the file's name
+/// stands alone.
+pub fn write(report: &Report, part: &Path) -> String {
+    let file = reference(part).unwrap_or_else(|| encoded(&report.part.file));
     let findings = phrase::numbered(report);
     let rules: Vec<Value> = report
         .checks
@@ -23,7 +28,7 @@ pub fn write(report: &Report) -> String {
                 "help": {"text": format!("amcheck explain {}", c.name)}})
         })
         .collect();
-    let results: Vec<Value> = findings.iter().take(MOST).map(|n| result(report, n)).collect();
+    let results: Vec<Value> = findings.iter().take(MOST).map(|n| result(report, n, &file)).collect();
     let silent: Vec<Value> = report
         .checks
         .iter()
@@ -39,7 +44,7 @@ pub fn write(report: &Report) -> String {
         "runs": [{
             "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
             "columnKind": "unicodeCodePoints",
-            "artifacts": [{"location": {"uri": uri(&report.part.file)}, "hashes": {"sha-256": report.part.sha256}}],
+            "artifacts": [{"location": {"uri": file}, "hashes": {"sha-256": report.part.sha256}}],
             "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
             "results": results,
         }],
@@ -47,7 +52,7 @@ pub fn write(report: &Report) -> String {
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }
 
-fn result(report: &Report, n: &Numbered) -> Value {
+fn result(report: &Report, n: &Numbered, file: &str) -> Value {
     let f = n.finding;
     let level = match f.state {
         State::Fail => "error",
@@ -70,7 +75,7 @@ fn result(report: &Report, n: &Numbered) -> Value {
         "level": level,
         "message": {"text": text.trim()},
         "locations": [{"physicalLocation": {
-            "artifactLocation": {"uri": uri(&report.part.file), "index": 0},
+            "artifactLocation": {"uri": file, "index": 0},
             "region": {"startLine": 1}
         }}],
         "partialFingerprints": {"amcheck/v1": f.fingerprint},
@@ -89,8 +94,37 @@ fn result(report: &Report, n: &Numbered) -> Value {
     result
 }
 
-/// A file name as a relative reference (RFC 3986): everything but unreserved signs is percent-encoded.
-fn uri(name: &str) -> String {
+/// A path as a relative reference (RFC 3986), if it leads down from where it starts.
+fn reference(path: &Path) -> Option<String> {
+    let mut names = Vec::new();
+    for component in path.components() {
+        match component {
+            Component::Normal(name) => names.push(encoded(&name.to_string_lossy())),
+            Component::CurDir => {}
+            _ => return None,
+        }
+    }
+    // A file named `-` is standard input.
+    (!names.is_empty() && names != ["-"]).then(|| names.join("/"))
+}
+
+/// A file name in a reference: everything but unreserved signs is percent-encoded.
+fn encoded(name: &str) -> String {
     let keep = |b: u8| b.is_ascii_alphanumeric() || b"-._~".contains(&b);
     name.bytes().map(|b| if keep(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_is_named_from_where_the_tool_ran() {
+        let named = |path: &str| reference(Path::new(path));
+        assert_eq!(named("./left side/a#1.stl").as_deref(), Some("left%20side/a%231.stl"));
+        assert_eq!(named("a.stl").as_deref(), Some("a.stl"));
+        for elsewhere in ["/a.stl", "../a.stl", "b/../../a.stl", "-", ""] {
+            assert_eq!(named(elsewhere), None, "{elsewhere}");
+        }
+    }
 }
