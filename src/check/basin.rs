@@ -2,9 +2,11 @@
 
 use super::finding::Bracket;
 use super::void::Voids;
+use crate::distance::squared_distance;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::vector::Vec3;
+use crate::grid::Grid;
 use crate::topology::{Adjacency, Falls, components};
 use rayon::prelude::*;
 
@@ -120,6 +122,11 @@ impl Basin {
         Bracket::new(value, most(&self.certain), most(&self.walled))
     }
 
+    /// The spacing of its samples.
+    pub fn spacing_mm(&self) -> f64 {
+        self.set.grid().h()
+    }
+
     /// Its box.
     pub fn corners(&self) -> (Vec3, Vec3) {
         let half = 0.5 * self.set.grid().h();
@@ -138,6 +145,27 @@ impl Basin {
             }
         }
         self.set.grid().position(best.1)
+    }
+
+    /// Its sample so many layers above its floor, straight over a sample there, that is farthest from what bounds it in its layer.
+    ///
+    /// # Errors
+    /// None for the basins there are.
+    ///
+    /// # Cost
+    /// O(samples of a layer).
+    pub fn over_floor(&self, layers: usize) -> Result<Vec3> {
+        let [lo, hi] = self.extent.map(|index| self.within(index));
+        let (grid, [nx, ny, _]) = (self.set.grid(), self.set.grid().dims());
+        let layer = (lo[2] + layers).min(hi[2]);
+        let plane = Grid::new(grid.origin(), grid.spacing(), [nx, ny, 1])?;
+        let is_over = |k: usize, at: usize| self.set.contains([at % nx, at / nx, k]);
+        let bounds = Indicator::from_predicate(plane, |at| !(is_over(layer, at) && is_over(lo[2], at)));
+        let clearance = squared_distance(&bounds)?;
+        // The first of the farthest, so that it does not depend on threads.
+        let farthest = clearance.values().iter().enumerate().max_by_key(|(at, d)| (**d, std::cmp::Reverse(*at)));
+        let at = farthest.map_or(0, |(at, _)| at);
+        Ok(grid.position([at % nx, at / nx, layer]))
     }
 
     /// Where its rim is lowest, and it runs over, mm.

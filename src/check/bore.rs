@@ -19,9 +19,16 @@ pub(super) struct Vent {
     pub diameter_mm: f64,
     /// Length of the material on its axis, to a sample for each piece of it.
     pub wall_mm: f64,
+    /// Length of its axis before the first piece of material.
+    pub clear_mm: f64,
 }
 
 impl Vent {
+    /// The same from where it enters material, so that nothing of the room that it leads out of is cut.
+    pub fn from_its_wall(self) -> Self {
+        Vent { from: along(self.from, self.way, self.clear_mm), clear_mm: 0.0, ..self }
+    }
+
     /// In words, in the frame of the file: `a straight vent of 4 mm towards +z through about 3.2 mm of material`.
     pub fn words(&self, part: &Part) -> String {
         format!(
@@ -141,7 +148,9 @@ impl<'a> Bore<'a> {
         let material: Vec<usize> = (0..=end).filter(is_material).collect();
         let to = along(first, way, end as f64 * grid.h());
         let diameter_mm = if is_along_axis(way) { wanted.diameter_mm(grid.h()) } else { wanted.slanting_mm(grid.h()) };
-        let vent = Vent { from, to, way, diameter_mm, wall_mm: material.len() as f64 * grid.h() };
+        let clear_mm = material.first().map_or(0.0, |&n| n as f64 * grid.h() - 0.5 * grid.h());
+        let wall_mm = material.len() as f64 * grid.h();
+        let vent = Vent { from, to, way, diameter_mm, wall_mm, clear_mm: clear_mm.max(0.0) };
         (!material.is_empty()).then_some(Bore { solid, wanted, vent, material })
     }
 

@@ -77,7 +77,10 @@ fn remedy(lays: &[Lay; 3], tie: f64) -> String {
         return format!("{}: then it takes {:.0} % of the worst side", best.turn, 100.0 * best.share);
     }
     let way = if best.turn.is_empty() { String::new() } else { format!("{} and ", best.turn) };
-    format!("{way}scale to {} %, or cut the part; no turn fits", short(fitting_percent(best.share)))
+    format!(
+        "{way}scale to {} %, or cut the part; it fits on none of its sides, poses between them were not tried",
+        short(fitting_percent(best.share))
+    )
 }
 
 /// A turn in words, and what the part takes then.
@@ -203,12 +206,18 @@ mod tests {
         // The diagonal of the plate holds 220·√2 − 10 mm.
         let (state, share, fix) = told("fdm", [320.0, 10.0, 10.0]);
         assert!(state == State::Fail && (share - 330.0 / 2f64.sqrt() / 220.0).abs() < 1e-6, "{state:?} {share}");
-        assert_eq!(fix, "turn it 45° about z and scale to 94 %, or cut the part; no turn fits");
+        assert_eq!(
+            fix,
+            "turn it 45° about z and scale to 94 %, or cut the part; it fits on none of its sides, poses between them were not tried"
+        );
         assert_eq!(
             told("fdm", [300.0, 220.0, 220.0]).2,
-            "turn it 90° about y and scale to 83 %, or cut the part; no turn fits"
+            "turn it 90° about y and scale to 83 %, or cut the part; it fits on none of its sides, poses between them were not tried"
         );
-        assert_eq!(told("fdm", [220.0, 220.0, 300.0]).2, "scale to 83 %, or cut the part; no turn fits");
+        assert_eq!(
+            told("fdm", [220.0, 220.0, 300.0]).2,
+            "scale to 83 %, or cut the part; it fits on none of its sides, poses between them were not tried"
+        );
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::detail::{Between, Detail};
 use super::least_width::LeastWidth;
 use crate::error::Result;
 use crate::field::Indicator;
+use crate::geometry::closed_characteristic;
 use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::Vec3;
 use crate::medial::Side;
@@ -206,11 +207,8 @@ fn of_mesh(part: &Part) -> Option<Betti> {
     if !health.is_watertight() || !part.is_plain() {
         return None;
     }
-    let mut used = vec![false; mesh.vertices.len()];
-    mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
-    let (vertices, facets) = (used.iter().filter(|u| **u).count() as i64, mesh.triangles.len() as i64);
-    // Three edges for two facets; the solid has half of the characteristic of its surface.
-    let surface = vertices - facets / 2;
+    // The solid has half of the characteristic of its surface.
+    let surface = closed_characteristic(mesh);
     let pieces = health.bodies.len() as i64;
     let voids: i64 = health.bodies.iter().map(|b| b.cavities.len() as i64).sum();
     let tunnels = pieces + voids - surface / 2;

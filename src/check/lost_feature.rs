@@ -183,12 +183,14 @@ impl Lost<'_> {
         f.volume_mm3 = Some(report_digits(bracket.value));
         let points = [t.centre, t.contacts[0], t.contacts[1]].map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
+        let (is_lost, at_most) = if f.decided { ("is", "") } else { ("may be", "at most ") };
+        let volume = if f.decided { bracket.value } else { bracket.high };
         f.message = format!(
-            "{} of {} mm is lost: the element is {} mm wide across it; {} mm³",
+            "{} of {} mm {is_lost} lost: the element is {} mm wide across it; {at_most}{} mm³",
             detail.noun(),
             rounded(t.diameter),
             rounded(needed),
-            rounded(bracket.value)
+            rounded(volume)
         );
         let missing = needed - t.diameter;
         let steps = match &trial {

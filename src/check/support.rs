@@ -85,10 +85,9 @@ impl Check for Support {
                 f.volume_mm3 = Some(report_digits(0.5 * (found.volume_mm3[0] + found.volume_mm3[1])));
                 f.area_mm2 = Some(report_digits(contact));
                 locate(&mut f, part, context, at, ([extent.0[0], extent.0[1], 0.0], extent.1));
-                let [plate, on_part] =
-                    [found.on_plate_mm2, found.on_part_mm2].map(|b| short((0.5 * (b[0] + b[1])).round()));
+                let [plate, on_part] = [found.on_plate_mm2, found.on_part_mm2].map(stood_on);
                 f.message = format!(
-                    "supports of {} touch {} mm² of the part and stand with {plate} mm² on the plate and {on_part} mm² on the part",
+                    "supports of {} touch {} mm² of the part and stand with {plate} on the plate and {on_part} on the part",
                     amount(&found),
                     short(contact.round())
                 );
@@ -109,6 +108,12 @@ fn amount(found: &SupportVolume) -> String {
     } else {
         format!("{} to {} cm³", digits(low), digits(high))
     }
+}
+
+/// An area that supports stand on, with its bounds where they differ.
+fn stood_on(bounds: [f64; 2]) -> String {
+    let [low, high] = bounds.map(|area| short(area.round()));
+    if low == high { format!("{low} mm²") } else { format!("{low} to {high} mm²") }
 }
 
 /// Middle of the facet over the highest column: area times height is greatest.

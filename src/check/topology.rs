@@ -250,6 +250,15 @@ mod tests {
         (found, measured.cover, measured.notices.iter().map(|n| n.code.clone()).collect())
     }
 
+    #[test]
+    fn a_facet_without_area_is_no_tunnel() {
+        let mut mesh = cuboid([0.0; 3], [8.0; 3]);
+        mesh.triangles.extend([[0, 0, 1], [2, 2, 3]]);
+        let (found, cover, notices) = told(mesh);
+        assert!(found.is_empty() && cover.contains("1 piece, 0 tunnels and 0 voids as designed"), "{cover}");
+        assert!(notices.is_empty(), "{notices:?}");
+    }
+
     /// A square ring, split by a slot so wide, 1 mm high.
     fn split_ring(gap: f64) -> TriangleMesh {
         let (l, u) = (2.0 - 0.5 * gap, 2.0 + 0.5 * gap);

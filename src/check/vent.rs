@@ -286,7 +286,7 @@ mod tests {
             solid.centres.contains(grid.index(at)) && ((p[2] - middle[2]).abs() > 6.0 || beside[0].max(beside[1]) < 2.0)
         });
         let (to, way) = ([0.0, middle[1], middle[2]], [-1.0, 0.0, 0.0]);
-        let across = Vent { from: middle, to, way, diameter_mm: 5.0, wall_mm: 1.0 };
+        let across = Vent { from: middle, to, way, diameter_mm: 5.0, wall_mm: 1.0, clear_mm: 0.0 };
         let up = [0.0, 0.0, 1.0];
         let block = Vent { from: [middle[0], middle[1], 28.0], to: [middle[0], middle[1], 31.0], way: up, ..across };
         let through = Vent { from: [0.0, middle[1], middle[2]], to: [30.0, middle[1], middle[2]], ..across };

@@ -41,6 +41,24 @@ pub(super) fn is_collapsed([a, b, c]: [u32; 3]) -> bool {
     a == b || b == c || c == a
 }
 
+/// The Euler characteristic V − E + F of a closed surface, each of whose edges has two sides: 2 for a ball, 0 for a torus. Facets two of
+/// whose corners are one vertex are passed over.
+///
+/// # Cost
+/// O(vertices + facets).
+///
+/// ```
+/// use amcheck::geometry::{closed_characteristic, cuboid};
+/// assert_eq!(closed_characteristic(&cuboid([0.0; 3], [1.0, 2.0, 3.0])), 2);
+/// ```
+pub fn closed_characteristic(mesh: &TriangleMesh) -> i64 {
+    let mut used = vec![false; mesh.vertices.len()];
+    let facets = mesh.triangles.iter().filter(|t| !is_collapsed(**t));
+    let facets = facets.inspect(|t| t.iter().for_each(|&v| used[v as usize] = true)).count() as i64;
+    // Three edges for two facets.
+    used.iter().filter(|u| **u).count() as i64 - facets / 2
+}
+
 impl EdgeTable {
     pub(super) fn of(mesh: &TriangleMesh) -> Self {
         let sides = || {

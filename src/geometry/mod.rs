@@ -40,6 +40,7 @@ pub use box_pairs::{LabelledBox, box_pairs};
 pub use cavity::{Cavity, cavities};
 pub use disjoint::DisjointSets;
 pub use distance::MeshDistance;
+pub use edges::closed_characteristic;
 pub use generate::{cuboid, extruded, revolved};
 pub use health::Health;
 pub use hull::{Fit, Hull};

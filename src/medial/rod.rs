@@ -523,6 +523,50 @@ mod tests {
         assert!(rods_of(&ball, Side::Material, 4.0).iter().all(|r| r.run < 0.5 * r.diameter()));
     }
 
+    /// A plate of `lengths` with a hole whose side is `margin` away from two of the plate's.
+    fn plate_with_hole(lengths: Vec3, radius: f64, margin: f64) -> TriangleMesh {
+        let (centre, [x, y, z]) = (margin + radius, lengths);
+        let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]].map(|p: [f64; 2]| (p[1] - centre).atan2(p[0] - centre));
+        let mut angles: Vec<f64> = (0..64).map(|n| std::f64::consts::TAU * (f64::from(n) / 64.0 - 0.5)).collect();
+        angles.extend(corners);
+        angles.sort_by(f64::total_cmp);
+        angles.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        let at = |k: usize| {
+            let (sin, cos) = angles[k % angles.len()].sin_cos();
+            let to = |d: f64, far: f64| if d > 0.0 { (far - centre) / d } else { -centre / d };
+            let out = to(cos, x).min(to(sin, y));
+            [radius, out].map(|t| [centre + t * cos, centre + t * sin])
+        };
+        let facets = (0..angles.len()).flat_map(|k| {
+            let ([a, b], [c, d]) = (at(k), at(k + 1));
+            let [low, high] = [0.0, z].map(|z| move |p: [f64; 2]| [p[0], p[1], z]);
+            let quads = [
+                [high(a), high(b), high(d), high(c)],
+                [low(c), low(d), low(b), low(a)],
+                [low(b), low(d), high(d), high(b)],
+                [low(c), low(a), high(a), high(c)],
+            ];
+            quads.into_iter().flat_map(|[p, q, r, s]| [[p, q, r], [p, r, s]]).collect::<Vec<_>>()
+        });
+        TriangleMesh::weld(facets)
+    }
+
+    #[test]
+    fn strips_beside_a_hole_near_a_corner_are_held_at_both_ends() {
+        for (thick, margin) in [(1.2, 1.0), (1.6, 1.0), (1.6, 1.3), (2.0, 1.3)] {
+            for radius in [1.6, 2.1, 2.5, 3.0] {
+                let mesh = plate_with_hole([30.0, 20.0, thick], radius, margin);
+                for turn in [0.0, 0.3, 0.5 * std::f64::consts::PI] {
+                    let (s, c) = f64::sin_cos(turn);
+                    let turned = mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.3, 0.1, 0.2]);
+                    let rods = rods_of(&turned, Side::Material, 2.0);
+                    let free = rods.iter().filter(|r| r.ends.contains(&End::Closed)).count();
+                    assert_eq!(free, 0, "{thick} {margin} {radius} {turn}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_square_bar_in_any_direction_is_a_rod_of_equal_area() {
         let edges = [2.0, 2.0, 12.0].map(Length::mm);

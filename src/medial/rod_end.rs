@@ -1,7 +1,7 @@
 //! What is beyond the ends of a rod: a face across it, a point, something wider, or a narrower rod.
 
 use super::rod::{End, Search, TAPER};
-use super::section::{Section, across, eight_across};
+use super::section::{Plane, Section, across, eight_across, section};
 use crate::geometry::vector::{Vec3, along, dot, norm, sub, unit};
 
 /// An end this near, in diameters, closes the rod.
@@ -10,6 +10,8 @@ const CLOSED: f64 = 0.75;
 const LEADS_ON: usize = 2;
 /// Where that is looked at, in shares of the way to the cap, besides just beyond the end.
 const ASIDE: [f64; 2] = [0.5, 0.8];
+/// Or a section so many times as wide as the end's: of a plate only the directions in its plane lead on.
+const SWOLLEN: f64 = 1.1;
 /// A point so far, in diameters, closes it if the sides draw together all the way, more steeply than a rod's.
 const POINTED: f64 = 4.0;
 /// Where that is looked at, in shares of the way, and the least sine.
@@ -39,7 +41,7 @@ impl Search<'_> {
         // What leads on aside may do so anywhere before the cap.
         let leads_on = || {
             let looked = [0.5 * far.min(0.2 * end.diameter()), ASIDE[0] * far, ASIDE[1] * far];
-            looked.into_iter().any(|t| self.widens(beyond(t), end))
+            looked.into_iter().any(|t| self.widens(beyond(t), end) || self.swells(beyond(t), end, outward))
         };
         let is_closed = (far <= CLOSED * end.diameter() || draws_in()) && !leads_on();
         is_closed.then_some((along(end.centre, outward, far), end.diameter()))
@@ -69,6 +71,16 @@ impl Search<'_> {
     /// Whether there is more of the side's stuff beside a point beyond the end of a rod than its section holds.
     fn widens(&self, beyond: Vec3, end: &Section) -> bool {
         self.beside(beyond, end).iter().filter(|met| met.is_none()).count() >= LEADS_ON
+    }
+
+    /// Whether the section across a rod's way, at a point beyond its end, is wider than the end's: of a plate as thick as the rod only what lies
+    /// in its plane leads on.
+    fn swells(&self, beyond: Vec3, end: &Section, outward: Vec3) -> bool {
+        let within = 0.5 * self.wanted.elongation * self.wanted.within;
+        let start = self.distance.first_hit(beyond, across(outward)[0], 0.0, within).map(|(_, facet)| facet);
+        let plane = Plane { point: beyond, normal: outward };
+        let found = start.and_then(|start| section(self.mesh, self.next, plane, start, 1.5 * within));
+        found.is_none_or(|s| s.diameter() > SWOLLEN * end.diameter())
     }
 
     /// Whether the sides about a point beyond the end of a rod draw together, more steeply than those of a rod.
