@@ -51,7 +51,7 @@ static META: Meta = Meta {
           its chord and its rise. A crown that is all within the ledge limit of its sides is measured too, where the passage is straight and climbs by 19° at most.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
              one piece, as in a screw, are measured as if in one plane. How cooling and speed change what holds is not known here. \
-             Sloped surface that reaches out, and the crown of a passage that bends or narrows, are judged by `overhang` alone, and what \
+             Sloped surface that reaches out, and the crown of a passage that bends, narrows or crosses another as wide, are judged by `overhang` alone, and what \
              has no anchor at all is an `island`.",
     source: "The limits' sources stand in the profile; `amcheck processes` lists them.",
 };

@@ -28,6 +28,9 @@ const AWAY: (f64, f64) = (0.25, 0.05);
 /// What is no farther from an anchor, in millimetres, lies on it.
 const AT_ANCHOR: f64 = 1e-3;
 
+/// Steps between the places along a ledge's way out where the material above is measured.
+const LOOKS_UP: usize = 8;
+
 /// What trying a chamfer under a ledge has shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chamfer {
@@ -42,7 +45,7 @@ pub struct Chamfer {
     roomy: usize,
     loose: usize,
     blocked: usize,
-    /// How much material lies above the farthest place of the ledge.
+    /// How much material lies above what of the ledge is beyond the limit, at most along its way out.
     above: f64,
 }
 
@@ -79,8 +82,11 @@ impl Chamfer {
         let tried = Trying { part, ledge, limit, leg, slope, gap };
         let found: Vec<Place> = tried.pieces().iter().map(|piece| tried.at(piece)).collect();
         let count = |of: Place| found.iter().filter(|p| **p == of).count();
-        let far = reach.ends[0];
-        let up = part.distance().first_hit(far, [0.0, 0.0, 1.0], 4.0 * part.step() + 1e-6, part.extent()[2]);
+        let beyond = 1.0 - limit / reach.high_mm;
+        let back = sub(reach.ends[1], reach.ends[0]);
+        let places = (0..=LOOKS_UP).map(|n| along(reach.ends[0], back, beyond * n as f64 / LOOKS_UP as f64));
+        let up = |from| part.distance().first_hit(from, [0.0, 0.0, 1.0], 4.0 * part.step() + 1e-6, part.extent()[2]);
+        let above = places.filter_map(up).map(|(height, _)| height).fold(0.0, f64::max);
         Some(Chamfer {
             is_cut: ledge.extent.0[2] < leg * slope,
             leg,
@@ -89,7 +95,7 @@ impl Chamfer {
             roomy: count(Place::Roomy),
             loose: count(Place::Loose),
             blocked: count(Place::Blocked),
-            above: up.map_or(0.0, |h| h.0),
+            above,
         })
     }
 
@@ -244,6 +250,10 @@ mod tests {
         assert!((found.above - 2.0).abs() < 1e-9 && found.angle == 45.0, "{found:?}");
         let said = found.words(0.4);
         assert!(said.starts_with("put a chamfer of 2.6") && said.contains("with the 2 mm of material above"), "{said}");
+        // A wedge above, from 0.1 mm at its edge to 2.3 mm at the wall.
+        let outline = [[0.0, 0.0], [4.0, 0.0], [4.0, 10.0], [7.0, 10.0], [7.0, 10.1], [4.0, 12.3], [0.0, 12.3]];
+        let wedge = tried(extruded(&outline, &[[0, 1, 2], [0, 2, 5], [0, 5, 6], [2, 3, 4], [2, 4, 5]], 6.0));
+        assert!((wedge.above - (2.3 - 0.4 * 2.2 / 3.0)).abs() < 0.02, "{wedge:?}");
         // Nearer to the plate than it is high it ends on the plate.
         let low = tried(gallows(1.5));
         assert!(low.has_room() && low.words(0.4).contains("mm under it, cut off at the plate,"), "{}", low.words(0.4));

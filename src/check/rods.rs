@@ -194,6 +194,10 @@ pub fn remedy(part: &Part, process: &Process, side: Side, rods: &[&Rod], f: &Fin
 
 /// Surface whose normal is nearer than 45° to a rod's axis is what the rod stands on or leaves through, and not beside it.
 const ACROSS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Surface that leans by more than this towards a rod's axis, as a cosine (75°), crosses it.
+const SLANTS: f64 = 0.26;
+/// A rod's last section lies no farther from the face that it leaves through than so many of its diameters: half of the tangent of 72°.
+const PAST_END: f64 = 1.5;
 /// What lies no farther from a rod's line than so many of its radii lies on its side.
 const ON_SIDE: f64 = 1.2;
 
@@ -208,8 +212,9 @@ pub fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f6
             let side = part.distance().first_hit(middle, d, 0.0, 2.0 * w[0].1.max(w[1].1));
             let beyond = side.and_then(|(at, _)| {
                 let (far, facet) = part.distance().first_hit(middle, d, at + part.step(), at + within + most)?;
-                let is_beside = dot(part.distance().normal(facet), axis).abs() < ACROSS;
-                is_beside.then(|| (far - at, along(middle, d, far)))
+                let (normal, met) = (part.distance().normal(facet), along(middle, d, far));
+                let is_beside = dot(normal, axis).abs() < ACROSS && !ends_at(rod, normal, met);
+                is_beside.then_some((far - at, met))
             });
             match beyond {
                 Some((gap, _)) if gap < within => Fit::Cramped,
@@ -219,6 +224,16 @@ pub fn fit(part: &Part, rod: &Rod, (by, beside): (f64, f64), others: &[(&Rod, f6
         })
     });
     tries.min().unwrap_or(Fit::Roomy)
+}
+
+/// Whether a slanting face is one that a rod leaves through: its plane crosses the rod's line near an end, where sections still fit, or beyond.
+fn ends_at(rod: &Rod, normal: Vec3, on_face: Vec3) -> bool {
+    let (mut from_start, mut from_end) = (rod.line.windows(2), rod.line.windows(2).rev());
+    let ends = [from_start.next().map(|w| [w[1], w[0]]), from_end.next().map(|w| [w[0], w[1]])];
+    ends.into_iter().flatten().any(|[inner, end]| {
+        let lean = dot(normal, unit(sub(end.0, inner.0)));
+        lean.abs() >= SLANTS && (dot(normal, sub(on_face, end.0)) / lean).abs() <= PAST_END * end.1
+    })
 }
 
 /// By how much the rod on whose side a point lies grows there.
@@ -242,7 +257,9 @@ mod tests {
     use super::super::thin_pin::ThinPin;
     use super::*;
     use crate::geometry::{TriangleMesh, cuboid, revolved};
+    use crate::medial::rod::tests::{plate_with_hole, wire};
     use crate::part::Up;
+    use std::f64::consts::PI;
 
     /// The findings of AM102 on what is turned on a lathe.
     fn pins(profile: &[[f64; 2]], process: &str) -> Vec<Finding> {
@@ -251,6 +268,43 @@ mod tests {
         let found = ThinPin.run(&part, &Process::named(process).unwrap(), &context);
         let Ok(Outcome::Measured(found)) = found else { panic!("not measured") };
         found.findings
+    }
+
+    #[test]
+    fn a_hole_has_room_beside_it_however_it_slants_through_its_plate() {
+        let process = Process::named("fdm").unwrap();
+        for degrees in [0.0f64, 30.0, 45.0, 50.0, 60.0] {
+            let fitting = |margin: f64| {
+                // Longer along x, and then slanted by that much: its section across its axis stays round.
+                let (tan, cos) = (degrees.to_radians().tan(), degrees.to_radians().cos());
+                let mesh = plate_with_hole([20.0 * cos, 20.0, 10.0], 0.8, margin);
+                let mesh = mesh.transformed([[1.0 / cos, 0.0, tan], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
+                let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+                let found = search(&part, &process, Side::Void).unwrap();
+                let [hole] = &found.rods[..] else { panic!("{degrees}: {:?}", found.rods.len()) };
+                assert!((hole.diameter() - 1.6).abs() < 0.01, "{degrees}: {}", hole.diameter());
+                fit(&part, hole, (0.2, 0.8), &[])
+            };
+            assert_eq!((fitting(4.0), fitting(0.5)), (Fit::Roomy, Fit::Cramped), "{degrees}");
+        }
+    }
+
+    #[test]
+    fn a_spring_is_no_slender_pin() {
+        // Three turns of 4 mm in radius, 9 mm high in all, and one turn alone.
+        let spring = |turns: usize| {
+            let coil = |k: usize| {
+                let (s, c) = (std::f64::consts::TAU * k as f64 / 96.0).sin_cos();
+                ([4.0 * c, 4.0 * s, 3.0 * k as f64 / 96.0], unit([-8.0 * PI * s, 8.0 * PI * c, 3.0]))
+            };
+            let part =
+                Part::new(wire(&(0..=96 * turns).map(coil).collect::<Vec<_>>(), 0.5, 24, false), Up::PlusZ, 1e-6, 1.0);
+            let context = Context { refine: 0, spacing_mm: 0.1 };
+            let found = ThinPin.run(&part.unwrap(), &Process::named("fdm").unwrap(), &context);
+            let Ok(Outcome::Measured(found)) = found else { panic!("not measured") };
+            found.findings.iter().filter(|f| f.kind == "slender-pin").count()
+        };
+        assert_eq!([spring(3), spring(1)], [0, 1]);
     }
 
     #[test]

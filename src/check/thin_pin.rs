@@ -6,6 +6,7 @@ use super::place::group_equal;
 use super::rods::{as_judged, diameter_finding, fit, looked, placed, plain, remedy, search, worst};
 use super::room::{Fit, Growth, NO_ROOM};
 use crate::error::Result;
+use crate::geometry::vector::{bounds, distance};
 use crate::medial::Side;
 use crate::medial::rod::{End, Rod};
 use crate::part::Part;
@@ -30,11 +31,14 @@ static META: Meta = Meta {
           What is judged here is not judged as a wall.",
     limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.8 \
              (1 by 1.5 mm) are walls, and so are struts \
-             held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees are no pin's, and what runs out to a point is not judged by its slenderness. \
+             held at both ends of which two sides face each other. Sides that draw together by more than 30 degrees are no pin's, and what runs out to a point, or is wound up to less than a third of its length, is not judged by its slenderness. \
              Pins wider than 3.75 mm and a quarter beyond the limit of their diameter are not looked for. A pin on which no such place lies \
              is not seen as one; below the wall limit it is then found as a wall.",
     source: "Limits: see the profile.",
 };
+
+/// A rod so many times as long as its box is wide is wound up.
+const WOUND: f64 = 3.0;
 
 impl Check for ThinPin {
     fn meta(&self) -> &'static Meta {
@@ -87,6 +91,9 @@ fn too_slender((part, context): (&Part, &Context), rod: &Rod, limits: Limits, th
     if rod.ends.contains(&End::Point) || !rod.ends.iter().any(|end| [End::Closed, End::Head].contains(end)) {
         return None;
     }
+    if winds(rod) {
+        return None;
+    }
     let widest = rod.line.iter().map(|s| s.1).fold(rod.narrowest.circumscribed, f64::max);
     let [low, high] = [widest, rod.narrowest.inscribed].map(|d| rod.length / d.max(1e-9));
     let slenderness = rod.length / rod.mean_diameter();
@@ -110,6 +117,12 @@ fn too_slender((part, context): (&Part, &Context), rod: &Rod, limits: Limits, th
     (f.state > State::Pass).then_some(f)
 }
 
+/// Whether a rod is wound up, as a spring is: it is no higher for its length.
+fn winds(rod: &Rod) -> bool {
+    let reach = bounds(rod.line.iter().map(|s| s.0)).map_or(0.0, |(lo, hi)| distance(lo, hi));
+    rod.length > WOUND * reach
+}
+
 /// Height, axis and ends in words.
 fn form(rod: &Rod) -> String {
     let [x, y, z] = rod.narrowest.axis.map(|c| short((c * 100.0).round() / 100.0));
@@ -120,7 +133,7 @@ fn form(rod: &Rod) -> String {
         _ if rod.ends.contains(&End::Narrower) => "stepped",
         0 => "held at both ends",
         1 => "free at one end",
-        _ => "loose",
+        _ => "free at both ends",
     };
     format!("{} mm long, {held}, along ({x}, {y}, {z})", plain(rod.length))
 }

@@ -318,7 +318,7 @@ impl Search<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::geometry::{Primitive, revolved};
     use crate::units::Length;
@@ -371,7 +371,7 @@ mod tests {
     }
 
     /// A wire of `sides` along a line of places with unit directions, closed at its ends or joined to a ring.
-    fn wire(line: &[(Vec3, Vec3)], radius: f64, sides: usize, ring: bool) -> TriangleMesh {
+    pub(crate) fn wire(line: &[(Vec3, Vec3)], radius: f64, sides: usize, ring: bool) -> TriangleMesh {
         let hoop = |k: usize| {
             let (c, d) = line[k % line.len()];
             let [u, v] = [unit(cross(d, [0.31, 0.47, 0.83])), cross(d, unit(cross(d, [0.31, 0.47, 0.83])))];
@@ -523,8 +523,8 @@ mod tests {
         assert!(rods_of(&ball, Side::Material, 4.0).iter().all(|r| r.run < 0.5 * r.diameter()));
     }
 
-    /// A plate of `lengths` with a hole whose side is `margin` away from two of the plate's.
-    fn plate_with_hole(lengths: Vec3, radius: f64, margin: f64) -> TriangleMesh {
+    /// A plate of `lengths` with a round hole whose side is `margin` away from two of the plate's.
+    pub(crate) fn plate_with_hole(lengths: Vec3, radius: f64, margin: f64) -> TriangleMesh {
         let (centre, [x, y, z]) = (margin + radius, lengths);
         let corners = [[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]].map(|p: [f64; 2]| (p[1] - centre).atan2(p[0] - centre));
         let mut angles: Vec<f64> = (0..64).map(|n| std::f64::consts::TAU * (f64::from(n) / 64.0 - 0.5)).collect();
@@ -533,7 +533,7 @@ mod tests {
         angles.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         let at = |k: usize| {
             let (sin, cos) = angles[k % angles.len()].sin_cos();
-            let to = |d: f64, far: f64| if d > 0.0 { (far - centre) / d } else { -centre / d };
+            let to = |d: f64, far: f64| if d > 0.0 { (far - centre) / d } else { centre / -d.min(-1e-9) };
             let out = to(cos, x).min(to(sin, y));
             [radius, out].map(|t| [centre + t * cos, centre + t * sin])
         };
