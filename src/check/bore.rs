@@ -25,7 +25,7 @@ pub(super) struct Vent {
 
 impl Vent {
     /// The same from where it enters material, so that nothing of the room that it leads out of is cut.
-    pub fn from_its_wall(self) -> Self {
+    pub fn starting_at_its_wall(self) -> Self {
         Vent { from: along(self.from, self.way, self.clear_mm), clear_mm: 0.0, ..self }
     }
 

@@ -84,7 +84,7 @@ impl<'a> CupVents<'a> {
         let mut tried: Vec<[Vec3; 2]> = Vec::new();
         loop {
             let before = vented.vents.len();
-            let new = rooms.iter().filter_map(|starts| self.into_room(starts));
+            let new = rooms.iter().filter_map(|starts| self.leading_out_of(starts));
             vented.vents.extend(new.take(ROOMS - before));
             if vented.vents.len() == before {
                 return Ok(vented);
@@ -108,9 +108,9 @@ impl<'a> CupVents<'a> {
     }
 
     /// The shortest vent into a room from the first of its starts that has one, through nothing but its wall.
-    fn into_room(&self, starts: &[Vec3; 2]) -> Option<Vent> {
+    fn leading_out_of(&self, starts: &[Vec3; 2]) -> Option<Vent> {
         let wanted = Wanted { wall_mm: self.wall_mm, ..WANTED };
-        starts.iter().find_map(|at| self.ways.shortest(self.voids.solid, *at, wanted)).map(Vent::from_its_wall)
+        starts.iter().find_map(|at| self.ways.shortest(self.voids.solid, *at, wanted)).map(Vent::starting_at_its_wall)
     }
 }
 

@@ -10,10 +10,13 @@ use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
 use crate::error::{Error, Result, ToolFault};
 use crate::field::Field;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, bounds};
+use crate::geometry::triangle::closest_on_segments;
+use crate::geometry::vector::{Vec3, bounds, distance};
+use crate::medial::reflex::{ReflexEdge, reflex_edges};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::ops::Add;
 
@@ -96,6 +99,7 @@ impl Check for ToolAccess {
             found: &found,
             powder: powder.as_ref(),
             limits,
+            corners: OnceCell::new(),
         };
         let mut measured = Measured {
             cover: judged.cover(),
@@ -121,6 +125,9 @@ impl Check for ToolAccess {
     }
 }
 
+/// An edge bent by this much and more is a corner, and none of a round wall, radians (30°).
+const CORNER: f64 = 0.52;
+
 /// How the tool that comes nearest to a patch is held off, in words.
 struct Obstructed {
     /// `end-mill-6` and `+z`.
@@ -143,9 +150,21 @@ struct Judged<'a> {
     found: &'a Reach,
     powder: Option<&'a Powder>,
     limits: Limits,
+    /// The part's concave edges.
+    corners: OnceCell<Vec<[Vec3; 2]>>,
 }
 
 impl Judged<'_> {
+    /// Whether a patch lies so near to a concave edge.
+    fn is_in_corner(&self, p: usize, within: f64) -> bool {
+        let mesh = self.part.mesh();
+        let edges = || reflex_edges(mesh, CORNER, |f| self.part.bounds_solid(f));
+        let ends = |e: ReflexEdge| e.ends.map(|v| mesh.vertices[v as usize]);
+        let corners = self.corners.get_or_init(|| edges().into_iter().map(ends).collect());
+        let at = self.surface[p].at;
+        corners.iter().any(|edge| distance(closest_on_segments(*edge, [at; 2]).0, at) <= within)
+    }
+
     fn area_of(&self, wanted: impl Fn(&State) -> bool) -> f64 {
         self.surface.iter().zip(&self.found.states).filter(|(_, s)| wanted(s)).map(|(p, _)| p.area).fold(0.0, f64::add)
     }
@@ -325,7 +344,9 @@ impl Judged<'_> {
             let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
             let [wide, deep] = [wide, stops].map(|v| short(round(v)));
             // It comes as near beside: what is in the way is the corner itself.
-            let by_its_end = self.found.beside[p].is_some() && height < m.cutter_radius();
+            let by_its_end = self.found.beside[p].is_some()
+                && height < m.cutter_radius()
+                && self.is_in_corner(p, m.cutter_radius() + spacing);
             found.way = Some(match by_its_end {
                 true => format!(
                     "give the corner a fillet as large as the end of {} is round, or name a tool with a smaller end",
@@ -342,5 +363,47 @@ impl Judged<'_> {
 
     fn names(&self) -> String {
         self.tooling.tools.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(" or ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{extruded, revolved};
+    use crate::part::Up;
+    use crate::process::ToolChoice;
+    use std::f64::consts::FRAC_PI_2;
+
+    /// What is advised where a tool does not reach a mesh.
+    fn advice(mesh: TriangleMesh, tool: &str) -> Vec<String> {
+        let mut part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let spacing = crate::units::Length::mm(0.25);
+        part.cast_on(crate::grid::Grid::covering([0.0; 3], part.extent(), spacing, 2, [0.0; 3]).unwrap());
+        let context = Context { refine: 0, spacing_mm: 0.25 };
+        let mut process = Process::named("lpbf").unwrap();
+        process.tools = process.tools.replaced(vec![ToolChoice::named(tool).unwrap()]);
+        let found = ToolAccess.run(&part, &process, &context).unwrap();
+        let Outcome::Measured(found) = found else { panic!("not measured") };
+        found.findings.into_iter().map(|f| f.fix).collect()
+    }
+
+    #[test]
+    fn a_corner_is_advised_a_fillet_and_a_socket_without_one_is_not() {
+        // A channel of 14 mm, 8 mm deep.
+        let outline =
+            [[0.0, 0.0], [30.0, 0.0], [30.0, 14.0], [22.0, 14.0], [22.0, 6.0], [8.0, 6.0], [8.0, 14.0], [0.0, 14.0]];
+        let caps = [[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4], [0, 5, 7], [5, 6, 7]];
+        let corner = advice(extruded(&outline, &caps, 30.0), "ball-mill-6");
+        assert!(corner.iter().any(|fix| fix.contains("give the corner a fillet")), "{corner:?}");
+        // A ball of 10 mm in a socket 1 mm wider all round has no corner.
+        let arc = |radius: f64| {
+            let turns = (0..=24).map(|n| (FRAC_PI_2 * f64::from(n) / 24.0).sin_cos());
+            turns.map(move |(sin, cos)| [radius * sin, 8.0 - radius * cos]).collect::<Vec<_>>()
+        };
+        let socket = [vec![[0.0, 0.0], [9.0, 0.0], [9.0, 8.0]], arc(6.0).into_iter().rev().collect()].concat();
+        let upper = arc(5.0).into_iter().rev().skip(1).map(|[r, z]| [r, 16.0 - z]);
+        let ball: Vec<[f64; 2]> = arc(5.0).into_iter().chain(upper).collect();
+        let joint = advice(revolved(&socket, 48).joined(&revolved(&ball, 48)), "blast-nozzle");
+        assert!(!joint.is_empty() && !joint.iter().any(|fix| fix.contains("corner")), "{joint:?}");
     }
 }
