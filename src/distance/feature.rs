@@ -141,6 +141,24 @@ mod tests {
     use crate::units::Length;
 
     #[test]
+    fn axes_of_more_samples_than_a_square_has_bits_for_are_right() {
+        let n = 70_000;
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [1, n, 1]).unwrap();
+        let mut set = Indicator::empty(grid);
+        set.set([0, 0, 0], true);
+        set.set([0, n - 1, 0], true);
+        let found = nearest_sample(&set).unwrap();
+        for (at, &nearest) in found.values().iter().enumerate() {
+            let truth = match at {
+                _ if at < crate::distance::REACH as usize => 0,
+                _ if n - 1 - at < crate::distance::REACH as usize => n as u32 - 1,
+                _ => NOWHERE,
+            };
+            assert_eq!(nearest, truth, "{at}");
+        }
+    }
+
+    #[test]
     fn the_nearest_is_the_first_of_the_least_in_all_pairs() {
         let mut state = 9u64;
         let mut below = |n: u64| {

@@ -16,7 +16,8 @@ const PACKED_BITS: u32 = 30;
 /// The leftmost minimizing s does not decrease with y (the matrix f(s) + (y − s)² is totally monotone), so the rows are
 /// found by halving: each looks for its minimum between those of its two neighbours on the coarser level, and no
 /// farther than √f(y), in all lines at once. That is O(n log n) for a line, without a branch on data.
-/// A value and the number of its site share one word, so that one minimum yields both.
+/// A value and the number of its site share one word, so that one minimum yields both. Where so many sites share a number that
+/// it tells little of where the minimum lies, as on axes of thousands of samples, envelopes are found line by line instead.
 pub(super) struct Panel {
     n: usize,
     /// Bits for the number of the site; where they are too few, sites share a number.
@@ -32,7 +33,14 @@ pub(super) struct Panel {
     /// Least and greatest minimizing site over the lines.
     low: Vec<u32>,
     high: Vec<u32>,
+    /// The minimizing sites themselves, where too many share a number; else none.
+    first: Vec<Row>,
+    /// What one line is worked out in: sites of the envelope, and the first row each is the least at.
+    envelope: Vec<[u32; 2]>,
 }
+
+/// As many sites may share a number, as a power of two, as a search among them costs less than a line by itself.
+const MOST_SHARED: u32 = 6;
 
 impl Panel {
     /// Room for panels of `n` rows whose values are at most `most`; `None` if they do not fit a word.
@@ -43,6 +51,7 @@ impl Panel {
         let value_bits = u64::BITS - greatest.leading_zeros();
         let wanted = u64::BITS - side.leading_zeros();
         let index_bits = wanted.min(PACKED_BITS.checked_sub(value_bits)?);
+        let first = if wanted - index_bits > MOST_SHARED { vec![[0; LANES]; n + 2] } else { Vec::new() };
         Some(Panel {
             n,
             index_bits,
@@ -52,6 +61,8 @@ impl Panel {
             reach: vec![0; n + 2],
             low: vec![0; n + 2],
             high: vec![0; n + 2],
+            first,
+            envelope: Vec::new(),
         })
     }
 
@@ -77,6 +88,9 @@ impl Panel {
         if self.reach[y] == 0 {
             return [y as u32; LANES];
         }
+        if let Some(first) = self.first.get(y) {
+            return *first;
+        }
         let mask = (1 << self.index_bits) - 1;
         std::array::from_fn(|lane| {
             let packed = self.best[y][lane];
@@ -92,6 +106,9 @@ impl Panel {
     /// Finds the lower envelopes. Rows whose values are all 0 stay 0.
     #[inline(always)]
     pub fn solve(&mut self) {
+        if !self.first.is_empty() {
+            return (0..LANES).for_each(|lane| self.solve_line(lane));
+        }
         let n = self.n;
         let mut stride = (n + 1).next_power_of_two();
         (self.low[0], self.high[n + 1]) = (0, n as u32 + 1);
@@ -110,6 +127,38 @@ impl Panel {
                 (self.low[y], self.high[y]) = self.ends(y);
             }
             stride = half;
+        }
+    }
+
+    /// Finds the lower envelope of one line from its parabolas, each site in turn: O(n), in integers.
+    ///
+    /// # Source
+    /// A. Meijster, J. Roerdink, W. Hesselink, A general algorithm for computing distance transforms in linear time, 2000.
+    fn solve_line(&mut self, lane: usize) {
+        let Panel { sites, index_bits, envelope, first, best, n, .. } = self;
+        let value = |s: u32| i64::from(sites[s as usize][lane] >> *index_bits);
+        let at = |s: u32, y: u32| value(s) + (i64::from(y) - i64::from(s)).pow(2);
+        let last = *n as u32 + 1;
+        envelope.clear();
+        for s in 0..=last {
+            while envelope.last().is_some_and(|&[before, from]| at(before, from) > at(s, from)) {
+                envelope.pop();
+            }
+            // The last row at which the site before is not above this one; of equal ones the first is taken.
+            let from = envelope.last().map_or(0, |&[before, _]| {
+                let [p, q] = [before, s].map(i64::from);
+                (q * q - p * p + value(s) - value(before)).div_euclid(2 * (q - p)) + 1
+            });
+            if from <= i64::from(last) {
+                envelope.push([s, from as u32]);
+            }
+        }
+        for (at, &[s, from]) in envelope.iter().enumerate() {
+            let until = envelope.get(at + 1).map_or(last + 1, |next| next[1]);
+            for y in from..until {
+                let least = (value(s) + (i64::from(y) - i64::from(s)).pow(2)) as u32;
+                (best[y as usize][lane], first[y as usize][lane]) = (least << *index_bits, s);
+            }
         }
     }
 
@@ -196,5 +245,24 @@ mod tests {
             }
         }
         assert!(Panel::new(40_000, 1 << 29).is_none() && Panel::new(40_000, 1).is_some());
+    }
+
+    #[test]
+    fn long_panels_go_line_by_line_and_find_the_first_of_the_least() {
+        let (n, most) = (3000, 2 * 3000 * 3000);
+        let mut panel = Panel::new(n, most).unwrap();
+        // Without it every row would look at every site.
+        assert!(panel.shared > MOST_SHARED && !panel.first.is_empty());
+        let mut random = crate::random::Lcg(3);
+        let rows: Vec<Row> = (0..n + 2)
+            .map(|_| [0; LANES].map(|_| if random.below(40) == 0 { random.below(90_000) as u32 } else { most }))
+            .collect();
+        rows.iter().enumerate().for_each(|(s, row)| panel.set(s, row));
+        panel.solve();
+        for y in (1..=n).step_by(7) {
+            let lane = y % LANES;
+            let all = rows.iter().enumerate().map(|(s, row)| (row[lane] + (s.abs_diff(y) as u32).pow(2), s as u32));
+            assert_eq!(Some((panel.value(y)[lane], panel.sites(y)[lane])), all.min(), "{y}");
+        }
     }
 }

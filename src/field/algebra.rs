@@ -70,7 +70,8 @@ pub fn inner_product(f: &Field<f32>, g: &Field<f32>) -> Result<f64> {
 
 /// ‖f‖_p = (∫ |f|^p dV)^(1/p) for p ≥ 1; the greatest |f| for p = ∞.
 ///
-/// Powers are taken of |f| over its greatest value, so that none overflows and not all vanish, however large p is.
+/// Powers are taken of |f| over its greatest value, so that none overflows and not all vanish, however large p is. Infinite where f
+/// is anywhere, and NaN where it is NaN.
 ///
 /// # Errors
 /// [`Error::Operand`] for p below 1.
@@ -82,8 +83,10 @@ pub fn lp_norm(f: &Field<f32>, p: f64) -> Result<f64> {
             remedy: "choose p of at least 1, or infinity".into(),
         });
     }
-    let greatest = f64::from(f.values().par_iter().map(|v| v.abs()).reduce(|| 0.0, f32::max));
-    if p.is_infinite() || greatest == 0.0 {
+    // Unlike `f32::max` this keeps what is NaN.
+    let greater = |a: f32, b: f32| if a.is_nan() || a > b { a } else { b };
+    let greatest = f64::from(f.values().par_iter().map(|v| v.abs()).reduce(|| 0.0, greater));
+    if p.is_infinite() || greatest == 0.0 || !greatest.is_finite() {
         return Ok(greatest);
     }
     let [nx, ny, _] = f.grid().dims();
@@ -144,7 +147,7 @@ impl Blend {
     fn greater(self, a: f32, b: f32) -> f32 {
         match self {
             Blend::Extremes => a.max(b),
-            Blend::RFunction => a + b + a.hypot(b),
+            Blend::RFunction => r_union(f64::from(a), f64::from(b)) as f32,
             Blend::Smooth { width } if width > 0.0 => {
                 let near = (width - (a - b).abs()).max(0.0);
                 a.max(b) + near * near / (4.0 * width)
@@ -152,6 +155,12 @@ impl Blend {
             Blend::Smooth { .. } => a.max(b),
         }
     }
+}
+
+/// `a + b + √(a² + b²)`, whose sign is that of the greater: where the sum cancels the root, as the product over what does not cancel.
+fn r_union(a: f64, b: f64) -> f64 {
+    let (sum, root) = (a + b, (a * a + b * b).sqrt());
+    if sum < 0.0 { 2.0 * a * b / (sum - root) } else { sum + root }
 }
 
 fn mapped(f: &Field<f32>, op: impl Fn(f32) -> f32 + Sync) -> Field<f32> {
@@ -234,6 +243,32 @@ mod tests {
                 _ => 0.0,
             };
             assert_eq!([over, under], [rounded; 2], "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn r_functions_have_the_sign_of_the_sets_however_far_apart_the_functions_are() {
+        let sizes = [1e-44f32, 1e-20, 4.7e-8, 1e-3, 1.0, 12.32, 3e4, 1e18];
+        let signed: Vec<f32> = sizes.iter().flat_map(|&x| [x, -x]).chain([0.0]).collect();
+        let pairs: Vec<(f32, f32)> = signed.iter().flat_map(|&a| signed.iter().map(move |&b| (a, b))).collect();
+        let f = line(&pairs.iter().map(|p| p.0).collect::<Vec<_>>());
+        let g = line(&pairs.iter().map(|p| p.1).collect::<Vec<_>>());
+        let both = [Blend::RFunction.union(&f, &g).unwrap(), Blend::RFunction.intersection(&f, &g).unwrap()];
+        for (at, &(a, b)) in pairs.iter().enumerate() {
+            let positive = both.each_ref().map(|made| made.values()[at] > 0.0);
+            assert_eq!(positive, [a > 0.0 || b > 0.0, a > 0.0 && b > 0.0], "{a:e} {b:e}");
+        }
+        // 2ab/(a + b − √(a² + b²)), next to b here.
+        let near = Blend::RFunction.union(&line(&[-12.32]), &line(&[4.7e-8])).unwrap().values()[0];
+        assert!((near / 4.7e-8 - 1.0).abs() < 1e-6, "{near:e}");
+    }
+
+    #[test]
+    fn a_norm_tells_what_is_no_number() {
+        for p in [1.0, 2.0, f64::INFINITY] {
+            assert!(lp_norm(&line(&[1.0, f32::NAN, 5.0]), p).unwrap().is_nan());
+            assert!(lp_norm(&line(&[f32::INFINITY, f32::NAN]), p).unwrap().is_nan());
+            assert_eq!(lp_norm(&line(&[1.0, f32::NEG_INFINITY]), p).unwrap(), f64::INFINITY);
         }
     }
 

@@ -115,9 +115,13 @@ impl Indicator {
         i < nx && j < ny && k < nz && self.row(j, k)[i / 64] >> (i % 64) & 1 == 1
     }
 
-    /// Puts a sample inside or outside.
+    /// Puts a sample inside or outside; one outside of the grid stays outside, and nothing changes.
     pub fn set(&mut self, [i, j, k]: [usize; 3], inside: bool) {
-        let at = (k * self.grid().dims()[1] + j) * self.words_per_row() + i / 64;
+        let [nx, ny, nz] = self.grid().dims();
+        if i >= nx || j >= ny || k >= nz {
+            return;
+        }
+        let at = (k * ny + j) * self.words_per_row() + i / 64;
         if inside {
             self.words[at] |= 1 << (i % 64);
         } else {
@@ -222,6 +226,20 @@ mod tests {
 
     fn grid(nx: usize) -> Grid {
         Grid::new([0.0; 3], Length::mm(0.5), [nx, 3, 2]).unwrap()
+    }
+
+    #[test]
+    fn samples_outside_of_the_grid_cannot_be_set() {
+        let mut set = Indicator::empty(grid(5));
+        for outside in [[5, 0, 0], [64, 0, 0], [0, 3, 0], [0, 0, 2], [usize::MAX; 3]] {
+            set.set(outside, true);
+            assert!(set.is_empty(), "{outside:?}");
+        }
+        let all = set.complement();
+        let mut kept = all.clone();
+        kept.set([0, 3, 0], false);
+        assert_eq!(kept, all);
+        all.validate().unwrap();
     }
 
     #[test]

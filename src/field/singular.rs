@@ -111,16 +111,19 @@ impl Singular {
     /// The convolution with a nascent δ: an ordinary density on a grid, in weight per cubic millimetre.
     ///
     /// The points of pieces no longer than the width give what the curve or surface itself would, along it: a sum of Gaussians σ apart
-    /// ripples by 2·exp(−2π²) < 1e-8, one of triangles not at all.
+    /// ripples by 2·exp(−2π²) < 1e-8. A sum of triangles does not ripple at all where the curve follows an axis and its pieces are
+    /// whole fractions of σ. Elsewhere half its range over its mean is 0.1 where pieces of 0.7·σ follow an axis, 0.23 where pieces of σ
+    /// follow a diagonal of the grid, and 0.03 where those of σ/3 do.
     ///
     /// # Errors
-    /// [`Error::Operand`] if the width is below the spacing, as the kernel would fall between the samples, or below the step of the
+    /// [`Error::Operand`] if the width is not positive and finite, or below the spacing, as the kernel would fall between the samples, or below the step of the
     /// pieces, as it would tell them apart.
     ///
     /// # Cost
     /// (2·reach/h)³ additions a point; layers in parallel.
     pub fn dissipated(&self, grid: &Grid, kernel: Nascent) -> Result<Field<f32>> {
         let (h, reach) = (grid.h(), kernel.reach());
+        positive_width(kernel.width())?;
         if kernel.width() < h {
             return Err(refused(format!("a kernel {} mm wide on a spacing of {h} mm", kernel.width())));
         }
@@ -211,8 +214,9 @@ pub fn volume_fraction(set: &Indicator, place: [f64; 3], width: Length) -> Resul
 /// Surfaces a distance d apart count by `exp(−d²/4σ²)`.
 ///
 /// # Errors
-/// [`Error::Operand`] if the grids differ.
+/// [`Error::Operand`] if the grids differ or the width is not positive and finite.
 pub fn contact_area(a: &Field<f32>, b: &Field<f32>, width: Length) -> Result<Area> {
+    positive_width(width.as_mm())?;
     Ok(Area::mm2(2.0 * width.as_mm() * PI.sqrt() * super::inner_product(a, b)?))
 }
 
@@ -227,6 +231,10 @@ fn norm(a: [f64; 3]) -> f64 {
 fn positive_step(step: Length) -> Result<()> {
     let mm = step.as_mm();
     if mm.is_finite() && mm > 0.0 { Ok(()) } else { Err(refused(format!("a step of {mm} mm"))) }
+}
+
+fn positive_width(mm: f64) -> Result<()> {
+    if mm.is_finite() && mm > 0.0 { Ok(()) } else { Err(refused(format!("a kernel {mm} mm wide"))) }
 }
 
 fn few_enough(pieces: f64, step: Length) -> Result<()> {
@@ -302,6 +310,14 @@ mod tests {
         assert!(Singular::on_polyline(&[[0.0; 3]], 1.0, H).is_err());
         assert!(Singular::on_polyline(&[[0.0; 3], [1e9, 0.0, 0.0]], 1.0, H).is_err());
         assert!(Singular::on_surface(&square(1e5, 0.0), 1.0, H).is_err());
+        for mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let width = Length::mm(mm);
+            for kernel in [Nascent::Gaussian { width }, Nascent::Triangle { width }] {
+                assert!(matches!(point.dissipated(&grid, kernel), Err(Error::Operand { .. })), "{kernel:?}");
+            }
+            let field = Field::constant(grid, 1.0);
+            assert!(matches!(contact_area(&field, &field, width), Err(Error::Operand { .. })), "{mm}");
+        }
         let coarse = Singular::on_polyline(&[[0.0; 3], [1.0; 3]], 1.0, Length::mm(0.4)).unwrap();
         assert!(coarse.dissipated(&grid, Nascent::Triangle { width: H }).is_err());
         assert!(coarse.plus(point).dissipated(&grid, Nascent::Triangle { width: Length::mm(0.5) }).is_ok());

@@ -6,7 +6,7 @@ use crate::field::{Field, Indicator};
 use rayon::prelude::*;
 
 /// The angle, in radians, under which the nearest samples outside of a sample of the set and of its six neighbours are seen: 0 where
-/// all agree, π in the middle of a wall; NaN outside the set.
+/// all agree, π in the middle of a wall; NaN outside the set. Everything beyond the grid is outside.
 ///
 /// separation(y) = max { ∠(p(y) − y, p(y') − y) : |y − y'| = h }, p(y) a nearest sample outside. The θ-simplified medial axis is { separation ≥ θ }:
 /// 150° keeps walls and rods, 120° wedges of up to 60° too, 90° the bisectors of right angles. An estimate: it is taken between
@@ -22,11 +22,13 @@ use rayon::prelude::*;
 /// M. Foskey, M. Lin, D. Manocha, *Efficient computation of a simplified medial axis*, 2003.
 pub fn separation(set: &Indicator) -> Result<Field<f32>> {
     let grid = *set.grid();
-    let [nx, ny, nz] = grid.dims();
-    let nearest = nearest_sample(&set.complement())?;
+    // One more sample on every side, so that a set that reaches the border has an outside there.
+    let wide = grid.padded([1; 3], [1; 3])?;
+    let [nx, ny, _] = wide.dims();
+    let nearest = nearest_sample(&set.placed([-1; 3], wide)?.complement())?;
     let nearest = nearest.values();
     let towards = |of: usize| {
-        let (from, to) = (grid.index(of), (nearest[of] != NOWHERE).then(|| grid.index(nearest[of] as usize))?);
+        let (from, to) = (wide.index(of), (nearest[of] != NOWHERE).then(|| wide.index(nearest[of] as usize))?);
         let d = [0, 1, 2].map(|a| to[a] as f32 - from[a] as f32);
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
         (length > 0.0).then(|| d.map(|x| x / length))
@@ -37,14 +39,12 @@ pub fn separation(set: &Indicator) -> Result<Field<f32>> {
         if !set.contains(i) {
             return;
         }
+        let at = wide.offset(i.map(|c| c + 1));
         let Some(own) = towards(at) else { return };
         let mut least = 1.0f32;
-        for (a, stride) in [1, nx, nx * ny].into_iter().enumerate() {
-            let ends = [i[a].checked_sub(1).map(|_| at - stride), (i[a] + 1 < [nx, ny, nz][a]).then_some(at + stride)];
-            for of in ends.into_iter().flatten() {
-                if let Some(other) = towards(of) {
-                    least = least.min(own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
-                }
+        for of in [1, nx, nx * ny].into_iter().flat_map(|stride| [at - stride, at + stride]) {
+            if let Some(other) = towards(of) {
+                least = least.min(own[0] * other[0] + own[1] * other[1] + own[2] * other[2]);
             }
         }
         *value = least.clamp(-1.0, 1.0).acos();
@@ -72,5 +72,23 @@ mod tests {
         assert!(at([20, 20, 3]) < 20.0 && at([0, 0, 0]).is_nan());
         let bisector = at([3, 20, 3]).max(at([4, 20, 4]));
         assert!((60.0..120.0).contains(&bisector), "{bisector}");
+    }
+
+    #[test]
+    fn a_set_that_fills_its_grid_has_the_axis_it_has_with_room_around() {
+        let inside = |at: usize, dims: [usize; 3], room: usize| {
+            let i = [at % dims[0], at / dims[0] % dims[1], at / (dims[0] * dims[1])];
+            (0..3).all(|a| (room..dims[a] - room).contains(&i[a]))
+        };
+        let field = |room: usize| {
+            let dims = [9, 7, 5].map(|n| n + 2 * room);
+            let grid = Grid::new([0.0; 3], Length::mm(1.0), dims).expect("a grid");
+            separation(&Indicator::from_predicate(grid, |at| inside(at, dims, room))).expect("a field")
+        };
+        let (tight, roomy) = (field(0), field(2));
+        for at in 0..tight.grid().samples() {
+            let there = roomy.grid().offset(tight.grid().index(at).map(|c| c + 2));
+            assert_eq!(tight.values()[at], roomy.values()[there], "{:?}", tight.grid().index(at));
+        }
     }
 }

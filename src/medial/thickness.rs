@@ -35,7 +35,7 @@ pub struct Thickness {
 /// than that to the border of the grid have `high` = `most`, so widen the window by it ([`crate::geometry::Solid`] of `Part::window`).
 ///
 /// # Errors
-/// [`Error::Operand`] for the void without `most`; otherwise as [`squared_distance`].
+/// [`Error::Operand`] for the void without a finite `most`, and for one that is negative or no number; otherwise as [`squared_distance`].
 ///
 /// # Cost
 /// Two distance transforms, and for each ball of the medial set the rows it meets that are not painted yet; larger balls come first, so that a
@@ -57,16 +57,19 @@ pub struct Thickness {
 /// ```
 pub fn local_thickness(solid: &Solid, side: Side, most: Option<Length>) -> Result<Thickness> {
     let grid = *solid.centres.grid();
-    let most = most.map(|l| 0.5 * l.as_mm() / grid.h());
+    let refused = |problem: String| Error::Operand {
+        operation: "thickness",
+        problem,
+        remedy: "give the widest gap of interest".into(),
+    };
+    if let Some(wrong) = most.filter(|l| l.as_mm().is_nan() || l.as_mm() < 0.0) {
+        return Err(refused(format!("a thickness of at most {wrong}")));
+    }
+    // No limit at all is what an infinite one says.
+    let most = most.map(|l| 0.5 * l.as_mm() / grid.h()).filter(|most| most.is_finite());
     let (set, sure, maybe) = match side {
         Side::Material => (solid.centres.clone(), squared_depth(&solid.inner)?, squared_depth(&solid.centres)?),
-        Side::Void if most.is_none() => {
-            return Err(Error::Operand {
-                operation: "thickness",
-                problem: "open space has no thickness".into(),
-                remedy: "give the widest gap of interest".into(),
-            });
-        }
+        Side::Void if most.is_none() => return Err(refused("open space has no thickness".into())),
         Side::Void => (solid.centres.complement(), squared_distance(&solid.outer)?, squared_distance(&solid.centres)?),
     };
     let cap = most.unwrap_or(f64::INFINITY);
@@ -383,6 +386,17 @@ mod tests {
         let two = a.clone().joined(&a.transformed(same, [0.0, 0.0, 2.6]));
         let solid = cast(&two, 0.1, 14);
         assert!(local_thickness(&solid, Side::Void, None).is_err());
+        for wrong in [-1.0, f64::NAN, f64::NEG_INFINITY] {
+            for side in [Side::Void, Side::Material] {
+                let refused = local_thickness(&solid, side, Some(Length::mm(wrong)));
+                assert!(matches!(refused, Err(Error::Operand { .. })), "{wrong}");
+            }
+        }
+        let endless = Some(Length::mm(f64::INFINITY));
+        assert!(local_thickness(&solid, Side::Void, endless).is_err());
+        let material = |most| local_thickness(&solid, Side::Material, most).expect("a map").high.values().to_vec();
+        let bits = |values: Vec<f32>| values.into_iter().map(f32::to_bits).collect::<Vec<_>>();
+        assert_eq!(bits(material(endless)), bits(material(None)));
         let map = local_thickness(&solid, Side::Void, Some(Length::mm(1.2))).expect("a map");
         let grid = solid.centres.grid();
         let at = |p: [f64; 3]| grid.offset(grid.sample_at(p).expect("on the grid"));
