@@ -233,11 +233,19 @@ pub(super) fn check_poses(mesh: &TriangleMesh, poses: &[Placement], h: f64) -> R
     if poses.len() < 2 {
         return Err(too_short(poses.len()));
     }
+    let numbers = |m: &Placement| m.rotation.into_iter().flatten().chain(m.translation).all(f64::is_finite);
+    if let Some(at) = poses.iter().position(|pose| !numbers(pose)) {
+        return Err(Error::Operand {
+            operation: "sweep",
+            problem: format!("pose {at} has a coordinate that is not finite"),
+            remedy: "give numbers in millimetres, and rotations as rows of their matrices".into(),
+        });
+    }
     let image = |m: &Placement, p: Vec3| [0, 1, 2].map(|r| dot(m.rotation[r], p) + m.translation[r]);
     for (at, pair) in poses.windows(2).enumerate() {
         let furthest =
             mesh.vertices.iter().map(|&v| distance(image(&pair[0], v), image(&pair[1], v))).fold(0.0, f64::max);
-        if furthest.is_nan() || furthest > 0.5 * h {
+        if furthest > 0.5 * h {
             return Err(Error::Operand {
                 operation: "sweep",
                 problem: format!(
@@ -403,6 +411,18 @@ mod tests {
         }
         let volume = std::f64::consts::PI * radius * radius;
         assert!(found.volume[0].as_mm3() < volume && volume < found.volume[1].as_mm3());
+    }
+
+    #[test]
+    fn poses_that_are_no_numbers_are_refused() {
+        let still = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let grid = Grid::covering([-2.0; 3], [2.0; 3], Length::mm(0.5), 1, [0.0; 3]).unwrap();
+        let at = |x: f64| Placement { rotation: still, translation: [x, 0.0, 0.0] };
+        let skew = Placement { rotation: [still[0], [0.0, f64::NAN, 0.0], still[2]], translation: [0.0; 3] };
+        for last in [at(f64::NAN), at(f64::INFINITY), skew] {
+            let refused = sweep_poses(&mesh("box:1x1x1mm"), &[at(0.0), at(0.1), last], &grid).unwrap_err();
+            assert!(refused.to_string().contains("pose 2"), "{refused}");
+        }
     }
 
     #[test]

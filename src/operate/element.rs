@@ -1,8 +1,8 @@
 //! The second operand of an operation.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::{Primitive, TriangleMesh};
-use crate::units::Length;
+use crate::units::{Length, Volume};
 
 /// The second operand: a closed mesh, or a built-in shape known in closed form.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +15,12 @@ pub enum Element {
 
 impl Element {
     /// Its facets; curved faces are inscribed by a hundredth of the spacing at most.
+    ///
+    /// # Errors
+    /// As [`wound_outwards`], and for sizes that are not positive.
     pub(super) fn faceted(&self, spacing: Length) -> Result<TriangleMesh> {
         match self {
-            Element::Mesh(mesh) => Ok(mesh.clone()),
+            Element::Mesh(mesh) => wound_outwards(mesh).map(|()| mesh.clone()),
             Element::BuiltIn(shape) => {
                 shape.validate()?;
                 Ok(shape.mesh(spacing * 0.01))
@@ -36,4 +39,23 @@ impl Element {
             Element::BuiltIn(_) => self.clone(),
         }
     }
+}
+
+/// Refuses a mesh whose facets enclose less than nothing: what is outside of it would be taken for its material.
+///
+/// # Errors
+/// [`Error::NotSolid`].
+///
+/// # Cost
+/// O(facets).
+pub(super) fn wound_outwards(mesh: &TriangleMesh) -> Result<()> {
+    let volume = mesh.signed_volume();
+    if volume < 0.0 {
+        return Err(Error::NotSolid {
+            problem: format!("it is wound inside out, around {}", Volume::mm3(volume)),
+            at_mm: None,
+            remedy: "turn its facets to face outwards, with `flipped()` of the mesh".into(),
+        });
+    }
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! The operations on a part and an element.
 
-use super::element::Element;
+use super::element::{Element, wound_outwards};
 use super::midway::{field_between, surface_between};
 use super::pieces::Pieces;
 use super::settled::{Settled, Touch, field_to};
@@ -90,7 +90,8 @@ impl Operated {
 ///
 /// # Errors
 /// [`Error::Operand`] for a length that is not finite or out of proportion to the spacing; [`Error::NoGeometry`] for an
-/// empty part, or where nothing remains; otherwise as [`crate::geometry::voxelize()`].
+/// empty part, or where nothing remains; [`Error::NotSolid`] for one that is wound inside out; otherwise as
+/// [`crate::geometry::voxelize()`].
 pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
     grown("offset", part, by, spacing)
 }
@@ -98,6 +99,7 @@ pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operat
 /// The offset of a part as the result of an operation. Two spacings and more outside of a part its facets inside are never the nearest.
 fn grown(operation: &'static str, part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
     if by.as_mm() >= NEAR_PART * spacing.as_mm() {
+        wound_outwards(part)?;
         return checked(operation, from_distances(offset_mesh(part, by, spacing)?));
     }
     by_distances(operation, part, |part| offset_mesh(part, by, spacing))
@@ -109,6 +111,7 @@ fn by_distances(
     part: &TriangleMesh,
     make: impl Fn(&TriangleMesh) -> Result<Shaped>,
 ) -> Result<Operated> {
+    wound_outwards(part)?;
     let (whole, made) = Whole::made(part, make)?;
     let made = from_distances(made);
     checked(operation, Operated { path: whole.path(made.path), ..made })
@@ -148,6 +151,7 @@ pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<
     let element = &element.in_place();
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
+            wound_outwards(part)?;
             checked("closing", from_distances(close_by_ball(part, *radius, spacing)?))
         }
         _ => {
@@ -254,8 +258,12 @@ pub fn reachable(part: &Sides, tool: &Sides, window: &Grid) -> Result<Operated> 
 const PHASE: [f64; 3] = [0.25; 3];
 
 fn both_sides(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<[Sides; 2]> {
+    wound_outwards(part)?;
     let of_element = match element {
-        Element::Mesh(mesh) => Sides::with_sample(mesh, spacing, PHASE)?,
+        Element::Mesh(mesh) => {
+            wound_outwards(mesh)?;
+            Sides::with_sample(mesh, spacing, PHASE)?
+        }
         Element::BuiltIn(shape @ Primitive::Box { .. }) => Sides::with_sample(&shape.mesh(spacing), spacing, PHASE)?,
         Element::BuiltIn(shape) => {
             let sides = Sides::of_primitive(shape, spacing, PHASE)?;
@@ -393,6 +401,40 @@ mod tests {
     }
 
     const H: Length = Length::mm(0.25);
+
+    #[test]
+    fn operands_that_are_wound_inside_out_are_refused_with_the_remedy() {
+        let (part, thin) = (cuboid([0.0; 3], [5.0; 3]), cuboid([0.0; 3], [1.0, 1.0, 1.5]));
+        let (inverted, ball, block) = (part.flipped(), built_in("ball:1mm"), built_in("box:1mm"));
+        let turned = Element::Mesh(thin.flipped());
+        let path = [[0.0; 3], [3.0, 0.0, 0.0]];
+        let by = |mm: f64| Length::mm(mm);
+        let refused = [
+            offset(&inverted, by(0.1), H),
+            offset(&inverted, by(1.0), H),
+            offset(&inverted, by(-1.0), H),
+            minkowski(&inverted, &block, H),
+            minkowski(&inverted, &ball, H),
+            difference(&inverted, &block, H),
+            difference(&inverted, &ball, H),
+            obstacle(&inverted, &block, H),
+            open(&inverted, &ball, H),
+            open(&inverted, &block, H),
+            close(&inverted, &ball, H),
+            close(&inverted, &block, H),
+            minkowski(&part, &turned, H),
+            difference(&part, &turned, H),
+            obstacle(&part, &turned, H),
+            open(&part, &turned, H),
+            close(&part, &turned, H),
+            sweep(&turned, &path, H),
+        ];
+        for (at, refused) in refused.into_iter().enumerate() {
+            let Err(error @ Error::NotSolid { .. }) = refused else { panic!("{at}: {refused:?}") };
+            assert!(error.remedy().contains("flipped()"), "{at}: {error}");
+        }
+        assert!(offset(&inverted.flipped(), by(0.1), H).unwrap().volume.as_mm3() > 139.0);
+    }
 
     #[test]
     fn the_field_of_a_sweep_is_a_distance_inside_too() {
