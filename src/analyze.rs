@@ -1,7 +1,7 @@
 //! The one pipeline: mesh, process and options in; report and exhibit out.
 
 use crate::access::{Question, orientations};
-use crate::check::registry::{CHECKS, left_out};
+use crate::check::registry::{CHECKS, all_known, left_out};
 use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, State, setup_samples};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
@@ -128,9 +128,10 @@ impl Prepared {
 ///
 /// # Errors
 /// [`crate::Error::TooLarge`] if the triangles or an explicit spacing need more memory than allowed, with the spacing that
-/// fits; otherwise as [`Part::new`].
+/// fits; as [`all_known`] for the names of `only` and `skip`, [`Allowance::admit_spacing`] and [`Part::new`].
 pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
     let start = Instant::now();
+    all_known(&options.only, &options.skip)?;
     options.memory.admit_triangles(&options.demand(), loaded.mesh.triangles.len() as u64)?;
     let (units, scale) = match (&options.units, loaded.unit_mm) {
         (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
@@ -210,8 +211,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
         clock = Instant::now();
     };
     told("cast");
-    let extent = prepared.part.extent();
-    let grid = Grid::covering([0.0; 3], extent, prepared.fitting.spacing, 1, options.phase)?;
+    let grid = Grid::covering([0.0; 3], prepared.part.extent(), prepared.fitting.spacing, 1, options.phase)?;
     prepared.part.cast_on(grid);
     prepared.part.solid()?;
     lap("cast");
@@ -301,21 +301,21 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<(Fitting, Demand)> {
         .limits
         .iter()
         .filter(|(key, _)| rule(key).is_ok_and(|r| r.dimension == Dimension::Length))
-        .flat_map(|(_, l)| [l.fail, l.warn])
-        .flatten()
-        .filter(|x| *x > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    let smallest = smallest.is_finite().then(|| Length::mm(smallest));
+        .flat_map(|(_, l)| [l.fail, l.warn].into_iter().flatten())
+        .filter(|x| *x > 0.0 && x.is_finite())
+        .min_by(f64::total_cmp)
+        .map(Length::mm);
     let triangles = part.mesh().triangles.len() as u64;
-    let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES).spacing;
+    let default = Fitting::default_for(part.extent(), smallest, DEFAULT_GRID_BYTES)?.spacing;
     let mapped =
         options.thickness.map(|widest| thickness_bytes(part.extent(), finest(options, default), widest)).transpose()?;
     let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
     let demand = demand.with_maps(mapped.unwrap_or(0));
     options.memory.admit_triangles(&demand, triangles)?;
-    let spacing = options.voxel.unwrap_or_else(|| {
-        Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles)).spacing
-    });
+    let spacing = match options.voxel {
+        Some(spacing) => spacing,
+        None => Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles))?.spacing,
+    };
     Ok((options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)?, demand))
 }
 

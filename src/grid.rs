@@ -1,7 +1,7 @@
 //! The lattice of samples every field lives on.
 
 use crate::error::{Error, Result};
-use crate::units::{Length, Volume, short};
+use crate::units::{Length, Volume, exact, short};
 use serde::{Deserialize, Serialize};
 
 /// A cubic lattice of samples: sample `[i, j, k]` stands at `origin + h·[i, j, k]`.
@@ -170,6 +170,21 @@ impl Grid {
         )
     }
 
+    /// Refuses another grid for an operation on both if its spacing is another one.
+    ///
+    /// # Errors
+    /// [`Error::Operand`] with both spacings.
+    pub fn one_spacing_with(&self, operation: &'static str, other: &Grid) -> Result<()> {
+        if self.h() == other.h() {
+            return Ok(());
+        }
+        Err(Error::Operand {
+            operation,
+            problem: format!("spacings differ: {} and {}", exact(self.spacing), exact(other.spacing)),
+            remedy: "sample both operands at one spacing".into(),
+        })
+    }
+
     /// The samples of the same lattice, continued beyond this grid where need be, whose cubes meet the box `[min, max]`.
     ///
     /// # Errors
@@ -210,7 +225,10 @@ impl Fitting {
 
     /// The default spacing: the larger of a sixth of the smallest limit and 1/256 of the longest side, coarsened until the
     /// grid takes at most `budget_bytes`.
-    pub fn default_for(extent_mm: [f64; 3], smallest_limit: Option<Length>, budget_bytes: u128) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Operand`] for a box without extent and no limit: no spacing follows from them.
+    pub fn default_for(extent_mm: [f64; 3], smallest_limit: Option<Length>, budget_bytes: u128) -> Result<Self> {
         let longest = extent_mm.into_iter().fold(0.0, f64::max);
         let wanted = smallest_limit.map_or(0.0, |l| l.as_mm() / 6.0).max(longest / 256.0);
         Self::coarsened(extent_mm, Length::mm(wanted), budget_bytes)
@@ -219,17 +237,18 @@ impl Fitting {
     /// What a grid takes at `bytes_per_sample`, if that is allowed.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] with the spacing that fits.
+    /// [`Error::TooLarge`] with the spacing that fits; [`Error::Operand`] for a spacing that is not positive and finite.
     pub fn within(extent_mm: [f64; 3], spacing: Length, bytes_per_sample: u128, allowed_bytes: u128) -> Result<Self> {
+        positive(spacing)?;
         let fitting = Fitting::of(extent_mm, spacing);
         let bytes = fitting.samples.saturating_mul(bytes_per_sample);
         if bytes <= allowed_bytes {
             return Ok(Fitting { bytes, ..fitting });
         }
         let budget = (allowed_bytes / bytes_per_sample).saturating_mul(BYTES_PER_SAMPLE);
-        let fits = Fitting::coarsened(extent_mm, spacing, budget.max(1)).spacing.as_mm();
+        let fits = Fitting::coarsened(extent_mm, spacing, budget.max(1))?.spacing.as_mm();
         Err(Error::TooLarge {
-            what: format!("a grid of {} samples at {spacing}", fitting.samples),
+            what: format!("a grid of {} samples at {}", fitting.samples, fine(spacing)),
             need_bytes: bytes,
             allowed_bytes,
             remedy: format!("--voxel {}mm fits, or allow more with --memory", short((fits * 1e3).ceil() / 1e3)),
@@ -237,19 +256,39 @@ impl Fitting {
     }
 
     /// The same box at the least spacing, not below this one by more than rounding, that has at most so many samples.
-    pub fn with_samples(extent_mm: [f64; 3], spacing: Length, samples: u128) -> Self {
+    ///
+    /// # Errors
+    /// As [`Fitting::coarsened`].
+    pub fn with_samples(extent_mm: [f64; 3], spacing: Length, samples: u128) -> Result<Self> {
         Fitting::coarsened(extent_mm, spacing, samples.max(64).saturating_mul(BYTES_PER_SAMPLE))
     }
 
     /// The same box at the least spacing, not below this one by more than rounding, that fits the budget.
-    pub fn coarsened(extent_mm: [f64; 3], spacing: Length, budget_bytes: u128) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Operand`] for a spacing that is not positive and finite.
+    pub fn coarsened(extent_mm: [f64; 3], spacing: Length, budget_bytes: u128) -> Result<Self> {
+        positive(spacing)?;
         let mut fitting = Fitting::of(extent_mm, spacing);
         while fitting.bytes > budget_bytes && fitting.spacing.as_mm() < 1e12 {
             let factor = (fitting.bytes as f64 / budget_bytes as f64).cbrt().max(1.001);
             fitting = Fitting::of(extent_mm, fitting.spacing * factor);
         }
-        fitting
+        Ok(fitting)
     }
+}
+
+/// Refuses what is no spacing, as [`Grid::new`] does.
+///
+/// # Errors
+/// [`Error::Operand`] with the spacing.
+pub fn positive(spacing: Length) -> Result<()> {
+    Grid::new([0.0; 3], spacing, [1; 3]).map(|_| ())
+}
+
+/// A spacing for people, with all its digits where four decimals would say too little of it.
+pub fn fine(spacing: Length) -> String {
+    if spacing.as_mm() < 0.01 { exact(spacing) } else { spacing.to_string() }
 }
 
 /// Number of samples of a box of counts, without overflow.
@@ -302,10 +341,33 @@ mod tests {
     fn the_need_is_known_before_it_is_taken() {
         let huge = Fitting::of([150_000.0; 3], Length::mm(0.1));
         assert!(huge.samples > 3_000_000_000_000_000_000);
-        let fits = Fitting::coarsened([150_000.0; 3], Length::mm(0.1), 1 << 30);
+        let fits = Fitting::coarsened([150_000.0; 3], Length::mm(0.1), 1 << 30).unwrap();
         assert!(fits.bytes <= 1 << 30 && fits.bytes > 1 << 29, "{fits:?}");
-        let usual = Fitting::default_for([50.0, 50.0, 5.0], Some(Length::mm(0.8)), 1 << 30);
+        let usual = Fitting::default_for([50.0, 50.0, 5.0], Some(Length::mm(0.8)), 1 << 30).unwrap();
         assert_eq!(usual.spacing, Length::mm(50.0 / 256.0));
+    }
+
+    #[test]
+    fn what_is_no_spacing_is_refused_before_it_is_coarsened() {
+        for mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let refused = |found: Result<Fitting>| {
+                let Err(Error::Operand { problem, .. }) = found else { panic!("{mm}: {found:?}") };
+                assert!(problem.contains(&format!("{mm} mm")), "{problem}");
+            };
+            refused(Fitting::coarsened([10.0; 3], Length::mm(mm), 1 << 20));
+            refused(Fitting::with_samples([10.0; 3], Length::mm(mm), 1000));
+            refused(Fitting::within([10.0; 3], Length::mm(mm), 12, 1 << 20));
+        }
+        assert!(Fitting::default_for([0.0; 3], None, 1 << 30).is_err());
+    }
+
+    #[test]
+    fn spacings_that_differ_are_told_apart() {
+        let grid = |mm: f64| Grid::new([0.0; 3], Length::mm(mm), [1; 3]).unwrap();
+        let refused = grid(0.3).one_spacing_with("test", &grid(0.1 + 0.2)).unwrap_err().to_string();
+        assert!(refused.ends_with("0.3 mm and 0.30000000000000004 mm"), "{refused}");
+        let refused = Fitting::within([10.0; 3], Length::mm(2e-5), 12, 1 << 20).unwrap_err().to_string();
+        assert!(refused.contains("2e-5 mm"), "{refused}");
     }
 
     #[test]

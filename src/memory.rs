@@ -2,7 +2,7 @@
 
 use crate::check::registry::{left_out, metas};
 use crate::error::{Error, Result};
-use crate::grid::Fitting;
+use crate::grid::{Fitting, fine, positive};
 use crate::io::machine::Ceiling;
 use crate::io::{Loaded, Salvage, content_of, read, reading_bytes};
 use crate::process::Process;
@@ -200,7 +200,7 @@ impl Allowance {
     /// The grid of a spacing, if there is memory for it and the triangles.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] with the need and the spacing that fits.
+    /// [`Error::TooLarge`] with the need and the spacing that fits; [`Error::Operand`] for a spacing that is not positive and finite.
     pub fn admit_spacing(
         &self,
         demand: &Demand,
@@ -208,15 +208,16 @@ impl Allowance {
         spacing: Length,
         triangles: u64,
     ) -> Result<Fitting> {
+        positive(spacing)?;
         let fitting = Fitting::of(extent_mm, spacing);
         let need = demand.bytes(triangles, fitting.samples);
         let left = self.least().saturating_sub(demand.bytes(triangles, 0)).max(1);
-        let remedy = || {
-            let fits = Fitting::with_samples(extent_mm, spacing, left / demand.per_sample).spacing.as_mm();
-            format!("--voxel {}mm fits", short((fits * 1e3).ceil() / 1e3))
+        let remedy = || -> Result<String> {
+            let fits = Fitting::with_samples(extent_mm, spacing, left / demand.per_sample)?.spacing.as_mm();
+            Ok(format!("--voxel {}mm fits", short((fits * 1e3).ceil() / 1e3)))
         };
-        let what = format!("a grid of {} samples at {spacing} with {triangles} triangles", fitting.samples);
-        self.admit(what, need, if need > self.least() { remedy() } else { String::new() })?;
+        let what = format!("a grid of {} samples at {} with {triangles} triangles", fitting.samples, fine(spacing));
+        self.admit(what, need, if need > self.least() { remedy()? } else { String::new() })?;
         Ok(Fitting { bytes: need, ..fitting })
     }
 

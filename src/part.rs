@@ -79,8 +79,9 @@ impl Part {
     /// opposite edge or with an edge shorter than the file tells apart are done away with. `step_mm` is the resolution of the file's coordinates.
     ///
     /// # Errors
-    /// [`Error::NoGeometry`] without facets or extent; [`Error::NotSolid`] if the winding number is below ½ everywhere.
+    /// [`Error::NoGeometry`] without facets or extent; [`Error::NotSolid`] if the winding number is below ½ everywhere; as [`Up::validate`].
     pub fn new(mesh: TriangleMesh, up: Up, step_mm: f64, reach_mm: f64) -> Result<Self> {
+        up.validate()?;
         let rotation = up.rotation();
         let turned = mesh.in_order().transformed(rotation, [0.0; 3]);
         let (lo, hi) = turned.bounds().ok_or_else(|| no_geometry("the file holds no triangles"))?;
@@ -403,6 +404,15 @@ mod tests {
         let (s, c) = 0.5f64.sin_cos();
         let turned = ball.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [4.0, 0.5, 0.25]);
         ball.joined(&turned)
+    }
+
+    #[test]
+    fn a_direction_that_points_nowhere_is_refused_by_name() {
+        for nowhere in [[0.0; 3], [0.0, f64::NAN, 1.0], [f64::INFINITY, 0.0, 0.0]] {
+            let refused = Part::new(crate::geometry::cuboid([0.0; 3], [9.0; 3]), Up::Along(nowhere), 1e-6, 1.0);
+            let Some(Error::Usage { problem, .. }) = refused.err() else { panic!("{nowhere:?}") };
+            assert!(problem.contains(&format!("{nowhere:?}")), "{problem}");
+        }
     }
 
     #[test]

@@ -141,6 +141,17 @@ pub fn short(value: f64) -> String {
     if text == "-0" { "0".into() } else { text.into() }
 }
 
+/// A length with as many digits as it takes to tell it from its neighbours, where [`short`] ones would read alike.
+///
+/// ```
+/// use amcheck::units::{Length, exact};
+/// assert_eq!(exact(Length::mm(0.1 + 0.2)), "0.30000000000000004 mm");
+/// assert_eq!(exact(Length::mm(1e-9)), "1e-9 mm");
+/// ```
+pub fn exact(length: Length) -> String {
+    format!("{:?} mm", length.as_mm())
+}
+
 /// The name of a unit of so many millimetres.
 ///
 /// ```

@@ -7,7 +7,7 @@ use super::tool::{Body, Tool};
 use crate::convolution::Convolver;
 use crate::error::{Error, Result, ToolFault};
 use crate::field::{Field, Indicator};
-use crate::geometry::vector::{Vec3, dot, sub};
+use crate::geometry::vector::{Vec3, bounds, corners_of, dot, sub};
 use crate::grid::Grid;
 use crate::morphology::Sides;
 use crate::units::Volume;
@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 /// f(x) = min over tools T, rotations R and sharp points k of vol(X ∩ (R·T + x − R·k)), on the part's grid.
 ///
-/// An estimate: volumes are counts of samples, and x − R·k is rounded to a sample of the setup.
+/// An estimate: volumes are counts of samples, and x − R·k is rounded to a sample of the setup's lattice, wherever its grid ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measure {
     /// The least overlap, mm³.
@@ -38,10 +38,12 @@ impl Measure {
 /// other shape at the `rotations`. A coaxial tool without sharp points is meant to touch with its tip.
 ///
 /// # Errors
-/// [`Error::Tool`] where a tool has neither a setup nor a rotation; otherwise as [`Convolver::correlate`].
+/// [`Error::Tool`] where a tool has neither a setup nor a rotation; [`Error::Operand`] for a setup of another spacing than the
+/// part's; otherwise as [`Convolver::correlate`].
 ///
 /// # Cost
-/// For each coaxial tool and setup, (samples) · (rows of its discs); for any other tool and rotation, two transforms, the
+/// For each coaxial tool and setup, (samples) · (rows of its discs), the samples at which a tip off the setup's grid may reach into it
+/// among them; for any other tool and rotation, two transforms, the
 /// part's spectrum kept.
 ///
 /// # Source
@@ -49,6 +51,7 @@ impl Measure {
 /// 2020.
 pub fn inaccessibility(part: &Setup, setups: &[&Setup], rotations: &[Rotation], tools: &[Tool]) -> Result<Measure> {
     let grid = *part.grid();
+    setups.iter().try_for_each(|setup| grid.one_spacing_with("inaccessibility", setup.grid()))?;
     let mut least = Field::constant(grid, f32::INFINITY);
     for tool in tools {
         let nowhere = Error::Tool { tool: tool.name.clone(), fault: ToolFault::NoDirections };
@@ -57,9 +60,11 @@ pub fn inaccessibility(part: &Setup, setups: &[&Setup], rotations: &[Rotation], 
             Body::Solid(_) if rotations.is_empty() => return Err(nowhere),
             Body::Coaxial(m) => {
                 let stack = Stack::middles(m, grid.spacing());
+                let sharp = rings(tool);
                 for setup in setups {
-                    let counts = overlap_counts(&setup.centres, &stack);
-                    take_least(&mut least, &counts, |x| setup.to_frame(x), &rings(tool));
+                    let tips = tips(&grid, setup, &sharp);
+                    let counts = overlap_counts(&with_room(&setup.centres, tips, &stack)?, &stack);
+                    take_least(&mut least, &counts, |x| setup.to_frame(x), &sharp);
                 }
             }
             Body::Solid(mesh) => {
@@ -95,6 +100,33 @@ fn rings(tool: &Tool) -> Vec<Vec3> {
     };
     let list: Vec<Vec3> = tool.sharp.iter().flat_map(|s| circle(s.at_mm)).collect();
     if list.is_empty() { vec![[0.0; 3]] } else { list }
+}
+
+/// The box, in the frame of a setup, of the tips x − k of all samples x of a grid.
+fn tips(grid: &Grid, setup: &Setup, sharp: &[Vec3]) -> (Vec3, Vec3) {
+    let ends = (grid.position([0; 3]), grid.position(grid.dims().map(|n| n - 1)));
+    let of_samples = corners_of(ends).map(|x| setup.to_frame(x));
+    let (lo, hi) = bounds(of_samples).unwrap_or_default();
+    let (least, most) = bounds(sharp.iter().copied()).unwrap_or_default();
+    (sub(lo, most), sub(hi, least))
+}
+
+/// A set with room for every tip of a box from which a tool may reach into its grid: from below, and from beside it by the width
+/// of the tool, which goes up only.
+fn with_room(set: &Indicator, tips: (Vec3, Vec3), stack: &Stack) -> Result<Indicator> {
+    let grid = set.grid();
+    let widest = stack.runs().iter().map(|r| r.disc.half_width(0).unwrap_or(0).max(r.disc.reach())).max().unwrap_or(0);
+    let beside = [widest as f64, widest as f64, 0.0];
+    let below = [widest as f64, widest as f64, f64::INFINITY];
+    let (lo, hi) = (grid.continuous_index(tips.0), grid.continuous_index(tips.1));
+    // Tips are rounded to samples; the hair makes up for rounding of their places.
+    let beyond = |samples: f64, most: f64| (samples - 0.5 + 1e-6).ceil().clamp(0.0, most) as usize;
+    let before = [0, 1, 2].map(|a| beyond(-lo[a], below[a]));
+    let after = [0, 1, 2].map(|a| beyond(hi[a] - (grid.dims()[a] - 1) as f64, beside[a]));
+    if before == [0; 3] && after == [0; 3] {
+        return Ok(set.clone());
+    }
+    set.placed(before.map(|n| -(n as isize)), grid.padded(before, after)?)
 }
 
 /// Lowers each value to the count at x − k, x being seen in the frame of the counts; off their grid nothing overlaps.
@@ -249,6 +281,34 @@ mod tests {
         assert!(read(&both) <= area * 0.5, "{}", read(&both));
         assert!((read(&below) - area * 2.0).abs() <= area * 0.5 + 1e-6, "{}", read(&below));
         assert!(!both.beyond(Volume::mm3(area)).contains(at) && below.beyond(Volume::mm3(area)).contains(at));
+    }
+
+    #[test]
+    fn the_measure_does_not_depend_on_the_room_around_the_setup() {
+        let block = Primitive::parse("box:8x8x6mm").unwrap().mesh(H);
+        // Sharp 1.5 mm beside the axis, too, so that tips stand off the part's grid even where the points they touch do not.
+        let pin = tool(
+            "[[piece]]\nrole = \"cutter\"\ndiameter_mm = 3\nlength_mm = 2\n[[piece]]\nrole = \"holder\"\n\
+             diameter_mm = 5\nlength_mm = 3\n[[sharp]]\nname = \"rim\"\nat_mm = [1.5, 0, 1]\n",
+        );
+        for direction in [[0.0, 0.0, 1.0], [1.0, 1.0, 0.0]] {
+            let cast = |d, mm| Setup::cast(&block, InsideRule::Crossings, d, H, Length::mm(mm)).unwrap();
+            let part = cast([0.0, 0.0, 1.0], 2.0);
+            let [tight, roomy] = [0.0, 14.0].map(|mm| {
+                inaccessibility(&part, &[&cast(direction, mm)], &[], std::slice::from_ref(&pin)).unwrap().field
+            });
+            assert_eq!(tight, roomy, "{direction:?}");
+            assert!(tight.values().iter().all(|v| v.is_finite()));
+        }
+    }
+
+    #[test]
+    fn setups_of_another_spacing_are_refused() {
+        let block = Primitive::parse("box:2x2x2mm").unwrap().mesh(H);
+        let cast = |h| Setup::cast(&block, InsideRule::Crossings, [0.0, 0.0, 1.0], h, Length::mm(1.0)).unwrap();
+        let (part, fine) = (cast(H), cast(Length::mm(0.25)));
+        let refused = inaccessibility(&part, &[&part, &fine], &[], &[stepped()]).unwrap_err();
+        assert!(refused.to_string().contains("0.5 mm and 0.25 mm"), "{refused}");
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use super::pose::{Rotation, Turns, frame_of, lattice_directions, transposed};
 use crate::convolution::Descent;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, dot};
+use crate::geometry::vector::{Vec3, dot, norm};
 use crate::geometry::{InsideRule, TriangleMesh, voxelize};
 use crate::grid::Grid;
 use crate::once::once;
@@ -36,7 +36,7 @@ impl Setup {
     /// The part turned and cast, with `margin` of free space around it.
     ///
     /// # Errors
-    /// As [`voxelize()`].
+    /// [`Error::Operand`] for a direction that is none, or a margin that is not finite; otherwise as [`voxelize()`].
     ///
     /// # Cost
     /// As [`voxelize()`].
@@ -47,13 +47,25 @@ impl Setup {
         spacing: Length,
         margin: Length,
     ) -> Result<Self> {
+        let refused = |problem: String| Error::Operand {
+            operation: "setup",
+            problem,
+            remedy: "give a finite direction that is not zero, and a finite margin".into(),
+        };
+        // Its length has to be a number, and not 0, to be divided by.
+        if !norm(direction).is_normal() {
+            return Err(refused(format!("a tool along {direction:?} comes from nowhere")));
+        }
+        if !margin.as_mm().is_finite() {
+            return Err(refused(format!("a margin of {margin}")));
+        }
         let frame = frame_of(direction);
         let turned = mesh.transformed(frame, [0.0; 3]);
         let (lo, hi) = turned.bounds().unwrap_or_default();
         let samples = (margin / spacing).ceil() as usize;
-        let grid = Grid::covering(lo, hi, spacing, samples + 1, [0.0; 3])?;
+        let grid = Grid::covering(lo, hi, spacing, samples.saturating_add(1), [0.0; 3])?;
         let solid = match voxelize(&turned, &grid, rule) {
-            Err(crate::Error::Operand { .. }) => voxelize(&turned, &grid, InsideRule::Winding)?,
+            Err(Error::Operand { .. }) => voxelize(&turned, &grid, InsideRule::Winding)?,
             other => other?,
         };
         Ok(Setup::of_sets(direction, frame, [solid.inner, solid.centres, solid.outer]))
@@ -152,6 +164,23 @@ pub(super) fn flipped(set: &Indicator, mirrored: Grid) -> Result<Indicator> {
 mod tests {
     use super::*;
     use crate::geometry::Primitive;
+
+    #[test]
+    fn directions_from_nowhere_and_margins_without_end_are_refused() {
+        let mesh = Primitive::parse("box:2x2x2mm").unwrap().mesh(Length::mm(1.0));
+        let cast = |d, mm| Setup::cast(&mesh, InsideRule::Crossings, d, Length::mm(0.5), Length::mm(mm));
+        for (direction, margin) in [
+            ([0.0; 3], 1.0),
+            ([0.0, f64::NAN, 1.0], 1.0),
+            ([f64::INFINITY, 0.0, 0.0], 1.0),
+            ([0.0, 0.0, 1.0], f64::INFINITY),
+            ([0.0, 0.0, 1.0], f64::NAN),
+            ([0.0, 0.0, 1.0], 1e300),
+        ] {
+            assert!(matches!(cast(direction, margin), Err(Error::Operand { .. })), "{direction:?} {margin}");
+        }
+        assert!(cast([0.0, 0.0, 7.0], 1.0).is_ok());
+    }
 
     #[test]
     fn the_opposite_is_what_casting_the_other_way_round_gives() {

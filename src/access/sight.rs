@@ -4,7 +4,7 @@ use super::disc::Disc;
 use super::setup::Setup;
 use super::stack::{Run, Sense, Stack};
 use crate::distance::squared_distance;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::topology::{Adjacency, components};
 
@@ -30,16 +30,27 @@ pub fn line_of_sight(setup: &Setup) -> [Indicator; 2] {
 /// centres no nearer to full cubes than the radius less half the diagonal of a cube, joined over corners.
 ///
 /// # Errors
-/// As [`squared_distance`].
+/// [`Error::Operand`] if the grids differ or the radius is negative or not finite; otherwise as [`squared_distance`].
 ///
 /// # Cost
 /// Four distance transforms.
 pub fn grain_reach(inner: &Indicator, outer: &Indicator, radius: f64) -> Result<[Indicator; 2]> {
+    let refused = |problem: String| Error::Operand {
+        operation: "reach of a grain",
+        problem,
+        remedy: "give both sides of one part on one grid, and a finite radius of 0 or more".into(),
+    };
+    if inner.grid() != outer.grid() {
+        return Err(refused(format!("grids differ: {:?} and {:?}", inner.grid(), outer.grid())));
+    }
+    if !(radius >= 0.0 && radius.is_finite()) {
+        return Err(refused(format!("a radius of {radius} mm")));
+    }
     let h = inner.grid().h();
     let half_diagonal = 0.5 * 3f64.sqrt();
     let reach = |part: &Indicator, clear: f64, cover: f64, adjacency| -> Result<Indicator> {
         // Room on all sides, so that the outside is one.
-        let by = (clear.max(cover).ceil() as isize) + 1;
+        let by = clear.max(cover).ceil().min(1e12) as isize + 1;
         let room = part.window([-by; 3], part.grid().dims().map(|n| n + 2 * by as usize))?;
         let centres = at_least(&room, clear)?;
         let found = components(&centres, adjacency);
@@ -107,6 +118,17 @@ mod tests {
             let outside = grid.sample_at([5.5, 0.0, -5.5]).unwrap();
             assert!(sure.contains(outside));
         }
+    }
+
+    #[test]
+    fn sides_of_two_grids_and_grains_of_no_size_are_refused() {
+        let part = bottle(1.0);
+        for radius in [-0.1, f64::NAN, f64::INFINITY, 1e300] {
+            let refused = grain_reach(&part.inner, &part.outer, radius);
+            assert!(matches!(refused, Err(Error::Operand { .. })), "{radius}");
+        }
+        let other = part.outer.window([0; 3], [9; 3]).unwrap();
+        assert!(matches!(grain_reach(&part.inner, &other, 0.5), Err(Error::Operand { .. })));
     }
 
     #[test]

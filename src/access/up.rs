@@ -1,6 +1,7 @@
 //! Which way of the file points up.
 
 use super::orient::upright;
+use crate::error::{Error, Result};
 use crate::geometry::vector::Vec3;
 
 /// Which way of the file points up in the build.
@@ -18,6 +19,20 @@ pub enum Up {
 }
 
 impl Up {
+    /// Refuses a direction that points nowhere.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the direction, if it is zero or not finite.
+    pub fn validate(self) -> Result<()> {
+        match self {
+            Up::Along(d) if d == [0.0; 3] || d.iter().any(|c| !c.is_finite()) => Err(Error::Usage {
+                problem: format!("up along {d:?} points nowhere"),
+                remedy: "give three finite numbers that are not all 0".into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// The rotation that brings this direction to +z.
     pub fn rotation(self) -> [Vec3; 3] {
         match self {

@@ -36,7 +36,7 @@ pub fn metas() -> impl Iterator<Item = &'static Meta> {
 
 /// Why a check does not run, if it does not: lists hold names or codes, and an empty `only` is all.
 pub fn left_out(meta: &Meta, only: &[String], skip: &[String]) -> Option<&'static str> {
-    let listed = |names: &[String]| names.iter().any(|n| n == meta.name || n.eq_ignore_ascii_case(meta.code));
+    let listed = |names: &[String]| names.iter().any(|n| is_called(meta, n));
     match (listed(skip), only.is_empty() || listed(only)) {
         (true, _) => Some("left out by --skip"),
         (false, false) => Some("not in --only"),
@@ -44,20 +44,31 @@ pub fn left_out(meta: &Meta, only: &[String], skip: &[String]) -> Option<&'stati
     }
 }
 
+/// Whether a name, with blanks around it or none, is a check's: its name or its code.
+fn is_called(meta: &Meta, name: &str) -> bool {
+    let name = name.trim();
+    name == meta.name || name.eq_ignore_ascii_case(meta.code)
+}
+
+/// Refuses lists that name what is no check: [`left_out`] would run less than was asked for.
+///
+/// # Errors
+/// As [`find`], for the first such name.
+pub fn all_known(only: &[String], skip: &[String]) -> Result<()> {
+    only.iter().chain(skip).try_for_each(|name| find(name).map(|_| ()))
+}
+
 /// A check by its code or its name.
 ///
 /// # Errors
 /// [`Error::UnknownName`] with the nearest name.
 pub fn find(name: &str) -> Result<&'static dyn Check> {
-    let wanted = name.trim();
-    CHECKS.iter().find(|c| c.meta().name == wanted || c.meta().code.eq_ignore_ascii_case(wanted)).copied().ok_or_else(
-        || Error::UnknownName {
-            what: "check",
-            given: printable(name),
-            nearest: nearest(name, metas().flat_map(|m| [m.name, m.code])),
-            known: metas().map(|m| m.name.to_string()).collect(),
-        },
-    )
+    CHECKS.iter().find(|c| is_called(c.meta(), name)).copied().ok_or_else(|| Error::UnknownName {
+        what: "check",
+        given: printable(name),
+        nearest: nearest(name, metas().flat_map(|m| [m.name, m.code])),
+        known: metas().map(|m| m.name.to_string()).collect(),
+    })
 }
 
 /// The key of a limit with the name of its check where it begins with the code: `AM103.between-bodies=0.4mm` is one of `narrow-gap`.
@@ -71,6 +82,18 @@ pub fn named(key: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lists_name_checks_by_code_or_name_and_nothing_else() {
+        let list = |names: &[&str]| names.iter().map(|n| n.to_string()).collect::<Vec<_>>();
+        let known = list(&["thin-wall", "am103", " mesh "]);
+        all_known(&known, &known).unwrap();
+        let run = metas().filter(|m| left_out(m, &known, &[]).is_none()).map(|m| m.name);
+        assert!(run.eq(["mesh", "thin-wall", "narrow-gap"]));
+        for (only, skip) in [(list(&["thinwall"]), list(&[])), (list(&["mesh"]), list(&["AM999"]))] {
+            assert!(matches!(all_known(&only, &skip), Err(Error::UnknownName { .. })));
+        }
+    }
 
     #[test]
     fn limits_are_named_by_code_as_well() {

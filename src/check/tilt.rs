@@ -53,26 +53,25 @@ pub(super) fn best_tilt(voids: &Voids, allowed_mm2: f64) -> Result<Option<Tilt>>
     }
     let void = outer.window([-1; 3], outer.grid().dims().map(|n| n + 2))?.complement();
     let unit_mm3 = void.grid().h().powi(3);
-    let quickly = |up: Vec3| Tilt {
-        up,
-        kept_mm3: retained_towards(&void, up).count() as f64 * unit_mm3,
-        film_mm2: film(&void, up, |_| false),
+    let quickly = |up: Vec3| -> Result<Tilt> {
+        let kept_mm3 = retained_towards(&void, up)?.count() as f64 * unit_mm3;
+        Ok(Tilt { up, kept_mm3, film_mm2: film(&void, up, |_| false)? })
     };
     let directions = (0..27i32).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1].map(f64::from));
     let directions = directions.filter(|d| *d != [0.0; 3] && *d != upright).map(unit);
-    let mut tilts: Vec<Tilt> = directions.map(quickly).collect();
-    sort(&mut tilts, allowed_mm2.max(quickly(upright).film_mm2));
+    let mut tilts: Vec<Tilt> = directions.map(quickly).collect::<Result<_>>()?;
+    sort(&mut tilts, allowed_mm2.max(quickly(upright)?.film_mm2));
     tilts.truncate(MEASURED_TILTS);
     let free = voids.solid.outer.complement();
     let none = Indicator::empty(*free.grid());
     let film_of = |up: Vec3| film(&free, up, |at| voids.is_sealed(at));
     let measured = tilts.into_par_iter().map(|Tilt { up, .. }| {
         let falls = if up[2] < 0.0 { Falls::Up } else { Falls::Down };
-        let (basins, _) = Basin::all(voids, &retained_towards(&free, up), &none, falls)?;
-        Ok(Tilt { up, kept_mm3: basins.iter().map(|b| b.volume).sum(), film_mm2: film_of(up) })
+        let (basins, _) = Basin::all(voids, &retained_towards(&free, up)?, &none, falls)?;
+        Ok(Tilt { up, kept_mm3: basins.iter().map(|b| b.volume).sum(), film_mm2: film_of(up)? })
     });
     let mut measured: Vec<Tilt> = measured.collect::<Result<_>>()?;
-    sort(&mut measured, allowed_mm2.max(film_of(upright)));
+    sort(&mut measured, allowed_mm2.max(film_of(upright)?));
     Ok(measured.first().copied())
 }
 
@@ -83,9 +82,9 @@ fn sort(tilts: &mut [Tilt], allowed_mm2: f64) {
 
 /// The most film that one cup closes with `up` as the build direction, mm²: the greatest section across it of what would be kept by
 /// what falls the other way, sealed voids left out.
-fn film(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> f64 {
+fn film(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> Result<f64> {
     let grid = *void.grid();
-    let cups = components(&retained_towards(void, up.map(|c| -c)), Adjacency::Corner);
+    let cups = components(&retained_towards(void, up.map(|c| -c))?, Adjacency::Corner);
     let sealed: Vec<bool> = cups.first_samples().into_iter().map(|first| is_sealed(grid.offset(first))).collect();
     let mut sections: HashMap<(u32, i64), u64> = HashMap::new();
     for at in cups.select(|label| !sealed[label as usize]).iter() {
@@ -95,7 +94,7 @@ fn film(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> f64 {
             *sections.entry((label, slab)).or_default() += 1;
         }
     }
-    sections.into_values().max().unwrap_or(0) as f64 / SLAB * grid.h().powi(2)
+    Ok(sections.into_values().max().unwrap_or(0) as f64 / SLAB * grid.h().powi(2))
 }
 
 #[cfg(test)]
@@ -111,7 +110,7 @@ mod tests {
         let part = part(below, 0.5, [0.2, -0.1, 0.3]);
         let voids = Voids::of(&part).unwrap();
         let free = voids.solid.outer.complement();
-        let film_of = |up: Vec3| film(&free, up, |_| false);
+        let film_of = |up: Vec3| film(&free, up, |_| false).unwrap();
         assert_eq!(film_of([0.0, 0.0, 1.0]), 0.0);
         // The section of the pocket, to a sample at each wall.
         let cup = film_of([0.0, 0.0, -1.0]);

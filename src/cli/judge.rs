@@ -265,9 +265,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.refine =
         u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
     o.memory = memory;
-    for name in a.only.iter().chain(&a.skip) {
-        registry::find(name)?;
-    }
+    registry::all_known(&a.only, &a.skip)?;
     let asked = |formats: &[&str]| a.format.iter().any(|f| formats.contains(&f.as_str()));
     o.exhibited = match (asked(&["html"]), asked(&["png", "glb"])) {
         (true, _) => Exhibited::Stances(COMPARED),

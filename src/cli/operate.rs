@@ -115,7 +115,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
             let motion = read().map_err(|e| Complaint::about(Some(along), e))?;
             let mut job = Job::new("sweep", part, how)?.sparing(&[part, along])?;
             let room = room_of(&motion, &job.part);
-            job.spacing = job.spacing.or_else(|| Some(sweep_spacing(job.part.extent(), room)));
+            job.spacing = Some(job.spacing.map_or_else(|| sweep_spacing(job.part.extent(), room), Ok)?);
             job.run(room, BYTES_BY_SETS, None, |part, h| match &motion {
                 Motion::Points(path) => operate::sweep(&part.element, path, h),
                 Motion::Poses(poses) => operate::sweep_motion(&part.element, poses, h),
@@ -355,11 +355,11 @@ fn default_spacing(extent: Vec3) -> Length {
 }
 
 /// The default spacing for a body swept over `room`: fine enough to show it at its thinnest.
-fn sweep_spacing(body: Vec3, room: Vec3) -> Length {
+fn sweep_spacing(body: Vec3, room: Vec3) -> Result<Length> {
     let extent = plus(body, room);
     let usual = default_spacing(extent);
-    let fine = affordable(extent, thinnest(body), BYTES_BY_SETS);
-    if fine < usual { fine } else { usual }
+    let fine = affordable(extent, thinnest(body), BYTES_BY_SETS)?;
+    Ok(if fine < usual { fine } else { usual })
 }
 
 /// The spacing with [`ACROSS`] samples over the least side of a box.
@@ -368,8 +368,8 @@ pub(super) fn thinnest(sides: Vec3) -> Length {
 }
 
 /// The spacing, or the finest one above it whose samples take no more than [`BUDGET`].
-pub(super) fn affordable(extent: Vec3, spacing: Length, bytes_per_sample: u128) -> Length {
-    Fitting::coarsened(extent, spacing, BUDGET / bytes_per_sample * BYTES_PER_SAMPLE).spacing
+pub(super) fn affordable(extent: Vec3, spacing: Length, bytes_per_sample: u128) -> Result<Length> {
+    Ok(Fitting::coarsened(extent, spacing, BUDGET / bytes_per_sample * BYTES_PER_SAMPLE)?.spacing)
 }
 
 fn plus(a: Vec3, b: Vec3) -> Vec3 {

@@ -44,7 +44,7 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let half = bead.shape.half_extent();
     let (lo, hi) = bounds(path.strokes.iter().flatten().copied()).unwrap_or_default();
     let extent = [0, 1, 2].map(|a| hi[a] - lo[a] + 2.0 * half[a]);
-    let spacing = spacing.unwrap_or_else(|| default_spacing(half, extent));
+    let spacing = spacing.map_or_else(|| default_spacing(half, extent), Ok)?;
     Fitting::within(extent, spacing, BYTES_BY_DISTANCES, memory.least())?;
     let made = deposit(&path, &bead.shape, spacing)?;
     let design = design.map(|d| d.mesh(spacing));
@@ -100,7 +100,7 @@ fn width_and_height(words: &str) -> Result<(Length, Length)> {
 }
 
 /// A quarter of the bead's thinnest side, coarser where the whole path would take too much.
-fn default_spacing(half: Vec3, extent: Vec3) -> Length {
+fn default_spacing(half: Vec3, extent: Vec3) -> Result<Length> {
     affordable(extent, thinnest(half.map(|x| 2.0 * x)), BYTES_BY_DISTANCES)
 }
 

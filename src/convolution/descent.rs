@@ -59,10 +59,10 @@ impl Descent {
     }
 
     /// As [`Descent::met_by`], of the translations in some boxes, millimetres, or in a cell of 4³ that one of them touches;
-    /// all others are left out of the set.
+    /// all others are left out of the set. A box may reach beyond what there is, without end too.
     ///
     /// # Errors
-    /// As there.
+    /// As there, and [`Error::Operand`] for a box with a corner that is no number.
     ///
     /// # Cost
     /// As there, of these translations only.
@@ -148,9 +148,16 @@ fn wanted(boxes: &[[[f64; 3]; 2]], grid: &Grid, zero: [isize; 3], blocks: [usize
     let cells = blocks.map(|n| n * BLOCK / SIDE as usize);
     let mut set = Indicator::empty(Grid::new([0.0; 3], grid.spacing(), cells)?);
     for [low, high] in boxes {
+        if low.iter().chain(high).any(|x| x.is_nan()) {
+            return Err(Error::Operand {
+                operation: "translations within boxes",
+                problem: format!("a box from {low:?} to {high:?}"),
+                remedy: "give numbers in millimetres".into(),
+            });
+        }
         let (low, high) = (grid.continuous_index(*low), grid.continuous_index(*high));
         let range = |a: usize| {
-            let cell = |at: f64| (at as isize - zero[a]).div_euclid(SIDE);
+            let cell = |at: f64| (at as isize).saturating_sub(zero[a]).div_euclid(SIDE);
             let (first, last) = (cell((low[a] - 0.5).ceil()), cell((high[a] + 0.5).floor()));
             first.max(0) as usize..(last + 1).clamp(0, cells[a] as isize) as usize
         };
@@ -475,6 +482,11 @@ mod tests {
         let all = ready.met_by(&b).unwrap();
         let grid = *all.grid();
         assert!(ready.met_within(&b, &[]).unwrap().is_empty());
+        let endless = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+        assert_eq!(ready.met_within(&b, &[endless]).unwrap(), ready.met_by(&b).unwrap());
+        let [behind, ahead] = [[[f64::NEG_INFINITY; 3]; 2], [[f64::INFINITY; 3]; 2]];
+        assert!(ready.met_within(&b, &[behind, ahead]).unwrap().is_empty());
+        assert!(ready.met_within(&b, &[[[f64::NAN; 3], [0.0; 3]]]).is_err());
         let ends = |index: [usize; 3], by: f64| [-by, by].map(|s| grid.position(index).map(|x| x + s));
         let middle = grid.dims().map(|n| n / 2);
         for list in [vec![ends(middle, 0.1)], vec![ends([3, 2, 1], 4.0), ends(middle, 9.3), ends([200, 9, 60], 300.0)]]

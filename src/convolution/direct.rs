@@ -57,13 +57,7 @@ pub fn run_count(set: &Indicator) -> usize {
 /// # Errors
 /// [`crate::Error::Operand`] if the spacings differ.
 pub fn sum_grid(a: &Grid, b: &Grid) -> Result<Grid> {
-    if a.h() != b.h() {
-        return Err(crate::Error::Operand {
-            operation: "convolution",
-            problem: format!("spacings differ: {} and {}", a.spacing(), b.spacing()),
-            remedy: "sample both operands at one spacing".into(),
-        });
-    }
+    a.one_spacing_with("convolution", b)?;
     let axes = [0, 1, 2];
     Grid::new(axes.map(|i| a.origin()[i] + b.origin()[i]), a.spacing(), axes.map(|i| a.dims()[i] + b.dims()[i] - 1))
 }

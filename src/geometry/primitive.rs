@@ -25,7 +25,7 @@ impl Primitive {
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a shape that is not one of the four, [`Error::Usage`] for sizes that cannot be
-    /// read or are not positive (one of a cone's radii may be zero).
+    /// read, [`Error::Operand`] for such as are not positive (one of a cone's radii may be zero).
     ///
     /// ```
     /// use amcheck::geometry::Primitive;

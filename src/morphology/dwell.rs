@@ -1,10 +1,10 @@
 //! How long a path keeps a body over each place: one convolution of the path's δ with the body.
 
 use super::element::lattice_box;
-use crate::convolution::convolve_fields;
+use crate::convolution::{convolve_fields, sum_grid};
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator, Nascent, Singular, indicator_function, superlevel};
-use crate::grid::Grid;
+use crate::grid::{Grid, samples_of};
 
 /// A measure of the copies of a body that cover each place.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +24,8 @@ pub struct Dwell {
 /// δ is spread by the kernel, so everything lies within its reach, along each axis, of where it is.
 ///
 /// # Errors
-/// [`Error::Operand`] for a P without a point, a kernel narrower than the body's spacing or P's pieces; [`Error::TooLarge`] for a P whose
-/// box has more samples than a grid may have.
+/// [`Error::Operand`] for a P without a point, a kernel narrower than the body's spacing or P's pieces, or a box of P with more samples
+/// than a grid may have; [`Error::TooLarge`] where the system has no memory for the samples of that box and the body.
 ///
 /// # Cost
 /// One convolution of the body's grid with that of P's box, however long the path is; before it (2·reach/h)³ additions for each piece.
@@ -55,6 +55,7 @@ pub fn dwell(body: &Indicator, path: &Singular, kernel: Nascent) -> Result<Dwell
     })?;
     let (spacing, reach) = (body.grid().spacing(), kernel.reach());
     let grid: Grid = lattice_box(lo.map(|x| x - reach), hi.map(|x| x + reach), spacing, [0.0; 3])?;
+    ask_for(&sum_grid(body.grid(), &grid)?)?;
     let density = path.dissipated(&grid, kernel)?;
     let sum = convolve_fields(&indicator_function(body), &density)?;
     let cell = grid.sample_volume().as_mm3();
@@ -65,8 +66,32 @@ pub fn dwell(body: &Indicator, path: &Singular, kernel: Nascent) -> Result<Dwell
     Ok(Dwell { field, bound: sum.bound * cell + f64::from(greatest * f32::EPSILON) })
 }
 
+/// Bytes for each sample of the result: the density in two precisions, two spectra, the sum.
+const BYTES_PER_SAMPLE: u128 = 24;
+
+/// Asks for the memory of a convolution onto a grid before any of it is taken for good: what is not to be had cannot be refused later.
+///
+/// # Errors
+/// [`Error::TooLarge`] with what is to be had, as a half, a quarter … of the need.
+fn ask_for(sum: &Grid) -> Result<()> {
+    let need_bytes = samples_of(sum.dims()).saturating_mul(BYTES_PER_SAMPLE);
+    let is_to_be_had =
+        |bytes: &u128| usize::try_from(*bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
+    if is_to_be_had(&need_bytes) {
+        return Ok(());
+    }
+    let halves = std::iter::successors(Some(need_bytes / 2), |bytes| Some(bytes / 2));
+    Err(Error::TooLarge {
+        what: format!("the dwell of a path over {:?} samples", sum.dims()),
+        need_bytes,
+        allowed_bytes: halves.take_while(|bytes| *bytes > 0).find(is_to_be_had).unwrap_or(0),
+        remedy: "choose a larger spacing, or a part of the path".into(),
+    })
+}
+
 impl Dwell {
-    /// The samples that are covered for certain: where the measure is above its rounding.
+    /// The samples that the body, widened by the kernel's support, covers for certain: where the measure is above its rounding. The
+    /// body alone covers those of them that lie deeper than the support reaches.
     pub fn covered(&self) -> Indicator {
         superlevel(&self.field, self.bound as f32)
     }
@@ -131,6 +156,16 @@ mod tests {
             let is = covered.contains(grid.index(at));
             assert!((!is || within(&near)) && (is || !within(&deep)), "{place:?}");
         }
+    }
+
+    #[test]
+    fn a_path_that_no_memory_holds_is_refused() {
+        let h = Length::mm(0.25);
+        let body = Indicator::from_predicate(Grid::new([0.0; 3], h, [3; 3]).unwrap(), |_| true);
+        let far = Singular::on_points(&[([0.0; 3], 1.0), ([1e5; 3], 1.0)]).unwrap();
+        let refused = dwell(&body, &far, Nascent::Triangle { width: h });
+        let Err(Error::TooLarge { need_bytes, allowed_bytes, .. }) = refused else { panic!("{refused:?}") };
+        assert!(need_bytes > 1 << 60 && 0 < allowed_bytes && allowed_bytes < need_bytes);
     }
 
     #[test]

@@ -66,17 +66,19 @@ pub struct VolumeBelow {
 /// The bytes that [`thickness`] takes for a part.
 ///
 /// # Errors
-/// [`Error::Usage`] for a gap wider than the part's diagonal.
+/// [`Error::Usage`] for a gap wider than the part's diagonal, or none; [`Error::Operand`] for a spacing that is not positive.
 pub fn thickness_bytes(extent: Vec3, spacing: Length, widest: Length) -> Result<u128> {
-    if widest.as_mm() > norm(extent) {
-        let problem = format!("gaps of {widest} are wider than the part");
+    let mm = widest.as_mm();
+    if !(mm > 0.0 && mm <= norm(extent)) {
+        let wrong = if mm > 0.0 { "wider than the part" } else { "no gaps" };
+        let problem = format!("gaps of {widest} are {wrong}");
         return Err(Error::Usage { problem, remedy: "give --thickness the widest gap of interest".into() });
     }
-    Ok(fitting(extent, spacing, widest).samples * BYTES_PER_SAMPLE)
+    Ok(fitting(extent, spacing, widest)?.samples * BYTES_PER_SAMPLE)
 }
 
 /// The grid of the part with room around it for the widest gap.
-fn fitting(extent: Vec3, spacing: Length, widest: Length) -> Fitting {
+fn fitting(extent: Vec3, spacing: Length, widest: Length) -> Result<Fitting> {
     Fitting::with_samples(extent.map(|x| x + 2.0 * widest.as_mm()), spacing, SAMPLES)
 }
 
@@ -99,7 +101,7 @@ pub fn thickness(
     widest: Length,
 ) -> Result<(ThicknessReport, Vec<Wanted>)> {
     let extent = part.extent();
-    let fitting = fitting(extent, spacing, widest);
+    let fitting = fitting(extent, spacing, widest)?;
     let margin = widest.as_mm() + 2.0 * fitting.spacing.as_mm();
     let solid = part.window([-margin; 3], extent.map(|x| x + margin), fitting.spacing)?;
     let grid = *solid.centres.grid();

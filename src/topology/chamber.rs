@@ -73,6 +73,9 @@ pub fn chambers(
 /// Rooms of more samples are narrowed down by halving: there are more samples between throat and level than labels cost.
 const LARGE: u64 = 1 << 18;
 
+/// The highest level: a flood has a queue for each below it.
+const MOST_LEVEL: u32 = 1 << 24;
+
 fn chambers_above(
     clearance: &Field<u32>,
     exits: &Indicator,
@@ -92,13 +95,18 @@ fn chambers_above(
     if level == 0 {
         return Err(bad("the level is 0"));
     }
-    if grid.samples() >= u32::MAX as usize || level > 1 << 24 {
-        return Err(Error::TooLarge {
-            what: "the search for chambers".into(),
-            need_bytes: 8 * (grid.samples() as u128 + u128::from(level)),
-            allowed_bytes: 8 * u128::from(u32::MAX),
-            remedy: "choose a larger spacing, or look at a window of the part".into(),
-        });
+    let too_large = |what: String, need: u128, allowed: u32| Error::TooLarge {
+        what,
+        need_bytes: 8 * need,
+        allowed_bytes: 8 * u128::from(allowed),
+        remedy: "choose a larger spacing, or look at a window of the part".into(),
+    };
+    if level > MOST_LEVEL {
+        return Err(too_large(format!("the search for chambers at level {level}"), level.into(), MOST_LEVEL));
+    }
+    if grid.samples() >= u32::MAX as usize {
+        let what = format!("the search for chambers among {:?} samples", grid.dims());
+        return Err(too_large(what, grid.samples() as u128, u32::MAX));
     }
     let (wide, rooms, open) = level_set(clearance, exits, level)?;
     let shut: Vec<u32> = (0..rooms.count() as u32).filter(|&r| !open[r as usize]).collect();
@@ -441,5 +449,8 @@ mod tests {
         assert_eq!((one.len(), one[0].deepest, one[0].throat, one[0].samples()), (1, 62, None, 1));
         assert!(chambers(&field, &exits, 1, |at| at == 62).unwrap().is_empty());
         assert!(chambers(&field, &exits, 0, |_| false).is_err());
+        let refused = chambers(&field, &exits, u32::MAX, |_| false).unwrap_err();
+        assert_eq!(refused.code(), "E020");
+        assert!(refused.to_string().contains("level 4294967295 needs 34.4 GB, allowed are 134.2 MB"), "{refused}");
     }
 }

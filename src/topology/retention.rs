@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::DisjointSets;
+use crate::geometry::vector::{norm, unit};
 
 /// Which way liquid falls, along the third axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,11 +71,15 @@ pub fn retained(void: &Indicator, falls: Falls, passage: Passage) -> Result<Indi
 }
 
 /// As [`retained`] with liquid that falls towards a direction, through faces: heights are −x·direction, at a resolution
-/// of one sample.
+/// of one sample. Only where the direction points matters, not its length.
+///
+/// # Errors
+/// [`Error::Operand`] for a direction that is zero or not finite.
 ///
 /// # Cost
 /// O(samples) with a bucket for each height; meant for coarse grids and lists of directions.
-pub fn retained_towards(void: &Indicator, direction: [f64; 3]) -> Indicator {
+pub fn retained_towards(void: &Indicator, direction: [f64; 3]) -> Result<Indicator> {
+    let direction = of_length_one(direction)?;
     let grid = *void.grid();
     let dims = grid.dims();
     let height = |p: [usize; 3]| (0..3).map(|a| -direction[a] * p[a] as f64).sum::<f64>();
@@ -108,7 +113,21 @@ pub fn retained_towards(void: &Indicator, direction: [f64; 3]) -> Indicator {
             }
         }
     }
-    kept
+    Ok(kept)
+}
+
+/// A direction as a unit vector; one that is such a vector already stays what it is to the last digit.
+fn of_length_one(direction: [f64; 3]) -> Result<[f64; 3]> {
+    // By its greatest coordinate first, whose square is finite then and not 0.
+    let most = direction.iter().fold(0.0f64, |m, c| m.max(c.abs()));
+    if !(most > 0.0 && direction.iter().all(|c| c.is_finite())) {
+        return Err(Error::Operand {
+            operation: "liquid that falls",
+            problem: format!("{direction:?} points nowhere"),
+            remedy: "give a direction with a finite coordinate that is not 0".into(),
+        });
+    }
+    if (norm(direction) - 1.0).abs() < 1e-9 { Ok(direction) } else { Ok(unit(direction.map(|c| c / most))) }
 }
 
 /// A stretch of void along x and its set.
@@ -258,16 +277,26 @@ mod tests {
         let grid = Grid::new([0.0; 3], Length::mm(1.0), [20, 18, 16]).unwrap();
         let void = Indicator::from_predicate(grid, |at| (at * 2654435761) >> 9 & 7 < 4);
         for (falls, z) in [(Falls::Down, -1.0), (Falls::Up, 1.0)] {
-            assert_eq!(retained_towards(&void, [0.0, 0.0, z]), retained(&void, falls, Passage::Faces).unwrap());
+            assert_eq!(
+                retained_towards(&void, [0.0, 0.0, z]).unwrap(),
+                retained(&void, falls, Passage::Faces).unwrap()
+            );
         }
         let bowl = Indicator::from_predicate(grid, |at| {
             let [i, j, k] = grid.index(at);
             let block = (1..19).contains(&i) && (1..17).contains(&j) && (1..15).contains(&k);
             !block || ((4..16).contains(&i) && (4..14).contains(&j) && k >= 4)
         });
-        let kept = |d: [f64; 3]| retained_towards(&bowl, d).count();
+        let kept = |d: [f64; 3]| retained_towards(&bowl, d).unwrap().count();
         assert_eq!((kept([0.0, 0.0, -1.0]), kept([0.0, 0.0, 1.0]), kept([1.0, 0.0, 0.0])), (12 * 10 * 11, 0, 0));
         assert!(kept([0.7, 0.0, -0.7]) < 12 * 10 * 11);
+        for scale in [1e-300, 0.01, 30.0, 1e300] {
+            let far = [0.2 * scale, 0.3 * scale, -0.9 * scale];
+            assert_eq!(retained_towards(&bowl, far).unwrap(), retained_towards(&bowl, [0.2, 0.3, -0.9]).unwrap());
+        }
+        for nowhere in [[0.0; 3], [0.0, f64::NAN, -1.0], [0.0, 0.0, f64::NEG_INFINITY]] {
+            assert!(matches!(retained_towards(&bowl, nowhere), Err(Error::Operand { .. })), "{nowhere:?}");
+        }
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! Faults of geometry, through the whole pipeline: warned of and judged, or refused with a reason.
 
 use crate::good::cube;
+use amcheck::access::Up;
 use amcheck::analyze::{Options, Repair, prepare, run};
 use amcheck::geometry::TriangleMesh;
 use amcheck::geometry::vector::Vec3;
 use amcheck::io::Loaded;
 use amcheck::process::Process;
 use amcheck::report::Report;
+use amcheck::units::Length;
 use amcheck::{Error, Result};
 
 fn options() -> Options {
@@ -238,7 +240,7 @@ fn a_coarse_grid_hides_no_wall() {
     let unit = cube(0.0, 1.0);
     let sheet = unit.vertices.iter().map(|v| [20.0 * v[0], 0.3 * v[1], 20.0 * v[2]]).collect();
     let sheet = TriangleMesh { vertices: sheet, triangles: unit.triangles };
-    let coarse = Options { voxel: Some(amcheck::units::Length::mm(5.0)), ..options() };
+    let coarse = Options { voxel: Some(Length::mm(5.0)), ..options() };
     let report = judged(sheet, &coarse).unwrap();
     let wall = report.findings().into_iter().find(|f| f.code == "AM101").expect("the wall is found").clone();
     assert!((wall.value - 0.3).abs() < 1e-9 && wall.state == amcheck::check::State::Fail, "{wall:?}");
@@ -269,4 +271,24 @@ fn what_is_repaired_is_said_and_handed_back() {
     assert!(analysis.mended.is_some_and(|m| (m.signed_volume() - 1000.0).abs() < 1e-9));
     let sound = judged(cube(0.0, 10.0), &mend).unwrap();
     assert_eq!(sound.warnings.iter().map(|n| n.code.as_str()).collect::<Vec<_>>(), ["repaired"], "never silent");
+}
+
+#[test]
+fn options_that_cannot_be_are_refused_by_their_names() {
+    let refused = |options: Options| judged(cube(0.0, 10.0), &options).expect_err("refused");
+    for mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = refused(Options { voxel: Some(Length::mm(mm)), ..options() });
+        assert!(matches!(error, Error::Operand { .. }) && error.to_string().contains(&format!("{mm} mm")), "{error}");
+        let error = refused(Options { thickness: Some(Length::mm(mm)), ..options() });
+        assert!(matches!(error, Error::Usage { .. }), "{error}");
+    }
+    for nowhere in [[0.0; 3], [f64::NAN, 0.0, 1.0]] {
+        let error = refused(Options { up: Some(Up::Along(nowhere)), ..options() });
+        assert!(error.to_string().contains(&format!("{nowhere:?}")), "{error}");
+    }
+    let names = || vec!["thinwall".to_string()];
+    for wrong in [Options { only: names(), ..options() }, Options { skip: names(), ..options() }] {
+        let error = refused(wrong);
+        assert!(matches!(error, Error::UnknownName { .. }) && error.remedy().contains("thin-wall"), "{error}");
+    }
 }
