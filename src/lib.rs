@@ -13,6 +13,39 @@
 //! * Comparison with a limit is strict on the bracket; equal to the limit passes.
 //! * Same input, same bytes, for any number of threads.
 //!
+//! # First uses
+//!
+//! Shapes and their algebra, without the report (`default-features = false`): a coat of 0.2 mm on a cube, with bounds that hold its volume.
+//!
+//! ```
+//! use amcheck::{geometry::cuboid, operate, units::Length};
+//! let coated = operate::offset(&cuboid([0.0; 3], [10.0; 3]), Length::mm(0.2), Length::mm(0.1))?;
+//! // Steiner's formula: V + A·r + (edges · angle / 2)·r² + (4π/3)·r³.
+//! let truth = 1000.0 + 600.0 * 0.2 + 30.0 * std::f64::consts::PI * 0.04 + 4.0 / 3.0 * std::f64::consts::PI * 0.008;
+//! let [low, high] = coated.bracket.map(|v| v.as_mm3());
+//! assert!(low <= truth && truth <= high);
+//! # Ok::<(), amcheck::Error>(())
+//! ```
+//!
+//! A part against a process, as the command judges it:
+//!
+//! ```
+//! # #[cfg(feature = "report")] {
+//! use amcheck::analyze::{Options, prepare, run};
+//! use amcheck::io::{Salvage, read};
+//! use amcheck::process::Process;
+//! let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/parts/wall_080.stl");
+//! let bytes = std::fs::read(&file).expect("a part");
+//! let mut options = Options::new(Process::named("fdm")?);
+//! options.only = vec!["thin-wall".into()];
+//! let prepared = prepare("wall_080.stl", &bytes, read("wall_080.stl", &bytes, Salvage::Refuse)?, &options)?;
+//! let report = run(prepared, &options)?.report;
+//! let wall = report.checks.iter().find(|c| c.name == "thin-wall").and_then(|c| c.worst.as_ref());
+//! assert!(wall.is_some_and(|w| w.low <= 0.8 && 0.8 <= w.high));
+//! # }
+//! # Ok::<(), amcheck::Error>(())
+//! ```
+//!
 //! # Layers
 //!
 //! A module uses only modules of a lower layer or of its own folder; a test reads the `use` lines and says so:
