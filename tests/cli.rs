@@ -509,6 +509,11 @@ fn a_part_that_is_refused_does_not_keep_the_verdict_of_an_earlier_one() {
     assert_eq!(refused.exit, 4, "{}", refused.err);
     assert!(refused.err.contains("note: r/report.json is of an earlier run"), "{}", refused.err);
     assert!(badge().contains("not judged"), "{}", badge());
+    // A file that is asked about is never replaced, whatever its name.
+    std::fs::create_dir(s.0.join("own")).expect("a folder");
+    s.write("own/badge.svg", "<svg/>");
+    assert_eq!(s.run(&["own/badge.svg", "--out", "own"]).exit, 4);
+    assert_eq!(s.read("own/badge.svg"), b"<svg/>");
     let elsewhere = s.run(&["part.stl", "--out", "new"]);
     assert!(elsewhere.exit == 4 && !elsewhere.err.contains("note:") && !s.0.join("new").exists(), "{}", elsewhere.err);
 }

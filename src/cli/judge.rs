@@ -46,7 +46,7 @@ fn refused(a: &Arguments, error: Error) -> Complaint {
         _ => false,
     };
     let part = a.part.as_deref();
-    let left = part.filter(|_| of_part).and_then(|part| leftover::outlived(&out_dir(a, part)));
+    let left = part.filter(|_| of_part).and_then(|part| leftover::outlived(&out_dir(a, part), part));
     let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
     Complaint { note, ..Complaint::about(part, error) }
 }

@@ -1,6 +1,6 @@
 //! What an earlier run left in a folder that this run does not write again: reports and pictures of another answer.
 
-use super::deliver::cannot;
+use super::deliver::{cannot, spare};
 use crate::check::registry::CHECKS;
 use crate::error::Result;
 use crate::report::badge;
@@ -56,11 +56,11 @@ pub fn remove(folder: &Path, written: &[String], known: fn(&str) -> bool, read: 
     Ok(())
 }
 
-/// What an earlier run left in the folder of a part that is refused now: its badge gives way to one that says so; its report, if there is
-/// one, stays and is returned.
-pub fn outlived(folder: &Path) -> Option<PathBuf> {
+/// What an earlier run left in the folder of a part that is refused now: its badge gives way to one that says so, unless it is the part itself;
+/// its report, if there is one, stays and is returned.
+pub fn outlived(folder: &Path, part: &Path) -> Option<PathBuf> {
     let badge = folder.join("badge.svg");
-    if badge.is_file() {
+    if badge.is_file() && spare(&badge, &[part]).is_ok() {
         // What cannot be written here is no worse than the refusal that is being told.
         let _ = std::fs::write(badge, badge::not_judged());
     }
