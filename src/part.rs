@@ -1,6 +1,7 @@
 //! A part posed for the build, with the fields and trees that checks share.
 
 mod bounding;
+mod frame;
 mod printed;
 
 pub use crate::access::Up;
@@ -9,7 +10,7 @@ pub use printed::{bead_of, spread_of};
 use crate::access::{Question as Asked, Setup, Turn, Turns, axis_directions, lattice_directions, least_hanging};
 use crate::error::{Error, Result};
 use crate::geometry::health::{self, Meetings, Role};
-use crate::geometry::vector::{Vec3, add, dot, sub};
+use crate::geometry::vector::{Vec3, add, sub};
 use crate::geometry::{
     Adjacency, BodyPair, Health, InsideRule, MeshDistance, Solid, TriangleMesh, Winding, body_pairs, voxelize,
 };
@@ -65,6 +66,7 @@ struct Kept {
     ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
     turn: OnceLock<(Asked, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
+    corner: OnceLock<Vec3>,
 }
 
 /// What one window may take, bytes.
@@ -212,35 +214,6 @@ impl Part {
     /// Side lengths of the box in the frame of the build, millimetres.
     pub fn extent(&self) -> Vec3 {
         self.mesh.bounds().map_or([0.0; 3], |(lo, hi)| sub(hi, lo))
-    }
-
-    /// A point of the build's frame in the frame of the file.
-    pub fn to_file(&self, p: Vec3) -> Vec3 {
-        self.direction_to_file(sub(p, self.translation))
-    }
-
-    /// A point of the file's frame in the frame of the build.
-    pub fn to_build(&self, p: Vec3) -> Vec3 {
-        add(self.direction_to_build(p), self.translation)
-    }
-
-    /// A direction of the build's frame in that of the file.
-    pub fn direction_to_file(&self, d: Vec3) -> Vec3 {
-        [0, 1, 2].map(|c| (0..3).map(|r| self.rotation[r][c] * d[r]).sum())
-    }
-
-    /// A direction of the file's frame in that of the build.
-    pub fn direction_to_build(&self, d: Vec3) -> Vec3 {
-        self.rotation.map(|row| dot(row, d))
-    }
-
-    /// Rows of the 4×4 matrix from the frame of the file to that of the build.
-    pub fn pose(&self) -> [[f64; 4]; 4] {
-        let row = |r: usize| {
-            let [x, y, z] = self.rotation[r];
-            [x, y, z, self.translation[r]]
-        };
-        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
     }
 
     /// Exact distances to the facets that bound the solid.

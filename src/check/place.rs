@@ -20,15 +20,15 @@ pub fn reported_box(part: &Part, extent: (Vec3, Vec3)) -> [Vec3; 2] {
 
 /// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both.
 ///
-/// The fingerprint is check, kind, the place rounded to twice the spacing in the part's own frame, and the size class of the
-/// extent (a power of two of millimetres).
+/// The fingerprint is check, kind, the place from the least corner of the file's box rounded to twice the spacing, and the size class of the
+/// extent (a power of two of millimetres): the same of a part that was moved or is stood up another way.
 pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
     finding.at_mm = reported(part, at);
     let corners = corners_of(extent).map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
     let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
     finding.box_mm = [lo, hi];
     let cell = 2.0 * context.spacing_mm;
-    let [x, y, z] = at.map(|c| (c / cell).round() as i64);
+    let [x, y, z] = part.from_corner(at).map(|c| (c / cell).round() as i64);
     let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
     let class = if longest > 0.0 { longest.log2().round() as i64 } else { -99 };
     finding.fingerprint = format!("{}/{}/{x},{y},{z}/{class}", finding.code, finding.kind);
