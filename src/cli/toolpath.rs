@@ -13,11 +13,17 @@ use crate::grid::Fitting;
 use crate::io::gcode;
 use crate::io::toolpath::Toolpath;
 use crate::memory::Allowance;
+use crate::notice::Notice;
 use crate::operate::{Departure, Element, deposit};
 use crate::process::Process;
-use crate::units::{Length, Volume, enclosed};
+use crate::units::{Length, Volume, enclosed, short};
 use std::fmt::Write;
 use std::path::Path;
+
+/// Strokes whose heights differ by less lie in one layer, millimetres.
+const SAME_LAYER: f64 = 1e-3;
+/// Layers whose distance differs from the bead's height by a larger share are not of that bead.
+const OTHERWISE: f64 = 0.05;
 
 /// What a bead is, and by how much the path is lowered to run through its middle.
 struct Hung {
@@ -49,10 +55,45 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     let made = deposit(&path, &bead.shape, spacing)?;
     let design = design.map(|d| d.mesh(spacing));
     let departure = design.as_ref().map(|mesh| made.departure(mesh)).transpose()?;
+    let apart = design.as_ref().and_then(|mesh| elsewhere(mesh.bounds()?, (lo, hi), half));
     let before: Vec<Before> = design.into_iter().map(|mesh| Before { mesh, title: "design".into() }).collect();
     let written = to.write(&made.shape, &before)?;
     let told = told(&path, &bead, departure.as_ref());
-    Ok(summary(&made.shape, spacing, &path.notices, &told, &written))
+    let notices: Vec<Notice> = path.notices.iter().cloned().chain(layers(&path, &bead)).chain(apart).collect();
+    Ok(summary(&made.shape, spacing, &notices, &told, &written))
+}
+
+/// Says that the layers of a path are not as far apart as the bead is high, where most of them are so.
+fn layers(path: &Toolpath, bead: &Hung) -> Option<Notice> {
+    let level = |stroke: &Vec<Vec3>| stroke.iter().all(|p| p[2] == stroke[0][2]).then(|| stroke[0][2]);
+    let mut heights: Vec<f64> = path.strokes.iter().filter_map(level).collect();
+    heights.sort_by(f64::total_cmp);
+    heights.dedup_by(|a, b| (*a - *b).abs() < SAME_LAYER);
+    let mut steps: Vec<f64> = heights.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let (step, high) = (*steps.get(steps.len() / 2)?, 2.0 * bead.shape.half_extent()[2]);
+    ((step - high).abs() > OTHERWISE * high).then(|| {
+        let text = format!(
+            "layers lie {} mm apart, and the bead is {} mm high: give the file's own with --bead WIDTHxHEIGHTmm",
+            short((1e3 * step).round() / 1e3),
+            short(high)
+        );
+        Notice::new("bead-height", text)
+    })
+}
+
+/// Says that a design and a deposit have nothing in common, not even their boxes.
+fn elsewhere(design: (Vec3, Vec3), path: (Vec3, Vec3), half: Vec3) -> Option<Notice> {
+    let apart = |a: usize| path.0[a] - half[a] > design.1[a] || path.1[a] + half[a] < design.0[a];
+    (0..3).any(apart).then(|| {
+        let box_of = |(lo, hi): (Vec3, Vec3)| format!("{} … {} mm", lo.map(short).join(", "), hi.map(short).join(", "));
+        let text = format!(
+            "the design lies at {} and the path at {}: they do not meet, and both have to be in the same frame",
+            box_of(design),
+            box_of(path)
+        );
+        Notice::new("design-elsewhere", text)
+    })
 }
 
 /// The strokes of a file, lowered.
@@ -107,7 +148,7 @@ fn default_spacing(half: Vec3, extent: Vec3) -> Result<Length> {
 /// What was deposited and how it departs from the design.
 fn told(path: &Toolpath, bead: &Hung, departure: Option<&Departure>) -> String {
     let mut text = String::new();
-    let size = bead.shape.half_extent().map(|x| crate::units::short(2.0 * x)).join(" × ");
+    let size = bead.shape.half_extent().map(|x| short(2.0 * x)).join(" × ");
     let (strokes, length) = (path.strokes.len(), Length::mm(path.length_mm()));
     let plural = if strokes == 1 { "" } else { "s" };
     let _ = writeln!(text, "bead       {size} mm along {length} in {strokes} stroke{plural}");

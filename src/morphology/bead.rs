@@ -12,7 +12,7 @@ use rayon::prelude::*;
 ///
 /// `points` are the samples in it, decided one by one; the cubes of `full` lie in it each under one copy of B, so their
 /// union is a lower bound of the volume that misses what two beads share within one cube; `touched` covers it but for what has no volume. The
-/// lattice is `h·(Z³ + phase)`. Both hold for every path that runs no farther `beside` the strokes. All hold up to a millionth of the spacing,
+/// lattice is `h·(Z³ + phase)`. Both hold for every path that runs no farther `beside` the strokes at the same height. All hold up to a millionth of the spacing,
 /// which is less than the digits of a path tell.
 ///
 /// # Errors
@@ -40,7 +40,7 @@ pub fn deposit(
     check(strokes)?;
     let h = spacing.as_mm();
     // A cube that only touches has no volume in common: the hair goes inwards there.
-    let grown = |by: f64, hair: f64| Grown::of(bead, 0.5 * h * by, 1e-6 * h * hair + by * beside.as_mm());
+    let grown = |by: f64, hair: f64| Grown::of(bead, 0.5 * h * by, (1e-6 * h * hair, by * beside.as_mm()));
     let (full, point, touch) = (grown(-1.0, 1.0)?, grown(0.0, 1.0)?, grown(1.0, -1.0)?);
     let half = bead.half_extent();
     let all = || strokes.iter().flatten().copied();
@@ -102,16 +102,17 @@ pub(super) enum Grown {
 
 impl Grown {
     /// The bead whose meeting with a segment tells about cubes of half side |by|: grown by them it holds B ⊕ cube,
-    /// shrunk it lies in B ⊖ cube; `hair` is added to all.
-    pub(super) fn of(bead: &Primitive, by: f64, hair: f64) -> Result<Self> {
-        let across = by * std::f64::consts::SQRT_2 + hair;
+    /// shrunk it lies in B ⊖ cube; `hair` is added to all, and `beside` to what is level.
+    pub(super) fn of(bead: &Primitive, by: f64, (hair, beside): (f64, f64)) -> Result<Self> {
+        let across = by * std::f64::consts::SQRT_2 + hair + beside;
         Ok(match *bead {
-            Primitive::Ball { radius } => match radius.as_mm() + by * 3f64.sqrt() + hair {
+            Primitive::Ball { radius } => match radius.as_mm() + by * 3f64.sqrt() + hair + beside {
                 r if r > 0.0 => Grown::Ball { radius2: r * r },
                 _ => Grown::Nothing,
             },
             Primitive::Box { edges } => {
-                let half = edges.map(|e| 0.5 * e.as_mm() + by + hair);
+                let [x, y, z] = edges.map(|e| 0.5 * e.as_mm() + by + hair);
+                let half = [x + beside, y + beside, z];
                 if half.iter().all(|&x| x > 0.0) { Grown::Box { half } } else { Grown::Nothing }
             }
             Primitive::Cylinder { radius, height } => {

@@ -68,7 +68,7 @@ impl<'a> Laid<'a> {
                 }
             }
         }
-        let held = Grown::of(bead, 0.0, 1e-6 * h)?;
+        let held = Grown::of(bead, 0.0, (1e-6 * h, 0.0))?;
         Ok(Laid { bead, held, pieces, grid, edge, near })
     }
 

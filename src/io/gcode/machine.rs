@@ -1,13 +1,14 @@
 //! A machine that follows G-code and remembers its strokes.
 
 use super::arc::arc;
-use super::firmware::moves_origin;
+use super::firmware::{State, checksum, keeps_state, moves_by, moves_origin};
+use super::kept::Kept;
+use super::strokes::Strokes;
 use super::words::{Words, no_word, words};
 use super::{damaged, unsupported};
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::geometry::vector::Vec3;
 use crate::io::accept;
-use crate::io::rows::rows_fit;
 use crate::io::sniff::plain_text;
 use crate::io::toolpath::Toolpath;
 use crate::notice::Notice;
@@ -15,6 +16,9 @@ use crate::units::Length;
 
 /// Commands whose numbers are no place on a path: dwells, retraction, homing, probing, bed levelling and its trim, the origin.
 const NO_PLACE: &[f64] = &[4.0, 10.0, 11.0, 28.0, 29.0, 29.1, 29.2, 30.0, 31.0, 32.0, 92.0, 380.0];
+
+/// How files begin that hold G-code in other ways: the blocks of PrusaSlicer's `.bgcode`, and a package such as `.gcode.3mf`.
+const NO_TEXT: [(&[u8], &str); 2] = [(b"GCDE", "binary G-code (.bgcode)"), (b"PK\x03\x04", "a package (.zip, .3mf)")];
 
 /// Most whole turns of one arc.
 const MOST_TURNS: f64 = 100.0;
@@ -27,7 +31,7 @@ const MODES: &[f64] = &[
 
 /// How coordinates are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+pub(super) enum Mode {
     Absolute,
     Relative,
 }
@@ -64,6 +68,16 @@ enum Plane {
 /// # Ok::<(), amcheck::Error>(())
 /// ```
 pub fn read(bytes: &[u8]) -> Result<Toolpath> {
+    for (magic, what) in NO_TEXT {
+        if bytes.starts_with(magic) {
+            let (what, place) = (format!("{what} for the text of G-code"), Place::Whole);
+            return Err(Error::Unsupported {
+                what,
+                place,
+                remedy: "let the slicer write text (.gcode), or take that out of it".into(),
+            });
+        }
+    }
     let mut machine = Machine::new();
     let bytes = plain_text(bytes);
     // Lines end in a line feed, after a carriage return or not; or, throughout the file, in a carriage return alone.
@@ -80,19 +94,19 @@ pub fn read(bytes: &[u8]) -> Result<Toolpath> {
 }
 
 /// Where the machine is, and what it has done.
-struct Machine {
+pub(super) struct Machine {
     /// World position, mm.
-    at: Vec3,
+    pub(super) at: Vec3,
     /// World position of the origin that coordinates are counted from.
-    origin: Vec3,
-    filament: f64,
+    pub(super) origin: Vec3,
+    pub(super) filament: f64,
     unit: f64,
-    moves: Mode,
+    pub(super) moves: Mode,
     plane: Plane,
     /// The last of M82 and M83, if there was one.
-    extrusion: Option<Mode>,
+    pub(super) extrusion: Option<Mode>,
     /// Whether Marlin takes E to be relative.
-    marlin: Mode,
+    pub(super) marlin: Mode,
     /// The first line whose deposit depends on the firmware, how it was taken, and in which it is otherwise.
     disputed: Option<(u64, Mode, &'static str)>,
     /// G commands that were passed over, each with its first line.
@@ -103,32 +117,12 @@ struct Machine {
     motion: Option<u32>,
     deposits: Strokes,
     feeds: Strokes,
-    /// How far arcs run beside their chords at most, mm.
-    beside: f64,
-}
-
-/// Strokes under way: a move that starts where the last one ended goes on with it.
-#[derive(Default)]
-struct Strokes {
-    done: Vec<Vec<Vec3>>,
-    corners: usize,
-    broken: bool,
-}
-
-impl Strokes {
-    fn add(&mut self, from: Vec3, to: Vec3) -> Result<()> {
-        if from == to {
-            return Ok(());
-        }
-        rows_fit(self.corners, 24)?;
-        match self.done.last_mut().filter(|_| !self.broken) {
-            Some(stroke) if stroke.last() == Some(&from) => stroke.push(to),
-            _ => self.done.push(vec![from, to]),
-        }
-        self.corners += 1;
-        self.broken = false;
-        Ok(())
-    }
+    /// Modes, origin, filament and place as `SAVE_GCODE_STATE` keeps them, by its name.
+    pub(super) saved: Vec<(Vec<u8>, Kept)>,
+    /// The modes of moves and of E that M120 of RepRapFirmware keeps, last in first out.
+    pub(super) pushed: Vec<[Option<Mode>; 3]>,
+    /// Whether G60 has kept a place.
+    has_place: bool,
 }
 
 impl Machine {
@@ -148,7 +142,9 @@ impl Machine {
             motion: None,
             deposits: Strokes::default(),
             feeds: Strokes::default(),
-            beside: 0.0,
+            saved: Vec::new(),
+            pushed: Vec::new(),
+            has_place: false,
         }
     }
 
@@ -157,8 +153,14 @@ impl Machine {
         if calls(line) {
             return Err(unsupported(number, "a subprogram, branch or loop (O)"));
         }
+        checksum(number, line)?;
         if let Some(what) = moves_origin(line) {
             return Err(unsupported(number, what));
+        }
+        match keeps_state(line) {
+            Some(State::Save(name)) => self.save(name),
+            Some(State::Restore { name, moves }) => self.restore(number, &name, moves)?,
+            None => {}
         }
         let mut motion = words.go_on().then_some(self.motion).flatten();
         for &(letter, code) in &words.commands {
@@ -173,6 +175,11 @@ impl Machine {
                 (b'M', 82.0) => self.extrude(Mode::Absolute),
                 (b'M', 83.0) => self.extrude(Mode::Relative),
                 (b'M', 2.0 | 30.0) => self.ended = true,
+                (b'M', 120.0) => self.pushed.push([Some(self.moves), self.extrusion, Some(self.marlin)]),
+                (b'M', 121.0) => self.pop(number)?,
+                (b'M', 206.0 | 218.0 | 290.0 | 428.0) if moves_by(code, line) => {
+                    return Err(unsupported(number, &format!("another origin (M{code})")));
+                }
                 (b'M', 97.0 | 98.0) => return Err(unsupported(number, &format!("a subprogram (M{code})"))),
                 _ => {}
             }
@@ -210,6 +217,14 @@ impl Machine {
             }
             92.1 | 92.2 | 92.3 => return Err(unsupported(line, "an origin cancelled or restored (G92.1 to G92.3)")),
             51.0 | 68.0..69.0 => return Err(unsupported(line, "turned or scaled coordinates (G51, G68)")),
+            10.0 if words.get(b'P').is_some() && words.position().iter().flatten().any(|&by| by != 0.0) => {
+                return Err(unsupported(line, "an offset of a tool (G10 P)"));
+            }
+            60.0 => {
+                self.has_place = true;
+                self.pass_over(code, line);
+            }
+            61.0 if self.has_place => return Err(unsupported(line, "a move to a place that was kept (G61 after G60)")),
             10.0 if words.get(b'L').is_some() => return Err(unsupported(line, "coordinates set by a table (G10 L)")),
             20.0 => self.unit = 25.4,
             21.0 => self.unit = 1.0,
@@ -221,10 +236,15 @@ impl Machine {
             _ if words.position().iter().any(Option::is_some) => {
                 return Err(unsupported(line, &format!("a move by G{code}")));
             }
-            _ if self.passed_over.iter().any(|&(passed, _)| passed == code) => {}
-            _ => self.passed_over.push((code, line)),
+            _ => self.pass_over(code, line),
         }
         Ok(())
+    }
+
+    fn pass_over(&mut self, code: f64, line: u64) {
+        if !self.passed_over.iter().any(|&(passed, _)| passed == code) {
+            self.passed_over.push((code, line));
+        }
     }
 
     fn extrude(&mut self, mode: Mode) {
@@ -315,25 +335,26 @@ impl Machine {
             return Err(unsupported(line, "the turns of an arc (P)"));
         }
         self.at = to;
-        let chords = if motion < 2 {
-            vec![to]
+        let (chords, beside) = if motion < 2 {
+            (vec![to], 0.0)
         } else {
             let turns = if motion == 3 { 1.0 } else { -1.0 } * turns.unwrap_or(1.0);
-            let (chords, beside) = arc(line, from, to, turns, words, self.unit)?;
-            self.beside = self.beside.max(beside);
-            chords
+            arc(line, from, to, turns, words, self.unit)?
         };
         let mut last = from;
         for corner in chords {
-            if pushed > 0.0 {
-                self.deposits.add(last, corner)?;
-            }
-            if motion > 0 {
-                self.feeds.add(last, corner)?;
+            for strokes in self.strokes_of(motion, pushed) {
+                strokes.add(last, corner, beside)?;
             }
             last = corner;
         }
         Ok(())
+    }
+
+    /// The strokes that a motion is part of.
+    fn strokes_of(&mut self, motion: u32, pushed: f64) -> impl Iterator<Item = &mut Strokes> {
+        let deposits = (pushed > 0.0).then_some(&mut self.deposits);
+        deposits.into_iter().chain((motion > 0).then_some(&mut self.feeds))
     }
 
     fn finish(self) -> Result<Toolpath> {
@@ -357,11 +378,11 @@ impl Machine {
             if !self.feeds.done.is_empty() {
                 notices.push(Notice::new("no-extrusion", "the G-code deposits nothing: all feed moves were read"));
             }
-            self.feeds.done
+            self.feeds
         } else {
-            self.deposits.done
+            self.deposits
         };
-        Toolpath { strokes, beside: Length::mm(self.beside), notices }.with_strokes("the G-code")
+        Toolpath { strokes: strokes.done, beside: Length::mm(strokes.beside), notices }.with_strokes("the G-code")
     }
 }
 
@@ -386,9 +407,40 @@ mod tests {
     }
 
     #[test]
+    fn a_state_that_is_taken_back_leaves_the_path_where_it_was() {
+        let pause = "G90\nM82\nG1 X0 Y0 Z0.2\nG1 X10 E1\nSAVE_GCODE_STATE NAME=p\nG91\nG1 Z5\nG1 X3 E-2\n";
+        let row = vec![vec![[0.0, 0.0, 0.2], [10.0, 0.0, 0.2], [30.0, 0.0, 0.2]]];
+        assert_eq!(path(&format!("{pause}RESTORE_GCODE_STATE NAME=p MOVE=1\nG1 X30 E2\n")).strokes, row);
+        // Without a move the nozzle stays, and goes on from there.
+        let stays = path(&format!("{pause}RESTORE_GCODE_STATE NAME=p\nG1 X30 E2\n"));
+        assert_eq!(stays.strokes[1], [[13.0, 0.0, 5.2], [30.0, 0.0, 5.2]]);
+        for text in [
+            "G1 X1 E1\nRESTORE_GCODE_STATE NAME=p\n",
+            "M120\nG91\nM121\nG1 X1 E1\n",
+            "M206 X5\nG1 X1 E1\n",
+            "M218 T1 X20\nG1 X1 E1\n",
+            "G10 P1 X20\nG1 X1 E1\n",
+            "G60\nG1 X1 E1\nG61 X\n",
+        ] {
+            assert!(matches!(read(text.as_bytes()), Err(Error::Unsupported { .. })), "{text}");
+        }
+        assert_eq!(path("M120\nG1 X1 E1\nM121\nG10 P1 S200\nG61\nG1 X2 E2\n").strokes.len(), 1);
+        for bytes in [&b"GCDE\x01\0\0\0"[..], b"PK\x03\x04"] {
+            assert!(read(bytes).unwrap_err().to_string().contains("for the text of G-code"));
+        }
+    }
+
+    #[test]
+    fn arcs_that_deposit_nothing_do_not_blur_what_is_deposited() {
+        let lift = path("G1 X0 Y0 Z0.2\nG1 X10 E1\nG3 X10 Y0 Z0.6 I2 J0\nG1 Z0.2\nG1 X20 E2\n");
+        assert_eq!((lift.strokes.len(), lift.beside.as_mm()), (1, 0.0));
+        assert!(path("G1 X0 Y0\nG2 X2 Y0 I1 J0 E1\n").beside.as_mm() > 0.0);
+    }
+
+    #[test]
     fn only_what_deposits_is_a_stroke() {
         let p = path(
-            "M82\nG28\nG92 E0\nG1 Z0.2\nG1 X10 Y0 E0\nN5 g1x20 e1.5*71\nG1 Y10 E2 ; on\nG1 E1\nG0 X0\nG1 E2\nG1 X5 E2.5\nX6 E3\n",
+            "M82\nG28\nG92 E0\nG1 Z0.2\nG1 X10 Y0 E0\nN5 g1x20 e1.5*24\nG1 Y10 E2 ; on\nG1 E1\nG0 X0\nG1 E2\nG1 X5 E2.5\nX6 E3\n",
         );
         assert_eq!(
             p.strokes,

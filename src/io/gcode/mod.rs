@@ -3,7 +3,9 @@
 mod arc;
 mod faults;
 mod firmware;
+mod kept;
 mod machine;
+mod strokes;
 mod words;
 
 use faults::{damaged, unsupported};
