@@ -1,8 +1,8 @@
 //! Obstacles, reach and overlap volumes: `cargo bench --bench access`.
 
 use amcheck::access::{
-    Inflation, Sense, Setup, Stack, Tool, Trio, about, fibonacci, lattice_directions, line_of_sight, overlap_counts,
-    overlap_counts_by_transform, patches, reach,
+    Inflation, Sense, Setup, Stack, Tool, Touching, Trio, about, fibonacci, lattice_directions, line_of_sight,
+    overlap_counts, overlap_counts_by_transform, patches, reach,
 };
 use amcheck::convolution::Descent;
 use amcheck::geometry::{InsideRule, MeshDistance, Primitive, TriangleMesh};
@@ -151,5 +151,7 @@ fn reach_from_26_directions(bencher: Bencher, samples: usize) {
     let list: Vec<&Setup> = setups.iter().collect();
     let (surface, view) = (patches(&mesh, 2.0 * h.as_mm(), |_| true), MeshDistance::new(&mesh));
     let tools = [tool("end-mill-6")];
-    bencher.bench(|| reach(black_box(&surface), &tools, &list, 3.5 * h.as_mm(), &view, |_| false));
+    bencher.bench(|| {
+        reach(black_box(&surface), &tools, &list, (Touching::WithinStandOff, 3.5 * h.as_mm()), &view, |_| false)
+    });
 }

@@ -56,6 +56,9 @@ pub enum ToolFault {
     /// Its surface has a boundary.
     #[error("its mesh is open at {edges} edges")]
     OpenMesh { edges: u64 },
+    /// A point that is meant to touch lies inside the tool or beside it.
+    #[error("its sharp point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]
+    SharpOffSurface { name: String, at_mm: [f64; 3], off_mm: f64 },
     /// It is to come from nowhere.
     #[error("no direction is listed for it")]
     NoDirections,
@@ -72,6 +75,9 @@ impl ToolFault {
             ToolFault::HolderInsideCutter { .. } => "list the pieces from the tip upwards: cutter, neck, holder",
             ToolFault::LargerThanPart { .. } => "choose a tool no wider than the part, or check the unit of its sizes",
             ToolFault::OpenMesh { .. } => "close the holes of the tool's mesh, or export a closed solid",
+            ToolFault::SharpOffSurface { .. } => {
+                "a mesh touches with its tip, at its file's origin, +z to the hand: move it there, or describe it in a TOML file with [[sharp]] points on its surface"
+            }
             ToolFault::NoDirections => "list at least one direction, within the tilt that is allowed",
             ToolFault::NoFaces => {
                 "name faces that are there: directions and boxes are those of the file, in millimetres"

@@ -1,5 +1,7 @@
 //! The outline of a coaxial tool: its radius over the height above the tip.
 
+use crate::geometry::vector::Vec3;
+
 /// What a piece of a tool may do to the part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
@@ -230,6 +232,16 @@ impl Meridian {
         }
         Some(found)
     }
+}
+
+/// Nearly level counts as level, since coordinates are rounded.
+pub(super) fn lies_flat(normal: Vec3) -> bool {
+    normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3
+}
+
+/// The horizontal length of a normal, and its rise. Nearly level or upright counts as both, since coordinates are rounded.
+pub(super) fn level_and_rise(normal: Vec3) -> [f64; 2] {
+    [normal[0].hypot(normal[1]), normal[2]].map(|c| if c.abs() < 1e-3 { 0.0 } else { c })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! A tool T at rotation R and translation t is *free* if vol(X ∩ (R·T + t)) = 0: touching is no collision. What is said of
 //! a pose is certified by the part's inner and outer cubes; what is said of a place holds for the directions listed.
 
+mod clearance;
 mod direction;
 mod disc;
 mod flat_end;
@@ -22,6 +23,7 @@ mod stack;
 mod station;
 mod surface;
 mod tool;
+mod touch;
 mod turn;
 mod unreachable;
 mod up;
@@ -37,7 +39,7 @@ pub use pose::{
     super_fibonacci, within_tilt,
 };
 pub use question::{Footing, Liquid, Question, self_holding, support_angle};
-pub use reach::{Reach, Standing, State, reach, strike};
+pub use reach::{Reach, Standing, State, Touching, reach, strike};
 pub use removal::{Columns, Keeper, Removal, Stuck, remove};
 pub use setup::Setup;
 pub use sight::{grain_reach, line_of_sight};
@@ -45,5 +47,6 @@ pub use stack::{Run, Sense, Stack};
 pub use station::{Stand, Station};
 pub use surface::{Patch, patches};
 pub use tool::{Basis, Body, SharpPoint, Tool};
+pub use touch::drawn_back;
 pub use turn::{Turn, flattest, least_hanging};
 pub use up::{Up, up_option};

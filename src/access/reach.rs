@@ -1,18 +1,17 @@
 //! What of a surface the tools of a list can touch from the directions of a list.
 
+use super::clearance::InTheWay;
 use super::meridian::Meridian;
 use super::setup::Setup;
 use super::station::{Stand, Station};
 use super::surface::Patch;
 use super::tool::Tool;
+use super::touch::walls_near;
 use super::unreachable::unreachable;
 use crate::error::{Error, Result, ToolFault};
 use crate::geometry::MeshDistance;
 use crate::geometry::vector::{Vec3, add, dot, unit};
 use rayon::prelude::*;
-
-/// Facets whose normals have a lower cosine are of two walls.
-const ACROSS: f64 = 0.9;
 
 /// A tool and a direction of the lists, by which a patch is reached or nearly reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,11 +22,22 @@ pub struct Standing {
     pub tip: Vec3,
 }
 
+/// How a coaxial tool has to come to a patch to reach it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Touching {
+    /// It touches its middle and its corners from poses where all of it, thinner by its slack, keeps clear of every facet: dear for large tools on large meshes.
+    Exactly,
+    /// It comes within the stand-off of its middle, free, with nothing in between.
+    WithinStandOff,
+}
+
 /// What is known of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
-    /// The cutter, free of the part, comes within the stand-off of its middle with nothing in between.
-    Reached { by: Standing, distance: f64 },
+    /// A tool comes to it as is asked; one of any shape within the stand-off.
+    Reached(Standing),
+    /// A coaxial tool comes within the stand-off, and none was found to touch all of it as is asked.
+    Near(Standing),
     /// No listed tool touches any point of it from any listed direction.
     Unreachable,
     /// The spacing does not tell.
@@ -56,8 +66,8 @@ impl Reach {
 
 /// What tools can touch of patches of a part's surface.
 ///
-/// Reached is meant with a stand-off, since a contact itself is never certain on a lattice: poses are certified free of every
-/// cube that the part touches. Unreachable is exact about contact: for a convex cutter the tips that touch a plane are known,
+/// A coaxial tool comes to a patch as `touching` asks, one of any shape within the stand-off, since a contact is never certain on a lattice: poses
+/// there are certified free of every cube that the part touches. Unreachable is exact about contact: for a convex cutter the tips that touch a plane are known,
 /// and a patch is unreachable if at all of them the tool overlaps cubes that lie wholly in the part, in every setup. Patches that
 /// are `shut_off`, on the walls of a void that is closed all round, are unreachable for that, and only how far the tools stop short of them is asked.
 ///
@@ -70,7 +80,7 @@ pub fn reach(
     patches: &[Patch],
     tools: &[Tool],
     setups: &[&Setup],
-    stand_off: f64,
+    (touching, stand_off): (Touching, f64),
     view: &MeshDistance,
     shut_off: impl Fn(&Patch) -> bool,
 ) -> Result<Reach> {
@@ -95,23 +105,35 @@ pub fn reach(
             for station in Station::all(tool, setups[0], setup) {
                 let station = station?;
                 let axis = station.axis();
-                let stands: Vec<(usize, Option<Stand>)> = open
-                    .par_iter()
-                    .map(|&p| {
-                        (
-                            p,
-                            may_touch(tool, &patches[p], axis)
-                                .then(|| station.stand(&patches[p], stand_off, view))
-                                .flatten(),
-                        )
+                let by = |tip| Standing { tool: t, setup: s, tip };
+                let known = &found.states;
+                let look = |before: &mut InTheWay, &p: &usize| -> (usize, State) {
+                    let (patch, so_far) = (&patches[p], known[p]);
+                    if !may_touch(tool, patch, axis) {
+                        return (p, so_far);
+                    }
+                    let exactly = touching == Touching::Exactly && tool.meridian().is_some();
+                    let drawn_out = exactly && tool.meridian().is_some_and(Meridian::widens_upwards);
+                    let contact = if drawn_out { station.touches(patch, None, view, before) } else { None };
+                    if let Some(tip) = contact {
+                        return (p, State::Reached(by(tip)));
+                    }
+                    if drawn_out && so_far != State::Open {
+                        return (p, so_far);
+                    }
+                    let Some(Stand { tip, .. }) = station.stand(patch, stand_off, view) else { return (p, so_far) };
+                    let touches = !exactly || !drawn_out && station.touches(patch, Some(tip), view, before).is_some();
+                    (p, if touches { State::Reached(by(tip)) } else { State::Near(by(tip)) })
+                };
+                let looked: Vec<(usize, State)> = open
+                    .par_chunks(256)
+                    .flat_map_iter(|some| {
+                        let mut before = InTheWay::default();
+                        some.iter().map(|p| look(&mut before, p)).collect::<Vec<_>>()
                     })
                     .collect();
-                for &(p, stand) in &stands {
-                    if let Some(Stand { distance, tip }) = stand {
-                        found.states[p] = State::Reached { by: Standing { tool: t, setup: s, tip }, distance };
-                    }
-                }
-                open = stands.into_iter().filter(|(_, s)| s.is_none()).map(|(p, _)| p).collect();
+                looked.iter().for_each(|&(p, state)| found.states[p] = state);
+                open.retain(|&p| !matches!(found.states[p], State::Reached(_)));
                 stations.push((t, s, station));
             }
         }
@@ -174,15 +196,12 @@ fn nearest_beside(
     missed.iter().zip(best).for_each(|(&p, beside)| found.beside[p] = beside);
 }
 
-/// The normals of the two walls nearest to a patch, within a distance, and the way off both: of facets that are not of its plane.
+/// The normals of the two walls nearest to a patch, and the way off both.
 fn walls_beside(patch: &Patch, view: &MeshDistance, within: f64) -> Vec<Vec3> {
-    let is_other = |f: u32, n: Vec3| dot(view.normal(f), n) < ACROSS;
-    let first = view.nearest_where(patch.at, within, |f, _| is_other(f, patch.normal)).map(|n| view.normal(n.facet));
-    let Some(first) = first else { return Vec::new() };
-    let second = view.nearest_where(patch.at, within, |f, _| is_other(f, patch.normal) && is_other(f, first));
-    match second.map(|n| view.normal(n.facet)) {
-        Some(second) => vec![first, second, unit(add(first, second))],
-        None => vec![first],
+    match walls_near(patch, view, within)[..] {
+        [(first, _), (second, _), ..] => vec![first, second, unit(add(first, second))],
+        [(first, _)] => vec![first],
+        [] => Vec::new(),
     }
 }
 
@@ -241,7 +260,9 @@ mod tests {
             let setups: Vec<Setup> = directions.iter().map(cast).collect();
             let patches = patches(mesh, 0.5, |_| true);
             let list: Vec<&Setup> = setups.iter().collect();
-            let reach = reach(&patches, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh), |_| false).unwrap();
+            let reach =
+                reach(&patches, &[tool], &list, (Touching::Exactly, STAND_OFF), &MeshDistance::new(mesh), |_| false)
+                    .unwrap();
             Judged { patches, reach }
         }
 
@@ -250,9 +271,9 @@ mod tests {
             let mut areas = [0.0; 3];
             for (p, state) in self.patches.iter().zip(&self.reach.states).filter(|(p, _)| wanted(p)) {
                 areas[match state {
-                    State::Reached { .. } => 0,
+                    State::Reached(_) => 0,
                     State::Unreachable => 1,
-                    State::Open => 2,
+                    State::Open | State::Near(_) => 2,
                 }] += p.area;
             }
             areas
@@ -349,7 +370,7 @@ mod tests {
         let [reached, never, _] = side.areas(|p| middle(p) && walls(p));
         assert!(never == 0.0 && reached > 5.0, "{reached} {never}");
         let stand = side.patches.iter().zip(&side.reach.states).find(|(p, _)| middle(p) && walls(p));
-        let Some((_, State::Reached { by, .. })) = stand else { panic!("{stand:?}") };
+        let Some((_, State::Reached(by))) = stand else { panic!("{stand:?}") };
         assert_eq!(all[by.setup], [1.0, 0.0, 0.0]);
     }
 
@@ -368,7 +389,7 @@ mod tests {
     fn directions_and_sizes_that_make_no_sense_are_errors() {
         let mesh = cup();
         let view = MeshDistance::new(&mesh);
-        let none = reach(&[], &[pin(3.0, 6.0)], &[], STAND_OFF, &view, |_| false).unwrap_err();
+        let none = reach(&[], &[pin(3.0, 6.0)], &[], (Touching::Exactly, STAND_OFF), &view, |_| false).unwrap_err();
         assert!(matches!(none, Error::Tool { fault: ToolFault::NoDirections, .. }));
     }
 
@@ -388,11 +409,12 @@ mod tests {
         let (list, surface): (Vec<&Setup>, _) = (setups.iter().collect(), patches(&mesh, 0.5, |_| true));
         let (tools, view) = ([pin(1.0, 20.0)], MeshDistance::new(&mesh));
         let on_top = |p: &Patch| p.at[2] > 1.99;
-        let [plain, told] = [false, true]
-            .map(|asked| reach(&surface, &tools, &list, STAND_OFF, &view, |p| asked && on_top(p)).unwrap());
+        let [plain, told] = [false, true].map(|asked| {
+            reach(&surface, &tools, &list, (Touching::Exactly, STAND_OFF), &view, |p| asked && on_top(p)).unwrap()
+        });
         for (p, patch) in surface.iter().enumerate() {
             if on_top(patch) {
-                assert!(matches!(plain.states[p], State::Reached { .. }), "{patch:?}");
+                assert!(matches!(plain.states[p], State::Reached(_)), "{patch:?}");
                 assert!(told.states[p] == State::Unreachable && told.short[p].is_some(), "{patch:?}");
             } else {
                 assert_eq!((told.states[p], told.short[p]), (plain.states[p], plain.short[p]));

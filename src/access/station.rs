@@ -1,7 +1,7 @@
 //! One tool in one setup: where it cannot stand for certain, and how it comes to a point of the surface.
 
 use super::flat_end::Covering;
-use super::meridian::{Meridian, Support};
+use super::meridian::{Meridian, Support, level_and_rise, lies_flat};
 use super::pose::{Rotation, Turns, product, quarter_turns, transposed};
 use super::rise::Rise;
 use super::setup::Setup;
@@ -29,6 +29,8 @@ pub struct Station<'a> {
     posed: Option<Arc<Sides>>,
     /// Radii and heights at the ends of the pieces of a coaxial cutter that is not convex: corners that touch too.
     corners: Vec<[f64; 2]>,
+    /// A coaxial tool, thinner by what is not in its way.
+    thin: Option<Meridian>,
     /// Samples at which the tool is not known to be free of the part.
     hit: Indicator,
     /// Samples with a free one at most [`NEAR`] samples away along each axis.
@@ -91,7 +93,8 @@ impl<'a> Station<'a> {
             tool.meridian().filter(|m| !m.cutter_is_convex()).map(Meridian::cutter_corners).unwrap_or_default();
         let near = StructuringElement::cuboid([2 * NEAR + 1; 3], spacing)?;
         let near_free = dilate(&hit.complement(), &near)?.set.placed([NEAR as isize; 3], *hit.grid())?;
-        Ok(Station { tool, frame: setup.frame, turn, posed, corners, hit, near_free })
+        let thin = tool.meridian().map(|m| m.thinner(m.slack()));
+        Ok(Station { tool, frame: setup.frame, turn, posed, corners, thin, hit, near_free })
     }
 
     /// The same station with more in the way.
@@ -100,7 +103,8 @@ impl<'a> Station<'a> {
     /// [`crate::Error::Operand`] if the grids differ.
     pub fn with_more(&self, hit: &Indicator) -> Result<Self> {
         let (hit, near_free) = (self.hit.union(hit)?, self.near_free.clone());
-        Ok(Station { hit, near_free, posed: self.posed.clone(), corners: self.corners.clone(), ..*self })
+        let (posed, corners, thin) = (self.posed.clone(), self.corners.clone(), self.thin.clone());
+        Ok(Station { hit, near_free, posed, corners, thin, ..*self })
     }
 
     /// Tips, on the grid of [`Station::hit`], at which the tool overlaps cubes of a set in its setup.
@@ -129,6 +133,16 @@ impl<'a> Station<'a> {
     /// Tips at which the tool is not known to be free.
     pub fn hit(&self) -> &Indicator {
         &self.hit
+    }
+
+    /// Rows of the matrix from the frame of the part to that of the station.
+    pub(super) fn frame(&self) -> &Rotation {
+        &self.frame
+    }
+
+    /// A coaxial tool, thinner by its slack.
+    pub(super) fn thin(&self) -> Option<&Meridian> {
+        self.thin.as_ref()
     }
 
     /// The tool.
@@ -341,20 +355,15 @@ impl<'a> Station<'a> {
     }
 }
 
-/// Nearly level counts as level, since coordinates are rounded.
-fn lies_flat(normal: Vec3) -> bool {
-    normal[2] > 0.0 && normal[0].hypot(normal[1]) < 1e-3
-}
-
 /// Points of a coaxial cutter by which it touches a plane; the named ones only, where points are named.
 fn coaxial_contacts(m: &Meridian, tool: &Tool, corners: &[[f64; 2]], normal: Vec3) -> Vec<Vec3> {
-    let level = normal[0].hypot(normal[1]);
-    let outwards = if level > 1e-9 { [-normal[0] / level, -normal[1] / level] } else { [1.0, 0.0] };
+    let [level, rise] = level_and_rise(normal);
+    let outwards = if level > 0.0 { [-normal[0] / level, -normal[1] / level] } else { [1.0, 0.0] };
     let ring = |r: f64, z: f64| [outwards[0] * r, outwards[1] * r, z];
     if !tool.sharp.is_empty() {
         return tool.sharp.iter().map(|s| ring(s.at_mm[0].hypot(s.at_mm[1]), s.at_mm[2])).collect();
     }
-    let Some(s) = m.support(level, normal[2]) else { return Vec::new() };
+    let Some(s) = m.support(level, rise) else { return Vec::new() };
     let mut list = vec![ring(s.radius, s.height)];
     if s.flat > 0.0 {
         list.push([0.0, 0.0, s.height]);
@@ -422,8 +431,14 @@ mod tests {
     fn what_is_passed_over_is_nowhere_free() {
         with_stations(|station, surface, view| {
             let all = Indicator::empty(*station.hit.grid()).complement();
-            let plain =
-                Station { hit: station.hit.clone(), near_free: all, posed: None, corners: Vec::new(), ..*station };
+            let plain = Station {
+                hit: station.hit.clone(),
+                near_free: all,
+                posed: None,
+                corners: Vec::new(),
+                thin: None,
+                ..*station
+            };
             let (grid, mut found) = (station.hit.grid(), [0; 2]);
             for patch in surface {
                 let stand_off = 2.0 * 3f64.sqrt() * grid.h();
@@ -475,7 +490,7 @@ mod tests {
         let cast =
             |d: Vec3| Setup::cast(&mesh, InsideRule::Crossings, d, Length::mm(1.0), Length::mm(2.0)).expect("a cast");
         let first = cast([1.0, 0.0, 0.0]);
-        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [0.0; 3] }];
+        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [0.0, 0.0, -3.0] }];
         let tool = Tool::from_mesh("block", mesh.clone(), tip).unwrap();
         for rotation in super_fibonacci(6) {
             let mut setup = cast([0, 1, 2].map(|r| rotation[r][2]));
@@ -498,7 +513,7 @@ mod tests {
             [("box:14x6x2mm", [0.0, 0.0, -4.0]), ("box:3x6x8mm", [5.5, 0.0, 0.0]), ("box:3x2x8mm", [-5.5, 0.0, 0.0])];
         let mesh = part.into_iter().fold(TriangleMesh::default(), |all, (text, at)| all.joined(&solid(text, at)));
         let hook = solid("box:1.5x2x9mm", [0.0, 0.0, 4.5]).joined(&solid("box:3x1x1.5mm", [2.0, 0.2, 1.0]));
-        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [3.2, 0.0, 1.0] }];
+        let tip = vec![SharpPoint { name: "tip".into(), at_mm: [3.5, 0.0, 1.0] }];
         let tool = Tool::from_mesh("hook", hook, tip).unwrap();
         let view = MeshDistance::new(&mesh);
         let h = Length::mm(0.6);
@@ -527,6 +542,7 @@ mod tests {
                 near_free: station.near_free.clone(),
                 posed: station.posed.clone(),
                 corners: vec![],
+                thin: None,
                 ..station
             };
             for patch in &list {

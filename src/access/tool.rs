@@ -3,7 +3,7 @@
 use super::meridian::{Meridian, Outline, Piece, Role, Support};
 use crate::error::{Error, Place, Result, ToolFault, escaped, printable};
 use crate::geometry::vector::Vec3;
-use crate::geometry::{Health, TriangleMesh, revolved};
+use crate::geometry::{Health, MeshDistance, TriangleMesh, revolved};
 use crate::process::ToolChoice;
 use serde::Deserialize;
 
@@ -27,6 +27,9 @@ pub struct SharpPoint {
     /// In the frame of the tool: tip at the origin, axis +z.
     pub at_mm: Vec3,
 }
+
+/// A sharp point that is further off the surface than this share of the tool's longest side touches nothing: coordinates are rounded by less.
+const OFF_SURFACE: f64 = 1e-3;
 
 /// The shape of a tool.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,7 +134,7 @@ impl Tool {
     /// A tool of any shape, from its mesh in its own frame (tip at the origin, axis +z) and the points that are meant to touch.
     ///
     /// # Errors
-    /// [`Error::Tool`] for an open mesh, or without any sharp point: then it has no cutter.
+    /// [`Error::Tool`] for an open mesh, without any sharp point, as it has no cutter then, and for one that is not on the surface.
     pub fn from_mesh(name: &str, mesh: TriangleMesh, sharp: Vec<SharpPoint>) -> Result<Self> {
         let health = Health::of(&mesh);
         let fault = |fault| Error::Tool { tool: printable(name), fault };
@@ -140,6 +143,14 @@ impl Tool {
         }
         if sharp.is_empty() {
             return Err(fault(ToolFault::NoCutter));
+        }
+        let surface = MeshDistance::new(&mesh);
+        let longest = mesh.bounds().map_or(0.0, |(lo, hi)| (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max));
+        for SharpPoint { name, at_mm } in &sharp {
+            let off_mm = surface.nearest(*at_mm, f64::INFINITY).map_or(f64::INFINITY, |n| n.distance);
+            if off_mm > OFF_SURFACE * longest {
+                return Err(fault(ToolFault::SharpOffSurface { name: printable(name), at_mm: *at_mm, off_mm }));
+            }
         }
         let body = Body::Solid(health.outward(&mesh).into_owned());
         let source = "mesh file".to_string();
@@ -372,12 +383,19 @@ mod tests {
         let sharp = || vec![SharpPoint { name: "tip".into(), at_mm: [0.0; 3] }];
         let mut open = cube.clone();
         open.triangles.pop();
-        let faults = [Tool::from_mesh("hook", open, sharp()), Tool::from_mesh("hook", cube, Vec::new())];
+        let faults = [
+            Tool::from_mesh("hook", open, sharp()),
+            Tool::from_mesh("hook", cube.clone(), Vec::new()),
+            Tool::from_mesh("hook", cube, sharp()),
+        ];
         let faults = faults.map(|t| match t {
             Err(Error::Tool { fault, .. }) => fault,
             other => panic!("{other:?}"),
         });
-        assert!(matches!(faults, [ToolFault::OpenMesh { edges: 3 }, ToolFault::NoCutter]), "{faults:?}");
+        let [open, blunt, off] = faults;
+        assert!(matches!((open, blunt), (ToolFault::OpenMesh { edges: 3 }, ToolFault::NoCutter)));
+        // The middle of the cube.
+        assert!(matches!(off, ToolFault::SharpOffSurface { off_mm, .. } if (off_mm - 1.0).abs() < 1e-9));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! All tips at which a tool touches a patch lie in a few [`Tips`]; where the tool overlaps the part for certain in every cell
 //! that they meet, it cannot touch the patch. Whether a tool can get there is another question, and not asked.
 
-use super::meridian::Meridian;
+use super::meridian::{Meridian, level_and_rise};
 use super::setup::Setup;
 use super::stack::{Sense, Stack};
 use super::station::Station;
@@ -169,9 +169,7 @@ impl Tips {
 impl Meridian {
     /// The tips at which a convex cutter touches a plane of this normal within `slack` of a point.
     fn support_of(&self, at: Vec3, normal: Vec3, slack: f64) -> Option<Tips> {
-        let level = normal[0].hypot(normal[1]);
-        // Nearly level or upright counts as both, since coordinates are rounded.
-        let [level, rise] = [level, normal[2]].map(|c| if c.abs() < 1e-3 { 0.0 } else { c });
+        let [level, rise] = level_and_rise(normal);
         let s = self.support(level, rise)?;
         let slack = slack + s.radius * 2e-3;
         if s.flat > 0.0 {
@@ -189,7 +187,7 @@ impl Meridian {
 #[cfg(test)]
 mod tests {
     use super::super::pose::{Rotation, axis_directions, axis_rotations, lattice_directions};
-    use super::super::reach::{State, reach};
+    use super::super::reach::{State, Touching, reach};
     use super::super::surface::patches;
     use super::super::tool::SharpPoint;
     use super::*;
@@ -232,13 +230,15 @@ mod tests {
         let setups: Vec<Setup> = up.iter().map(cast).collect();
         let surface = patches(mesh, 0.5, |_| true);
         let list: Vec<&Setup> = setups.iter().collect();
-        let found = reach(&surface, &[tool], &list, STAND_OFF, &MeshDistance::new(mesh), |_| false).unwrap();
+        let found =
+            reach(&surface, &[tool], &list, (Touching::Exactly, STAND_OFF), &MeshDistance::new(mesh), |_| false)
+                .unwrap();
         let (mut areas, mut never) = ([0.0; 3], Vec::new());
         for (p, state) in surface.iter().zip(&found.states).filter(|(p, _)| wanted(p)) {
             let kind = match state {
-                State::Reached { .. } => 0,
+                State::Reached(_) => 0,
                 State::Unreachable => 1,
-                State::Open => 2,
+                State::Open | State::Near(_) => 2,
             };
             areas[kind] += p.area;
             if kind == 1 {

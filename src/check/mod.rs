@@ -42,6 +42,7 @@ mod mend;
 mod mesh;
 mod mouth;
 mod narrow_gap;
+mod obstructed;
 mod offset;
 mod overhang;
 mod place;

@@ -79,8 +79,9 @@ impl Check for SupportAccess {
         measured.findings = findings.collect();
         measured.findings.sort_by(|a, b| b.value.total_cmp(&a.value).then_with(|| Finding::worst_first(a, b)));
         let stays = sum(judged.kept().keys().map(|&c| judged.volumes[c as usize]));
-        let at = measured.findings.first().map(|f| part.to_build(f.at_mm));
-        measured.worst = Some(Worst { bracket: stays, unit: "mm3", at });
+        let largest = |f: &Finding| (Bracket::new(f.value, f.low, f.high), Some(part.to_build(f.at_mm)));
+        let (bracket, at) = measured.findings.first().map_or((Bracket::exact(0.0), None), largest);
+        measured.worst = Some(Worst { bracket, unit: "mm3", at });
         judged.gather(&mut measured.findings);
         if !removal.remaining.is_empty() {
             measured.shapes.push(ShapeShown {
@@ -202,7 +203,7 @@ impl Judged<'_> {
         f
     }
 
-    /// Gathers what is beyond the number of separate findings in the last one.
+    /// Gathers what is beyond the number of separate findings in the last one, which is judged by the largest of it.
     fn gather(&self, findings: &mut Vec<Finding>) {
         if findings.len() <= MOST_FINDINGS {
             return;
@@ -220,7 +221,6 @@ impl Judged<'_> {
         }) else {
             return;
         };
-        (f.value, f.low, f.high) = (bracket.value, bracket.low, bracket.high);
         f.volume_mm3 = Some(bracket.value);
         f.kind = "stay".into();
         f.message = format!("{} more supports, {} mm³ in all, stay", f.count, short(round(bracket.value)));

@@ -5,14 +5,13 @@ use super::finding::{Basis, Bracket, Finding, Limits, Sense, Witness};
 use super::place::{locate, reported};
 use super::powder::{Powder, area, between};
 use super::tooling::{Tooling, direction_in_file, round};
-use super::untouched::{Region, gathered, regions};
-use crate::access::{Patch, Reach, Setup, State, patches, reach, strike};
+use super::untouched::{Pieces, Region, area_of, gathered, pieces};
+use crate::access::{Patch, Reach, Setup, State, Tool, Touching, patches, reach};
 use crate::error::{Error, Result, ToolFault};
 use crate::field::Field;
 use crate::geometry::TriangleMesh;
-use crate::geometry::triangle::closest_on_segments;
-use crate::geometry::vector::{Vec3, bounds, distance};
-use crate::medial::reflex::{ReflexEdge, reflex_edges};
+use crate::geometry::vector::{Vec3, bounds};
+use crate::notice::number_of;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -33,12 +32,13 @@ static META: Meta = Meta {
     why: "What no tool reaches cannot be blasted, deburred, machined, tapped or measured, and powder on it stays.",
     how: "The part is turned so that a tool comes from above and cast; a coaxial tool, exact, is laid over the cubes slice by slice. \
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
-          it the tool overlaps cubes that lie wholly in the part; it is reached if, free of all cubes that the part touches, the \
-          cutter comes within 2·√3 spacings of its middle with nothing in between. Powder leaves the middle of a patch in a straight \
+          it the tool overlaps cubes that lie wholly in the part; it is reached by a tool that the user named if the cutter touches its middle and its corners from poses where \
+          no facet reaches further into the tool than 0.05 mm, or a twentieth of a thin cutter's radius, which is exact, and by another if, free of all cubes that the part touches, the cutter comes within 2·√3 \
+          spacings of its middle with nothing in between. What is neither is in the upper bound. Powder leaves the middle of a patch in a straight \
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
-             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. What is reached within 2·√3 spacings may yet be too narrow to be touched, so the area's upper bound is that of what no tool comes so near to. Narrow places within about four spacings of a tool's width stay open: their area is given, and for tools that the user named they are undecided. A tool \
-             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only; \
+             --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. What a rounder corner than the cutter keeps it from, and narrow places within about four spacings of a tool's width, may stay open: their area is given, and for tools that the user named they are undecided. A tool \
+             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only, within 2·√3 spacings; \
              one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
              constraint for multi-axis machining, 2020; obstacles: L. Kavraki, Computation of configuration-space obstacles using \
@@ -47,10 +47,6 @@ static META: Meta = Meta {
 
 /// Unreachable pieces below this are only counted, in the worst value and the cover line, mm².
 const LEAST_AREA: f64 = 0.01;
-/// So many patches of a piece are asked what holds the tools off.
-const MOST_ASKED: usize = 128;
-/// What holds the tools off from less than this share of a piece is not told apart.
-const LEAST_SHARE: f64 = 0.2;
 /// Separate findings, worst first; what remains is gathered in one.
 const MOST_FINDINGS: usize = 4;
 
@@ -82,8 +78,10 @@ impl Check for ToolAccess {
         let setups: Vec<&Setup> = tooling.setups.iter().collect();
         // No tool gets into a void that is closed all round, however narrow.
         let shut_off = |p: &Patch| part.bounds_sealed_void(p.facet as usize);
-        let found = reach(&surface, &tooling.tools, &setups, tooling.stand_off, part.distance(), shut_off)?;
-        let regions = regions(&surface, &found, part, tooling.spacing)?;
+        // Tools that the user did not name make no part fail: what comes near is enough, and quick.
+        let touching = if process.tools.named { Touching::Exactly } else { Touching::WithinStandOff };
+        let found = reach(&surface, &tooling.tools, &setups, (touching, tooling.stand_off), part.distance(), shut_off)?;
+        let Pieces { regions, open } = pieces(&surface, &found, part, tooling.spacing)?;
         let powder = if process.powder_supports {
             let never: Vec<usize> = (0..surface.len()).filter(|&p| found.states[p] == State::Unreachable).collect();
             let hole = process.limit("trapped-volume").and_then(|l| l.fail.or(l.warn));
@@ -97,6 +95,7 @@ impl Check for ToolAccess {
             tooling: &tooling,
             surface: &surface,
             found: &found,
+            touching,
             powder: powder.as_ref(),
             limits,
             corners: OnceCell::new(),
@@ -108,69 +107,55 @@ impl Check for ToolAccess {
             shapes: judged.shape().into_iter().collect(),
             ..Measured::default()
         };
-        let area = regions.iter().map(|r| r.area).fold(0.0, f64::add);
-        let bracket = Bracket::new(area, area, area + judged.open_area());
-        let worst = regions.first().map(|r| surface[r.worst].at);
-        measured.worst = Some(Worst { bracket, unit: "mm2", at: worst });
+        let least = regions.first().map_or(0.0, |r| r.area);
+        let open_beside = regions.iter().map(|r| r.area + r.open);
+        let most = open_beside.chain(open.first().map(|o| area_of(&surface, o))).fold(0.0, f64::max);
+        let at = regions.first().map(|r| surface[r.worst].at);
+        measured.worst = Some(Worst { bracket: Bracket::new(least, least, most), unit: "mm2", at });
         let seen = regions.partition_point(|r| r.area >= LEAST_AREA).max(usize::from(!regions.is_empty()));
         let (own, rest) = regions[..seen].split_at(seen.min(MOST_FINDINGS));
-        measured.findings = own.iter().map(|r| judged.finding(r, "unreachable", 1)).collect();
-        if let Some(gathered) = gathered(rest) {
-            measured.findings.push(judged.finding(&gathered, "small-places", rest.len() as u64));
+        measured.findings = own
+            .iter()
+            .map(|r| judged.finding(r, Bracket::new(r.area, r.area, r.area + r.open), "unreachable", 1))
+            .collect();
+        if let (Some(all), Some(largest)) = (gathered(rest), rest.first()) {
+            let most = rest.iter().map(|r| r.area + r.open).fold(0.0, f64::max);
+            let bracket = Bracket::new(largest.area, largest.area, most);
+            measured.findings.push(judged.finding(&all, bracket, "small-places", rest.len() as u64));
         }
         if process.tools.named {
-            measured.findings.extend(judged.narrow());
+            measured.findings.extend(judged.narrow(&open));
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
 }
 
-/// An edge bent by this much and more is a corner, and none of a round wall, radians (30°).
-const CORNER: f64 = 0.52;
-
-/// How the tool that comes nearest to a patch is held off, in words.
-struct Obstructed {
-    /// `end-mill-6` and `+z`.
-    tool: String,
-    from: String,
-    stops: f64,
-    /// `, held off by its holder`.
-    by: String,
-    /// `open a way to this place, at least 28 mm wide and 5.4 mm deep from +z`, where it is known what strikes.
-    way: Option<String>,
-    /// The touching tip, and where it strikes, in the frame of the file.
-    points: Vec<Vec3>,
+/// Whether it is not known of a patch that it is touched, nor that it is not.
+fn is_open(state: &State) -> bool {
+    matches!(state, State::Open | State::Near(_))
 }
 
-struct Judged<'a> {
-    part: &'a Part,
-    context: &'a Context,
-    tooling: &'a Tooling<'a>,
-    surface: &'a [Patch],
-    found: &'a Reach,
-    powder: Option<&'a Powder>,
-    limits: Limits,
+pub(super) struct Judged<'a> {
+    pub(super) part: &'a Part,
+    pub(super) context: &'a Context,
+    pub(super) tooling: &'a Tooling<'a>,
+    pub(super) surface: &'a [Patch],
+    pub(super) found: &'a Reach,
+    pub(super) touching: Touching,
+    pub(super) powder: Option<&'a Powder>,
+    pub(super) limits: Limits,
     /// The part's concave edges.
-    corners: OnceCell<Vec<[Vec3; 2]>>,
+    pub(super) corners: OnceCell<Vec<[Vec3; 2]>>,
 }
 
 impl Judged<'_> {
-    /// Whether a patch lies so near to a concave edge.
-    fn is_in_corner(&self, p: usize, within: f64) -> bool {
-        let mesh = self.part.mesh();
-        let edges = || reflex_edges(mesh, CORNER, |f| self.part.bounds_solid(f));
-        let ends = |e: ReflexEdge| e.ends.map(|v| mesh.vertices[v as usize]);
-        let corners = self.corners.get_or_init(|| edges().into_iter().map(ends).collect());
-        let at = self.surface[p].at;
-        corners.iter().any(|edge| distance(closest_on_segments(*edge, [at; 2]).0, at) <= within)
-    }
-
     fn area_of(&self, wanted: impl Fn(&State) -> bool) -> f64 {
         self.surface.iter().zip(&self.found.states).filter(|(_, s)| wanted(s)).map(|(p, _)| p.area).fold(0.0, f64::add)
     }
 
+    /// What may be touched or not.
     fn open_area(&self) -> f64 {
-        self.area_of(|s| *s == State::Open)
+        self.area_of(is_open)
     }
 
     /// The surface that cannot be touched for certain, as a shape.
@@ -181,12 +166,27 @@ impl Judged<'_> {
         (!never.is_empty()).then(|| ShapeShown { name: "inaccessible", title, mesh: TriangleMesh::weld(never) })
     }
 
+    /// Whether all that is reached is touched, and not only come near to.
+    fn is_exact(&self) -> bool {
+        self.touching == Touching::Exactly && self.tooling.tools.iter().all(|t| t.meridian().is_some())
+    }
+
+    /// That so much is out of reach is certain; that no more is, only where the rest is touched exactly.
+    fn basis(&self, least: f64) -> Basis {
+        let breaks = self.limits.fail.or(self.limits.warn).is_some_and(|most| least > most);
+        if breaks || self.is_exact() { Basis::Certified } else { Basis::Estimated }
+    }
+
+    fn stand_off(&self) -> String {
+        short(round(self.tooling.stand_off))
+    }
+
     fn cover(&self) -> String {
         let all = self.area_of(|_| true);
         let share = |area: f64| format!("{:.1} %", 100.0 * area / all.max(1e-12));
         let mut by: BTreeMap<(usize, usize), f64> = BTreeMap::new();
         for (p, state) in self.surface.iter().zip(&self.found.states) {
-            if let State::Reached { by: s, .. } = state {
+            if let State::Reached(s) = state {
                 *by.entry((s.setup, s.tool)).or_default() += p.area;
             }
         }
@@ -202,11 +202,10 @@ impl Judged<'_> {
             .collect();
         let best = if best.is_empty() { String::new() } else { format!(": {} first", best.join(", ")) };
         let powder = self.powder.and_then(Powder::sentence).map_or(String::new(), |s| format!(" {s}"));
+        let within = if !self.is_exact() { format!(" within {} mm", self.stand_off()) } else { String::new() };
         format!(
-            "{} of the surface is reached within {} mm{best}; {} cannot be touched and {} is too narrow to tell, by {}, and for \
-             these only.{powder}",
-            share(self.area_of(|s| matches!(s, State::Reached { .. }))),
-            short(round(self.tooling.stand_off)),
+            "{} of the surface is reached{within}{best}; {} cannot be touched and {} may or may not be, by {}, and for these only.{powder}",
+            share(self.area_of(|s| matches!(s, State::Reached(_)))),
             share(self.area_of(|s| *s == State::Unreachable)),
             share(self.open_area()),
             self.tooling.described(),
@@ -221,7 +220,7 @@ impl Judged<'_> {
         let mut longest = self.tooling.stand_off;
         for (p, patch) in self.surface.iter().enumerate() {
             let value = match (&self.found.states[p], self.found.stops(p)) {
-                (State::Reached { .. }, _) => 0.0,
+                (State::Reached(_), _) => 0.0,
                 (_, Some((short, _))) => short,
                 (_, None) => continue,
             };
@@ -245,27 +244,40 @@ impl Judged<'_> {
         }))
     }
 
-    /// The surface of which the tools' lattice does not tell whether they reach it, where that is more than the limits allow.
-    fn narrow(&self) -> Option<Finding> {
-        let open = || self.surface.iter().zip(&self.found.states).filter(|(_, s)| **s == State::Open).map(|(p, _)| p);
-        let bracket = Bracket::new(0.0, 0.0, self.open_area());
-        let mut f = Finding::judged(META.code, "narrow", bracket, Basis::Certified, self.limits, "mm2", LEAST_AREA);
-        let at = open().max_by(|a, b| a.area.total_cmp(&b.area)).filter(|_| !f.decided)?.at;
-        f.area_mm2 = Some(report_digits(bracket.high));
-        locate(&mut f, self.part, self.context, at, bounds(open().map(|p| p.at))?);
-        let spacing = short(round(self.tooling.spacing));
+    /// The surface beside none of the others of which is not known whether the tools touch it, where a piece of it is more than the limits allow.
+    fn narrow(&self, pieces: &[Vec<usize>]) -> Option<Finding> {
+        let largest = pieces.first()?;
+        let bracket = Bracket::new(0.0, 0.0, area_of(self.surface, largest));
+        let mut f = Finding::judged(META.code, "narrow", bracket, self.basis(0.0), self.limits, "mm2", LEAST_AREA);
+        let at = |p: &usize| self.surface[*p].at;
+        let widest = largest.iter().max_by(|a, b| self.surface[**a].area.total_cmp(&self.surface[**b].area));
+        let widest = widest.filter(|_| !f.decided)?;
+        let all: Vec<usize> = pieces.iter().flatten().copied().collect();
+        f.area_mm2 = Some(report_digits(area_of(self.surface, &all)));
+        f.count = pieces.len() as u64;
+        locate(&mut f, self.part, self.context, at(widest), bounds(all.iter().map(at))?);
+        let near: Vec<usize> =
+            all.iter().copied().filter(|&p| matches!(self.found.states[p], State::Near(_))).collect();
+        let near = match near.is_empty() {
+            false => {
+                format!(": they come within {} mm of {} of it", self.stand_off(), area(area_of(self.surface, &near)))
+            }
+            true => String::new(),
+        };
         f.message = format!(
-            "{} lies so narrow that a lattice of {spacing} mm does not tell whether {} can touch it",
-            area(bracket.high),
+            "a lattice of {} mm does not tell of {} in {} whether {} can touch it{near}",
+            short(round(self.tooling.spacing)),
+            area(area_of(self.surface, &all)),
+            number_of(f.count, ["place", "places"]),
             self.names()
         );
         f.fix = "name the faces that matter with --faces, or a tool that is clearly thinner or wider; --voxel makes this lattice no finer".into();
         Some(f)
     }
 
-    fn finding(&self, region: &Region, kind: &str, count: u64) -> Finding {
-        let bracket = Bracket::new(region.area, region.area, region.area + region.open);
-        let mut f = Finding::judged(META.code, kind, bracket, Basis::Certified, self.limits, "mm2", 0.0);
+    /// A piece, or several told as one, of which the largest is judged.
+    fn finding(&self, region: &Region, bracket: Bracket, kind: &str, count: u64) -> Finding {
+        let mut f = Finding::judged(META.code, kind, bracket, self.basis(bracket.low), self.limits, "mm2", 0.0);
         f.count = count;
         f.area_mm2 = Some(report_digits(region.area));
         let at = self.surface[region.worst].at;
@@ -281,8 +293,10 @@ impl Judged<'_> {
             f.message += &format!("; {stays}");
         }
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
-        let Some(worst) = self.obstructed(region.worst) else { return f };
+        let exactly = |p: usize| self.obstructed(p, |stops, by| self.drawn_back(p, stops, by));
+        let Some(worst) = exactly(region.worst) else { return f };
         let otherwise = if count == 1 { self.otherwise(region, &worst) } else { None };
+        let otherwise = otherwise.map(|(share, o)| (share, exactly(o.patch).unwrap_or(o)));
         let (tool, from, stops) = (&worst.tool, &worst.from, short(round(worst.stops)));
         f.message += &match &otherwise {
             Some((share, o)) => format!(
@@ -307,62 +321,10 @@ impl Judged<'_> {
         f
     }
 
-    /// The share of a piece that something else holds the tools off from than at its worst place, and how a middling patch of that share
-    /// is: a floor by the holder, where its corners are by the cutter.
-    fn otherwise(&self, region: &Region, worst: &Obstructed) -> Option<(f64, Obstructed)> {
-        let asked = region.patches.iter().step_by(region.patches.len().div_ceil(MOST_ASKED).max(1));
-        let (mut all, mut other) = (0.0, Vec::new());
-        for &p in asked {
-            let area = self.surface[p].area;
-            all += area;
-            let known = self.obstructed(p).filter(|o| !o.by.is_empty() && o.by != worst.by);
-            other.extend(known.map(|o| (area, o)));
-        }
-        other.sort_by(|a, b| a.1.stops.total_cmp(&b.1.stops));
-        let theirs = other.iter().map(|o| o.0).fold(0.0, f64::add);
-        let mut nearer = 0.0;
-        let middling = other.into_iter().find(|o| {
-            nearer += o.0;
-            2.0 * nearer >= theirs
-        });
-        let (_, o) = middling.filter(|(_, o)| theirs >= LEAST_SHARE * all && o.stops < worst.stops)?;
-        Some((theirs / all, o))
-    }
-
-    /// How the tool that comes nearest to a patch is held off.
-    fn obstructed(&self, p: usize) -> Option<Obstructed> {
-        let (stops, standing) = self.found.stops(p)?;
-        let (tool, setup) = (&self.tooling.tools[standing.tool], &self.tooling.setups[standing.setup]);
-        let from = direction_in_file(self.part, setup.direction).to_string();
-        let points = vec![reported(self.part, standing.tip)];
-        let mut found = Obstructed { tool: tool.name.clone(), from, stops, by: String::new(), way: None, points };
-        let spacing = self.tooling.spacing;
-        if let Some((m, (height, place))) = tool.meridian().and_then(|m| Some((m, strike(m, setup, standing.tip)?))) {
-            // A layer strikes with what is widest in it.
-            found.by = format!(", held off by its {}", m.role_at(height + 0.5 * spacing).word());
-            // What is still outside where it strikes has to get in.
-            let wide = 2.0 * m.largest_within(height - 1.0, height + stops + spacing).unwrap_or(m.cutter_radius());
-            let [wide, deep] = [wide, stops].map(|v| short(round(v)));
-            // It comes as near beside: what is in the way is the corner itself.
-            let by_its_end = self.found.beside[p].is_some()
-                && height < m.cutter_radius()
-                && self.is_in_corner(p, m.cutter_radius() + spacing);
-            found.way = Some(match by_its_end {
-                true => format!(
-                    "give the corner a fillet as large as the end of {} is round, or name a tool with a smaller end",
-                    found.tool
-                ),
-                false => {
-                    format!("open a way to this place, at least {wide} mm wide and {deep} mm deep from {}", found.from)
-                }
-            });
-            found.points.push(reported(self.part, place));
-        }
-        Some(found)
-    }
-
     fn names(&self) -> String {
-        self.tooling.tools.iter().map(|t| t.name.as_str()).collect::<Vec<_>>().join(" or ")
+        let name =
+            |t: &Tool| if t.meridian().is_some() { t.name.clone() } else { format!("the sharp points of {}", t.name) };
+        self.tooling.tools.iter().map(name).collect::<Vec<_>>().join(" or ")
     }
 }
 

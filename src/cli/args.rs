@@ -74,7 +74,8 @@ pub struct Judging {
     #[arg(long, value_name = "YEAR-MONTH-DAY")]
     pub today: Option<String>,
 
-    /// A tool for supports and surfaces, in place of the process' own: built in, a description, or a mesh; repeatable
+    /// A tool for supports and surfaces, in place of the process' own: built in, a description, or a mesh, which touches with its tip (at the file's origin, +z to the hand);
+    /// repeatable
     #[arg(long = "tool", value_name = "NAME|FILE.toml|FILE.stl")]
     pub tools: Vec<String>,
 
