@@ -22,6 +22,49 @@ fn a_report_is_the_same_as_itself() {
 }
 
 #[test]
+fn a_part_that_was_moved_by_as_much_as_its_features_are_apart_is_the_same() {
+    let row = |by: f64| {
+        let mut report = sample::report("a.stl");
+        let walls = at(&report, "thin-wall");
+        let first = report.checks[walls].findings[0].clone();
+        let of = |n: usize| {
+            let x = 5.0 * n as f64;
+            let value = 0.4 + 0.02 * n as f64;
+            let mut f = first.moved([x - first.at_mm[0] + by, 0.0, 0.0]);
+            (f.value, f.low, f.high, f.fingerprint) = (value, value - 0.001, value + 0.001, format!("{n}"));
+            f
+        };
+        report.checks[walls].findings = (0..4).map(of).collect();
+        let lists = report.checks.iter_mut().enumerate().filter(|(n, _)| *n != walls);
+        lists.flat_map(|(_, c)| &mut c.findings).for_each(|f| *f = f.moved([by, 0.0, 0.0]));
+        report.part.box_mm.iter_mut().for_each(|p| p[0] += by);
+        report
+    };
+    let c = compare(&row(0.0), &row(5.0));
+    assert_eq!(c.count(Delta::Same), c.changes.len(), "{:?}", c.words());
+    // Where the box has changed as well nobody knows by how much: then it is where it lies.
+    let mut longer = row(5.0);
+    longer.part.box_mm[1][0] += 1.0;
+    assert!(compare(&row(0.0), &longer).count(Delta::Worse) > 0);
+}
+
+#[test]
+fn an_area_that_grew_is_worse_at_the_same_value() {
+    let of = |area: f64| {
+        let mut report = sample::report("a.stl");
+        let walls = at(&report, "thin-wall");
+        report.checks[walls].findings[0].area_mm2 = Some(area);
+        report
+    };
+    for (old, new, worse, better) in [(28.0, 717.0, 1, 0), (28.0, 41.0, 0, 0), (717.0, 28.0, 0, 1)] {
+        let c = compare(&of(old), &of(new));
+        assert_eq!((c.count(Delta::Worse), c.count(Delta::Better)), (worse, better), "{old} {new}");
+    }
+    let told = text(&compare(&of(28.0), &of(717.0)), Palette::Plain);
+    assert!(told.contains("over 28 mm² → ") && told.contains("over 717 mm²"), "{told}");
+}
+
+#[test]
 fn changes_are_matched_by_place_and_need_parted_brackets() {
     let old = sample::report("a.stl");
     let mut new = old.clone();

@@ -8,6 +8,11 @@ use crate::notice::Notice;
 use crate::process::{Date, Region, Waiver};
 use crate::units::{short, told};
 
+/// A place that fills less of its box may lie anywhere in it.
+const FILLED: f64 = 0.3;
+/// A value that is worse by so small a share is no other: facets of another number differ by as much.
+const AS_GOOD: f64 = 0.005;
+
 /// The entries of a process, and what became of each.
 pub struct Acceptance<'a> {
     entries: Vec<(&'a Waiver, Fate)>,
@@ -121,15 +126,22 @@ fn places(f: &Finding) -> Vec<Spot> {
 
 /// Whether an entry covers one place of a finding, at the value there.
 ///
-/// An entry anywhere along the box of a place covers it: on an even wall the mesh alone says which point is told.
+/// An entry anywhere along the box of a place covers it, unless the place is known to fill little of that: on an even wall the mesh alone says which point is told; the box of a wall
+/// that stands around other things holds those as well.
 fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
+    let is_of_kind = waiver.kind.as_ref().is_none_or(|kind| *kind == f.kind);
+    let is_as_small = waiver.no_larger_than_mm2.is_none_or(|most| f.area_mm2.is_none_or(|area| area <= most));
+    if !is_of_kind || !is_as_small {
+        return false;
+    }
     match &waiver.region {
         Region::Fingerprint(name) => {
             *name == f.fingerprint
                 && bearable(waiver, f.sense, &Spot { value: f.value, low: f.low, high: f.high, ..*spot })
         }
         region => {
-            let met = region.holds(spot.at_mm) || f.box_of(spot).is_some_and(|b| region.is_along(b));
+            let fills = |b: &[[f64; 3]; 2]| f.fills(*b).is_none_or(|share| share >= FILLED);
+            let met = region.holds(spot.at_mm) || f.box_of(spot).filter(fills).is_some_and(|b| region.is_along(b));
             met && bearable(waiver, f.sense, spot)
         }
     }
@@ -138,9 +150,10 @@ fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
 /// Whether a value is not worse than an entry allows, or is the one it names, as reports tell it.
 fn bearable(waiver: &Waiver, sense: Sense, spot: &Spot) -> bool {
     waiver.no_worse_than.is_none_or(|limit| {
+        let slack = AS_GOOD * limit.abs();
         let kept = match sense {
-            Sense::Min => spot.low >= limit,
-            Sense::Max => spot.high <= limit,
+            Sense::Min => spot.low >= limit - slack,
+            Sense::Max => spot.high <= limit + slack,
         };
         kept || short(told(spot.value, spot.low, spot.high)) == short(limit)
     })
@@ -220,6 +233,30 @@ mod tests {
             assert_eq!((one[0].accepted.is_some(), one[0].acceptance_ended.is_some()), (holds, !holds));
             assert_eq!(notices == ["acceptance-ended"], !holds);
         }
+    }
+
+    #[test]
+    fn another_kind_a_larger_area_and_what_stands_around_are_not_accepted() {
+        let entry =
+            "kind = \"wall\"\nat_mm = [0, 0, 4]\nwithin_mm = 0.2\nno_worse_than = 0.6\nno_larger_than_mm2 = 100";
+        let rib = |area: f64| {
+            let mut f = finding(0.7, [0.0, 0.0, 9.0]);
+            (f.box_mm, f.area_mm2) = ([[-0.35, -5.0, 0.0], [0.35, 5.0, 10.0]], Some(area));
+            f
+        };
+        let is_accepted = |mut f: Finding| {
+            let told = applied(entry, None, std::slice::from_mut(&mut f));
+            assert_eq!(f.accepted.is_some(), told.is_empty(), "{told:?}");
+            f.accepted.is_some()
+        };
+        assert!(is_accepted(rib(98.0)) && !is_accepted(rib(120.0)));
+        assert!(!is_accepted(Finding { kind: "way-out".into(), ..rib(98.0) }));
+        // A tube of 2 mm about the rib: its box holds the place, and it fills a tenth of that.
+        let tube = Finding { box_mm: [[-6.0, -6.0, 0.0], [6.0, 6.0, 10.0]], ..rib(98.0) };
+        assert!(!is_accepted(tube));
+        // As another number of facets has it.
+        let other = |low: f64| Finding { low, ..rib(98.0) };
+        assert!(is_accepted(other(0.5975)) && !is_accepted(other(0.596)));
     }
 
     #[test]

@@ -238,6 +238,27 @@ impl Finding {
         spot.box_mm.or((self.count == 1).then_some(self.box_mm))
     }
 
+    /// The same finding with its places elsewhere, for comparisons; what witnesses it stays where it was.
+    pub fn moved(&self, by: [f64; 3]) -> Self {
+        let point = |p: [f64; 3]| [0, 1, 2].map(|a| p[a] + by[a]);
+        let mut moved = self.clone();
+        (moved.at_mm, moved.box_mm) = (point(self.at_mm), self.box_mm.map(point));
+        for spot in &mut moved.places {
+            (spot.at_mm, spot.box_mm) = (point(spot.at_mm), spot.box_mm.map(|b| b.map(point)));
+        }
+        moved
+    }
+
+    /// How much of a box the place that it tells of fills, at most 1, by what is known of it; `None` where nothing is. An even wall that lies along the axes
+    /// fills its box, one that stands around something or lies askew does not.
+    pub fn fills(&self, [lo, hi]: [[f64; 3]; 2]) -> Option<f64> {
+        let holds = (0..3).map(|a| (hi[a] - lo[a]).max(0.0)).product::<f64>();
+        let width = if self.unit == "mm" { Some(self.value) } else { None };
+        let sheet = self.area_mm2.zip(width).map(|(area, width)| area * width);
+        let all = self.volume_mm3.or(sheet)? / self.count.max(1) as f64;
+        Some(if all < holds { all / holds } else { 1.0 })
+    }
+
     /// A finding from its measured bracket, judged by the limits; texts, places and extents are added after.
     pub fn judged(
         code: &str,

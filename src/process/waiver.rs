@@ -18,6 +18,10 @@ pub struct Waiver {
     /// Name or code of a check.
     pub check: String,
     pub region: Region,
+    /// The kind of finding, where the check has several: a value of one says nothing of another.
+    pub kind: Option<String>,
+    /// The largest area that is accepted.
+    pub no_larger_than_mm2: Option<f64>,
     /// The worst value that is accepted, in the unit of the finding.
     pub no_worse_than: Option<f64>,
     pub reason: String,
@@ -85,6 +89,8 @@ struct OnlyEntries {
 #[serde(deny_unknown_fields)]
 struct Entry {
     check: String,
+    kind: Option<String>,
+    no_larger_than_mm2: Option<f64>,
     reason: String,
     until: Option<Value>,
     fingerprint: Option<String>,
@@ -124,8 +130,8 @@ fn unreadable(file: &str, text: &str, e: &toml::de::Error) -> Error {
         file: printable(file),
         place: e.span().map_or(Place::Whole, |s| line_of(text, s.start)),
         problem: escaped(&e.message().trim().replace('\n', " ")),
-        remedy: "an [[accept]] entry has check, reason, one of at_mm, box_mm and fingerprint, and may have within_mm, \
-                 no_worse_than and until"
+        remedy: "an [[accept]] entry has check, reason, one of at_mm, box_mm and fingerprint, and may have kind, within_mm, \
+                 no_worse_than, no_larger_than_mm2 and until"
             .into(),
     }
 }
@@ -170,6 +176,9 @@ fn waiver(file: &str, text: &str, entry: Spanned<Entry>) -> Result<Waiver> {
     if entry.no_worse_than.is_some_and(|x| !x.is_finite()) {
         return Err(bad("no_worse_than is not a number", "give the value in the unit of the finding, such as 0.4"));
     }
+    if entry.no_larger_than_mm2.is_some_and(|x| !(x.is_finite() && x >= 0.0)) {
+        return Err(bad("no_larger_than_mm2 is no area", "give square millimetres, such as 30"));
+    }
     if !entry.reason.chars().any(char::is_alphanumeric) {
         return Err(bad("no reason is given", "say why it is accepted; the report repeats it"));
     }
@@ -183,8 +192,17 @@ fn waiver(file: &str, text: &str, entry: Spanned<Entry>) -> Result<Waiver> {
             Some(Date::parse(&text).map_err(|e| bad(&e.to_string(), "write a day: until = 2027-06-30"))?)
         }
     };
-    let (check, reason, no_worse_than) = (entry.check, entry.reason.trim().to_string(), entry.no_worse_than);
-    Ok(Waiver { check, region, no_worse_than, reason, until, file: printable(file), place })
+    Ok(Waiver {
+        check: entry.check,
+        region,
+        kind: entry.kind,
+        no_larger_than_mm2: entry.no_larger_than_mm2,
+        no_worse_than: entry.no_worse_than,
+        reason: entry.reason.trim().to_string(),
+        until,
+        file: printable(file),
+        place,
+    })
 }
 
 #[cfg(test)]
@@ -192,6 +210,14 @@ mod tests {
     use super::*;
 
     const GOOD: &str = "[[accept]]\ncheck = \"thin-wall\"\nat_mm = [1, 2, 3.5]\nreason = \"r\"\n";
+
+    #[test]
+    fn an_entry_may_name_a_kind_and_the_largest_area() {
+        let w = &waivers("a.toml", &format!("{GOOD}kind = \"wall\"\nno_larger_than_mm2 = 30\n")).unwrap()[0];
+        assert_eq!((w.kind.as_deref(), w.no_larger_than_mm2), (Some("wall"), Some(30.0)));
+        let e = waivers("a.toml", &format!("{GOOD}no_larger_than_mm2 = -1\n")).unwrap_err();
+        assert!(e.to_string().contains("no_larger_than_mm2 is no area"), "{e}");
+    }
 
     #[test]
     fn an_entry_is_read_with_its_defaults() {

@@ -1,10 +1,11 @@
 //! Two reports of one part compared: what is new, fixed, worse, better or the same.
 //!
-//! Findings are matched by check, kind and places within a tolerance, because geometry moves; those of a part that was moved as a whole
-//! by their fingerprints, which are of its own frame. *Worse* and *better* need brackets of a place that part by more than files are rounded,
-//! or places that came or went, or a verdict that became *fail* or was it: a change inside the uncertainty is no other change.
+//! Findings are matched by check, kind and places within a tolerance, because geometry moves; a part that was moved as a whole, so that its box
+//! is as large elsewhere, is taken back first. *Worse* and *better* need brackets of a place that part by more than files are rounded,
+//! or places that came or went, or as much again of area as half of what it was, or a verdict that became *fail* or was it: a change inside
+//! the uncertainty is no other change.
 
-use super::matched::Matched;
+use super::matched::{Matched, Named};
 use super::phrase;
 use super::schema::{Axis3, PartReport, Report};
 use super::terminal::Palette;
@@ -14,6 +15,11 @@ use crate::units::short;
 use serde::Serialize;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
+
+/// Sides of two boxes that differ by no more are the same, millimetres.
+const SAME_SIDE: f64 = 1e-3;
+/// An area that has grown to so many times what it was is worse, however even the value; less may be how facets and samples lie.
+const GROWN: f64 = 1.5;
 
 /// What became of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -111,12 +117,15 @@ impl Comparison {
 /// O(m·n) for m and n places of one check.
 ///
 /// # Limits
-/// Both reports are taken in the frame of their files: of a part that was moved, what has another fingerprint as well is new. Of reports that
-/// give no box for each place of a finding, places are known by the box of all.
+/// A part whose box changed as well is taken to lie where its file says. Of reports that give no box for each place of a finding, places are known
+/// by the box of all.
 pub fn compare(old: &Report, new: &Report) -> Comparison {
     let tolerance_mm = 2.0 * old.grid.spacing_mm.max(new.grid.spacing_mm);
     let (before, after) = (listed(old), listed(new));
-    let matched = Matched::of(&before, &after, tolerance_mm);
+    let by = moved_by(&old.part, &new.part);
+    let taken: Vec<Finding> = before.iter().map(|(_, f)| f.moved(by)).collect();
+    let taken: Vec<Named> = before.iter().zip(&taken).map(|((check, _), f)| (*check, f)).collect();
+    let matched = Matched::of(&taken, &after, tolerance_mm);
     let mut changes = Vec::new();
     let mut told = vec![false; before.len()];
     for (j, &(check, f)) in after.iter().enumerate() {
@@ -152,6 +161,13 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
     Comparison { tolerance_mm, conditions: conditions(old, new), changes }
 }
 
+/// How far a part was moved as a whole: not at all where the two boxes differ in size by more than files are rounded.
+fn moved_by(old: &PartReport, new: &PartReport) -> Axis3 {
+    let side = |p: &PartReport, a: usize| p.box_mm[1][a] - p.box_mm[0][a];
+    let by = [0, 1, 2].map(|a| new.box_mm[0][a] - old.box_mm[0][a]);
+    if (0..3).all(|a| (side(old, a) - side(new, a)).abs() <= SAME_SIDE) { by } else { [0.0; 3] }
+}
+
 /// The limits that one report has and the other has not, or has otherwise.
 fn other_limits<'r>(old: &'r Report, new: &'r Report) -> BTreeSet<&'r str> {
     let of = |r: &'r Report, key: &str| r.process.limits.get(key).map(|l| (l.fail, l.warn, l.sense));
@@ -165,6 +181,10 @@ fn conditions(old: &Report, new: &Report) -> Vec<String> {
     let names = [&old.process.name, &new.process.name].map(|n| printable(n));
     if names[0] != names[1] {
         said.push(format!("process {} → {}", names[0], names[1]));
+    }
+    let units = [&old.part, &new.part].map(|p| printable(&p.units));
+    if units[0] != units[1] {
+        said.push(format!("units {} → {}", units[0], units[1]));
     }
     let ups = [&old.part, &new.part].map(up);
     if ups[0] != ups[1] {
@@ -227,7 +247,12 @@ pub fn from_to(c: &Change) -> String {
         (Some(a), Some(b)) if value(a) == value(b) && a.state != b.state => {
             format!("{} {} → {} {}", value(b), a.state.word(), b.state.word(), at(b))
         }
-        (Some(a), Some(b)) => format!("{} → {} {}", value(a), value(b), at(b)),
+        (Some(a), Some(b)) => match (spread(a, b), a.area_mm2, b.area_mm2) {
+            (Some(_), Some(old), Some(new)) => {
+                format!("{} over {} mm² → {} over {} mm² {}", value(a), short(old), value(b), short(new), at(b))
+            }
+            _ => format!("{} → {} {}", value(a), value(b), at(b)),
+        },
         (Some(f), None) | (None, Some(f)) => format!("{} {}", value(f), at(f)),
         (None, None) => String::new(),
     }
@@ -290,7 +315,21 @@ fn became(matched: &Matched, (i, a): (usize, &Finding), (j, b): (usize, &Finding
     // What all of it says, where it is the same one.
     let whole = (!come && !gone && a.count == b.count).then(|| moved(b, [a.low, a.high], [b.low, b.high]));
     let places = matched.new.with(j, &matched.old).map(|(new, old)| moved(b, bracket(old), bracket(new)));
-    overall(places.chain(counted).chain(whole).chain(judged(a.state, b.state)))
+    overall(places.chain(counted).chain(whole).chain(spread(a, b)).chain(judged(a.state, b.state)))
+}
+
+/// What the areas of two findings say, where they are as many places and the area is not what is judged.
+fn spread(a: &Finding, b: &Finding) -> Option<Delta> {
+    let [old, new] = [a.area_mm2?, b.area_mm2?];
+    if a.count != b.count || b.unit == "mm2" {
+        return None;
+    }
+    let least = b.value.max(a.value).powi(2);
+    match (new > GROWN * old + least, old > GROWN * new + least) {
+        (true, _) => Some(Delta::Worse),
+        (_, true) => Some(Delta::Better),
+        _ => None,
+    }
 }
 
 /// What the verdicts say, by whatever limits: that one fails is news however little its value changed, and by tighter limits it need not have changed.

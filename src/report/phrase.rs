@@ -65,10 +65,17 @@ pub fn measured(value: f64, low: f64, high: f64, unit: &str) -> String {
     quantity(told(value, low, high), unit)
 }
 
-/// The worst value of a check that passes, for a list of names; nothing where it has no unit, because a bare number says nothing there.
+/// The worst value of a check that passes, for a list of names, and whether somebody accepts what is beyond its limits; no value where it has no unit, because a
+/// bare number says nothing there.
 pub fn beside_name(c: &CheckReport) -> String {
     let worst = c.worst.as_ref().filter(|w| !unit_sign(&w.unit).is_empty());
-    worst.map_or(String::new(), |w| format!(" {}", measured(w.value, w.low, w.high, &w.unit)))
+    let value = worst.map_or(String::new(), |w| format!(" {}", measured(w.value, w.low, w.high, &w.unit)));
+    if accepted(c) > 0 { value + " (accepted)" } else { value }
+}
+
+/// How many findings of a check that are no passes somebody accepts.
+pub fn accepted(c: &CheckReport) -> usize {
+    c.findings.iter().filter(|f| f.state > State::Pass && f.accepted.is_some()).count()
 }
 
 /// How a value is known, in words for the page.

@@ -75,12 +75,17 @@ fn card(c: &Context, k: &CheckReport) -> Markup {
         Some(n) => markup!("<figure class=\"close\">{}</figure>", c.image(&format!("close-{}", n.check.name))),
         None => Markup::default(),
     };
+    let accepted = match phrase::accepted(k) {
+        0 => Markup::default(),
+        n => markup!(" <span class=\"dim\">{} accepted</span>", n),
+    };
     markup!(
-        "<article class=\"card {}\" id=\"check-{}\"><h3>{} {}</h3><p class=\"dim\">{} <code>{}</code></p>{}{}<dl>{}</dl>{}{}{}</article>",
+        "<article class=\"card {}\" id=\"check-{}\"><h3>{} {}{}</h3><p class=\"dim\">{} <code>{}</code></p>{}{}<dl>{}</dl>{}{}{}</article>",
         k.state.word(),
         k.name,
         k.title,
         state_tag(k.state),
+        accepted,
         k.name,
         k.code,
         gauge(k, first),
@@ -122,9 +127,14 @@ fn acceptable(c: &Context, n: &Numbered) -> Markup {
         let corner = |p: [f64; 3], by: f64| p.map(|x| short(((x + by) * 100.0).round() / 100.0)).join(", ");
         format!("box_mm = [[{}], [{}]]", corner(f.box_mm[0], -within), corner(f.box_mm[1], within))
     };
+    // Areas are told by facets and samples, which another export changes.
+    let area =
+        f.area_mm2.filter(|_| f.unit != "mm2").map(|area| format!("no_larger_than_mm2 = {}\n", short(1.5 * area)));
     let entry = format!(
-        "[[accept]]\ncheck = \"{}\"\n{place}\nno_worse_than = {worst}\nreason = \"…\" # and perhaps: until = 2027-12-31\n",
-        n.check.name
+        "[[accept]]\ncheck = \"{}\"\nkind = \"{}\"\n{place}\nno_worse_than = {worst}\n{}reason = \"…\" # and perhaps: until = 2027-12-31\n",
+        n.check.name,
+        f.kind,
+        area.unwrap_or_default()
     );
     markup!(
         "<details><summary>Accept finding {}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre></details>",
