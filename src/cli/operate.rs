@@ -227,8 +227,7 @@ impl Job {
         let loses = self.to.loses(&made.mesh);
         let missing = self.missing(&made, spacing, make)?;
         let written = self.to.write(&made, &before)?;
-        let mut notices = self.part.notices;
-        notices.extend(loses.into_iter().chain(missing));
+        let notices: Vec<Notice> = self.part.notices.into_iter().chain(loses).chain(missing).collect();
         Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
     }
 
@@ -251,7 +250,8 @@ impl Job {
         let apart = (grows && crumbs.is_none()).then(|| pieces.comes_apart(&part)).flatten();
         let within = self.by.map_or(self.reach == Some(OPENING), |by| by.as_mm() <= 0.0);
         let fused = within.then(|| pieces.fused_bodies(&part)).flatten();
-        Ok([crumbs, made.may_fill_too_much(), short, thin, apart, fused].into_iter().flatten().collect())
+        let told = [crumbs, made.may_fill_too_much(), short, thin, apart, fused, made.misses(&part, spacing)];
+        Ok(told.into_iter().flatten().collect())
     }
 
     /// What the picture shows beside the result: the part, and the element about the part's middle.

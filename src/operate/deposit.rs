@@ -1,6 +1,7 @@
 //! What a toolpath leaves behind, and how that departs from the design it came from.
 
-use super::shape::{Operated, checked, with_surface};
+use super::operated::Operated;
+use super::shape::{checked, with_surface};
 use crate::error::Result;
 use crate::field::Indicator;
 use crate::geometry::vector::bounds;

@@ -1,12 +1,12 @@
 //! What of a result is finer than the samples that it was made of, and missing.
 
+use super::operated::Operated;
 use super::pieces::{Box3, Pieces};
-use super::shape::Operated;
 use super::whole::Whole;
 use crate::error::Result;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
-use crate::morphology::remains;
+use crate::morphology::{missed, remains};
 use crate::notice::{Notice, number_of};
 use crate::units::{Length, short};
 
@@ -143,6 +143,25 @@ impl Operated {
             );
             Notice::new("thinner-than-spacing", text).at(found.at_mm)
         }))
+    }
+}
+
+impl Operated {
+    /// Says how much of the exact surface of an offset, an opening or a closing by a ball this one misses: where walls or gaps are about as thin as the spacing.
+    ///
+    /// # Cost
+    /// As [`missed`].
+    pub fn misses(&self, part: &TriangleMesh, spacing: Length) -> Option<Notice> {
+        let found = missed(part, self.contact?, &self.mesh, spacing)?;
+        let hundredth = |x: f64| short((100.0 * x).round() / 100.0);
+        let text = format!(
+            "{} % of the surface ({} mm²) is off by more than 0.3 spacings or missing, as near ({}) mm: walls or gaps are about as thin as the spacing there; \
+             choose a smaller --voxel",
+            hundredth((100.0 * found.share).max(0.01)),
+            short(found.area.as_mm2().round().max(1.0)),
+            found.at_mm.map(hundredth).join(", ")
+        );
+        Some(Notice::new("thinner-than-spacing", text).at(found.at_mm))
     }
 }
 

@@ -1,8 +1,8 @@
 //! Bodies of a part that a result has nothing of.
 
 use super::left_out::Reach;
+use super::operated::Operated;
 use super::pieces::{Box3, Pieces};
-use super::shape::Operated;
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, add, distance, scale};
 use crate::geometry::{MeshDistance, TriangleMesh, Winding};

@@ -1,7 +1,8 @@
 //! What a body covers while it moves and turns.
 
 use super::element::Element;
-use super::shape::{Operated, checked, from_sandwich, with_surface};
+use super::operated::Operated;
+use super::shape::{checked, from_sandwich, with_surface};
 use super::whole::Whole;
 use crate::error::{Error, Result};
 use crate::geometry::vector::hull;

@@ -1,90 +1,20 @@
 //! The operations on a part and an element.
 
 use super::element::{Element, wound_outwards};
-use super::midway::{field_between, surface_between};
-use super::pieces::Pieces;
-use super::settled::{Settled, Touch, field_to};
+use super::midway::surface_between;
+use super::operated::Operated;
+use super::settled::{Settled, Touch};
 use super::twice::{closed, opened};
 use super::whole::Whole;
 use crate::error::{Error, Result};
-use crate::field::{Field, Indicator};
-use crate::geometry::contour::MEETING;
-use crate::geometry::health::{Fault, Through, crossing_pairs};
-use crate::geometry::vector::{Vec3, add, scale};
+use crate::field::Indicator;
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::Grid;
 use crate::morphology::{
-    NEAR_PART, Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball, sweep as sweep_mesh,
-    sweep_surface,
+    Contact, NEAR_PART, Sandwich, Shaped, Sides, close_by_ball, offset as offset_mesh, open_by_ball,
+    sweep as sweep_mesh, sweep_surface,
 };
 use crate::units::{Length, Volume, enclosed, short};
-use std::borrow::Cow;
-
-/// A shape that an operation made.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Operated {
-    /// Its surface: closed and manifold; empty only where `volume` says that nothing remains.
-    pub mesh: TriangleMesh,
-    /// The volume of the surface: the estimate.
-    pub volume: Volume,
-    /// Certified bounds on the volume of the exact result.
-    pub bracket: [Volume; 2],
-    /// How it was done, in words.
-    pub path: String,
-    /// Distances near the surface, where it was made of them.
-    pub(super) distances: Option<Field<f32>>,
-    /// The samples inside, where the surface is that of the exact result.
-    pub(super) inside: Option<Indicator>,
-    /// For operations on sets of samples: what is certainly in the result, and what possibly is.
-    pub sides: Option<[Indicator; 2]>,
-    /// Rooms for the element of a closing that are filled and may be there: how many, and where one is.
-    pub(super) filled: Option<(usize, Vec3)>,
-}
-
-impl Operated {
-    /// The pieces of its surface.
-    ///
-    /// # Cost
-    /// O(facets).
-    pub fn pieces(&self) -> Pieces<'_> {
-        Pieces::of(&self.mesh)
-    }
-
-    /// The function whose zero set the surface is: millimetres, negative inside. Exact distances near the surface of an
-    /// offset; to the surface of a sum, an obstacle or a difference, and farther from it to the samples inside; else the mean of the
-    /// distances to what is certainly and what possibly inside.
-    ///
-    /// # Errors
-    /// As [`crate::distance::signed_distance`].
-    ///
-    /// # Cost
-    /// Nothing for an offset, else at most two distance transforms, and a search for each sample near the surface of a sum.
-    pub fn field(&self) -> Result<Cow<'_, Field<f32>>> {
-        match (&self.distances, &self.inside, &self.sides) {
-            (Some(distances), ..) => Ok(Cow::Borrowed(distances)),
-            (None, Some(inside), _) => Ok(Cow::Owned(field_to(&self.mesh, inside)?)),
-            (None, None, Some([lower, upper])) => Ok(Cow::Owned(field_between(lower, upper)?)),
-            (None, None, None) => Err(Error::Internal { problem: "a shape without distances and sides".into() }),
-        }
-    }
-
-    /// The pairs of facets of the surface that cross by more than 1e-5 spacings, and the place of one. Surfaces are made so that none
-    /// cross where samples tell of sheets near each other; openings and closings by a ball have some where walls or gaps are
-    /// thinner than the spacing.
-    ///
-    /// # Cost
-    /// A tree over the facets, and a look at all pairs whose boxes meet.
-    pub fn crossings(&self) -> Fault {
-        let grid = self.distances.as_ref().map(Field::grid).or(self.inside.as_ref().map(Indicator::grid));
-        let of_sides = || self.sides.as_ref().map(|[lower, _]| lower.grid());
-        let spacing = grid.or_else(of_sides).map_or(0.0, Grid::h);
-        let facets: Vec<u32> = (0..self.mesh.triangles.len() as u32).collect();
-        let pairs = crossing_pairs(&self.mesh, &facets, MEETING * spacing, Through::Inside);
-        let middle =
-            |[f, _]: &[u32; 2]| scale(self.mesh.corners(*f as usize).into_iter().fold([0.0; 3], add), 1.0 / 3.0);
-        Fault { count: pairs.len() as u64, at_mm: pairs.first().map(middle) }
-    }
-}
 
 /// The offset of a part by a signed length: coat, shrink, machining stock.
 ///
@@ -98,11 +28,12 @@ pub fn offset(part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operat
 
 /// The offset of a part as the result of an operation. Two spacings and more outside of a part its facets inside are never the nearest.
 fn grown(operation: &'static str, part: &TriangleMesh, by: Length, spacing: Length) -> Result<Operated> {
+    let contact = Contact { ball: by, shift: by };
     if by.as_mm() >= NEAR_PART * spacing.as_mm() {
         wound_outwards(part)?;
-        return checked(operation, from_distances(offset_mesh(part, by, spacing)?));
+        return checked(operation, from_distances(offset_mesh(part, by, spacing)?)).map(|made| made.touching(contact));
     }
-    by_distances(operation, part, |part| offset_mesh(part, by, spacing))
+    by_distances(operation, part, |part| offset_mesh(part, by, spacing)).map(|made| made.touching(contact))
 }
 
 /// What is made by the distances to the facets of a part, or to those of its union where its bodies meet.
@@ -129,7 +60,9 @@ pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<O
     let element = &element.in_place();
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
+            let contact = Contact { ball: -*radius, shift: Length::default() };
             by_distances("opening", part, |part| open_by_ball(part, *radius, spacing))
+                .map(|made| made.touching(contact))
         }
         _ => {
             let whole = Whole::of(part);
@@ -152,7 +85,9 @@ pub fn close(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<
     match element {
         Element::BuiltIn(Primitive::Ball { radius }) => {
             wound_outwards(part)?;
+            let contact = Contact { ball: *radius, shift: Length::default() };
             checked("closing", from_distances(close_by_ball(part, *radius, spacing)?))
+                .map(|made| made.touching(contact))
         }
         _ => {
             let [a, b] = both_sides(part, element, spacing)?;
@@ -311,6 +246,7 @@ fn from_distances(shape: Shaped) -> Operated {
         inside: None,
         sides: None,
         filled: None,
+        contact: None,
     }
 }
 
@@ -333,7 +269,17 @@ fn touching(found: Sandwich, settled: Option<Settled>) -> Result<Operated> {
 pub(super) fn with_surface(found: Sandwich, mesh: TriangleMesh, inside: Indicator, path: String) -> Operated {
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: Some(inside), sides, filled: None }
+    Operated {
+        mesh,
+        volume,
+        bracket: found.volume,
+        path,
+        distances: None,
+        inside: Some(inside),
+        sides,
+        filled: None,
+        contact: None,
+    }
 }
 
 fn paths_of(found: &Sandwich) -> String {
@@ -346,7 +292,17 @@ pub(super) fn from_sandwich(found: Sandwich) -> Result<Operated> {
     let mesh = surface_between(&found.lower, &found.upper)?;
     let volume = Volume::mm3(mesh.signed_volume());
     let sides = Some([found.lower, found.upper]);
-    Ok(Operated { mesh, volume, bracket: found.volume, path, distances: None, inside: None, sides, filled: None })
+    Ok(Operated {
+        mesh,
+        volume,
+        bracket: found.volume,
+        path,
+        distances: None,
+        inside: None,
+        sides,
+        filled: None,
+        contact: None,
+    })
 }
 
 /// Lets a result pass only if it agrees with its own bracket.
@@ -390,6 +346,7 @@ pub(super) fn checked(operation: &'static str, result: Operated) -> Result<Opera
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::vector::Vec3;
     use crate::geometry::{cuboid, extruded};
 
     fn mesh(text: &str) -> TriangleMesh {
