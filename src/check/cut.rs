@@ -17,6 +17,9 @@ const WEDGE: f64 = 1.5;
 /// What a ball meets within 60 degrees of the edge's own direction is the end of the edge, and no side of the wedge.
 const AHEAD: f64 = 0.5;
 
+/// A round is advised so many times wider than a wall has to be: its facets lie within it.
+const ROUNDED: f64 = 1.05;
+
 /// What cutting lines of edges back has shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cut {
@@ -29,7 +32,7 @@ pub struct Cut {
     holding: usize,
     /// Places where the cut ends at something thicker than the wedge.
     flush: usize,
-    /// Places where a rod as thick as the wall limit fits into what is left: so much can be rounded.
+    /// Places where a rod as thick as the round that is advised fits into the edge.
     round: usize,
 }
 
@@ -70,7 +73,7 @@ impl Cut {
             cut.holding += 1;
             cut.thickness = cut.thickness.min(place.width(part, s));
             cut.flush += usize::from(place.is_flush(part, s, wall));
-            cut.round += usize::from(place.holds_rod(part, s, wall));
+            cut.round += usize::from(place.holds_rod(part, ROUNDED * s, ROUNDED * wall));
         }
         cut
     }
@@ -105,7 +108,7 @@ impl Cut {
         };
         let flush = if self.flush < self.holding { "" } else { ", flush with what stands behind it" };
         let round = match self.round == self.tried {
-            true => format!(", or round it with a radius of at least {} mm", plain(0.5 * wall)),
+            true => format!(", or round it with a radius of at least {} mm", plain(0.5 * ROUNDED * wall)),
             false => String::new(),
         };
         let tried = match self.holding == self.tried {
@@ -183,7 +186,7 @@ impl Place {
         ways.map(|way| part.distance().first_hit(from, way, 0.0, far).map_or(far, |h| h.0)).iter().sum()
     }
 
-    /// Whether a rod as thick as the wall limit fits there along the edge.
+    /// Whether a rod as thick as `wall` fits there along the edge.
     fn holds_rod(&self, part: &Part, depth: f64, wall: f64) -> bool {
         let centre = along(self.at, self.inward, depth);
         let met = part.distance().nearest(centre, 0.5 * wall - part.tie());
@@ -225,7 +228,7 @@ mod tests {
             let wide = 2.0 * cut.depths[0] * (0.5 * degrees.to_radians()).tan();
             assert!((cut.thickness - wide).abs() < 1e-9 && wide >= 0.8, "{cut:?}");
             assert!(cut.words(0.8).ends_with(
-                "or round it with a radius of at least 0.4 mm: checked on the surface at 8 places along it"
+                "or round it with a radius of at least 0.42 mm: checked on the surface at 8 places along it"
             ));
         }
     }

@@ -117,7 +117,8 @@ impl Check for LostFeature {
             let fine = found.sheets(|s| {
                 s.diameter < width - part.tie() && s.diameter >= bead.width_along(s.direction()).as_mm() - part.tie()
             });
-            measured.findings.extend(details((part, context), Side::Material, &fine, limits));
+            let finest = finest_relief(part, Side::Material, &found.sheets(|s| s.diameter < width - part.tie()));
+            measured.findings.extend(details((part, context), Side::Material, (&fine, finest), limits));
         }
         if let Some(limits) = engraved {
             let fused = limits_of(process, "narrow-gap").and_then(|l| l.fail).unwrap_or(0.0);
@@ -126,7 +127,8 @@ impl Check for LostFeature {
             let sought = Sought { part, process, context, side, between, width };
             let found = sought.search();
             let fine = found.sheets(|s| s.diameter < width - part.tie() && s.diameter >= fused - part.tie());
-            measured.findings.extend(details((part, context), Side::Void, &fine, limits));
+            let finest = finest_relief(part, Side::Void, &found.sheets(|s| s.diameter < width - part.tie()));
+            measured.findings.extend(details((part, context), Side::Void, (&fine, finest), limits));
         }
         measured.cover = covered + ".";
         Ok(Outcome::Measured(Box::new(measured)))
@@ -216,8 +218,19 @@ impl Lost<'_> {
     }
 }
 
-/// Findings of detail that is narrower than the process shows.
-fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], limits: Limits) -> Vec<Finding> {
+/// The width of the finest stroke, what is too fine for detail and told as a wall or a gap among them.
+fn finest_relief(part: &Part, side: Side, all: &[Detail]) -> f64 {
+    let strokes = all.iter().filter(|d| relief(part, side, &d.thinnest).is_some());
+    strokes.map(|d| d.thinnest.diameter).fold(f64::INFINITY, f64::min)
+}
+
+/// Findings of detail that is narrower than the process shows; the finest of all strokes says how many times they have to be enlarged.
+fn details(
+    (part, context): (&Part, &Context),
+    side: Side,
+    (found, finest): (&[Detail], f64),
+    limits: Limits,
+) -> Vec<Finding> {
     let (kind, noun) = match side {
         Side::Material => ("embossed-detail", "raised detail"),
         Side::Void => ("engraved-detail", "engraved detail"),
@@ -248,7 +261,11 @@ fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], lim
             1 => format!("{noun} {} mm wide", rounded(f.value)),
             n => format!("{n} strokes of {noun}, the finest {} mm wide", rounded(f.value)),
         };
-        let factor = (1e2 * limit / f.value).ceil() / 1e2;
+        let finer = finest < f.value - part.tie();
+        if finer {
+            f.message += &format!("; others beside, down to {} mm, are finer still", rounded(finest));
+        }
+        let factor = (1e2 * limit / finest.min(f.value)).ceil() / 1e2;
         f.fix = if roomy == all {
             format!(
                 "widen to {} mm: there is room for it, checked on the surface; or enlarge it {} times",
@@ -260,7 +277,8 @@ fn details((part, context): (&Part, &Context), side: Side, found: &[Detail], lim
                 1 => "it would meet its neighbour".into(),
                 _ => format!("{} of {all} strokes would meet their neighbours", all - roomy),
             };
-            format!("enlarge it {} times, to {} mm: widened in place, {meets}", short(factor), short(limit))
+            let of_all = if finer { " at the finest" } else { "" };
+            format!("enlarge it {} times, to {} mm{of_all}: widened in place, {meets}", short(factor), short(limit))
         };
     }
     grouped

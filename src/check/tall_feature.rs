@@ -73,9 +73,8 @@ impl Check for TallFeature {
         };
         let pillar = |t: &Feature| {
             // Both lengths are as the file's coordinates tell them, and the facets of a round section may have taken what its corners stand out.
-            let (narrow, broad) = t.width_mm;
-            let rounder = if broad <= ROUND * narrow { t.height_mm / broad } else { t.slenderness() };
-            let tie = 1e-6 + part.tie() * (1.0 + t.slenderness()) / narrow.max(part.tie()) + t.slenderness() - rounder;
+            let narrow = t.width_mm.0.max(part.tie());
+            let tie = 1e-6 + part.tie() * (1.0 + t.slenderness()) / narrow + t.slenderness() - as_meant(t);
             let mut f = Finding::judged(META.code, "pillar", bracket(t), basis, limits, "1", tie);
             locate(&mut f, part, context, t.foot, t.extent);
             let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
@@ -87,7 +86,7 @@ impl Check for TallFeature {
                 "pillar of {} mm stands on a section {} mm wide: {} times its width",
                 short(round(t.height_mm)),
                 short(round(t.width_mm.0)),
-                short((10.0 * t.slenderness()).round() / 10.0)
+                short((10.0 * as_meant(t)).round() / 10.0)
             );
             // As much as clears the limit for certain.
             let (wide, tall) = (t.height_mm / least, t.width_mm.0 * least);
@@ -110,7 +109,13 @@ impl Check for TallFeature {
     }
 }
 
+/// The slenderness by the circle that a round section stands for, which its facets lie within.
+fn as_meant(f: &Feature) -> f64 {
+    let (narrow, broad) = f.width_mm;
+    if broad <= ROUND * narrow { f.height_mm / broad } else { f.slenderness() }
+}
+
 /// The measured section is there, so its value is reached.
 fn bracket(f: &Feature) -> Bracket {
-    Bracket::new(f.slenderness(), f.slenderness(), f.at_most)
+    Bracket::new(as_meant(f), as_meant(f), f.at_most)
 }

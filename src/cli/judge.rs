@@ -103,15 +103,19 @@ fn judged_by(how: &Judging) -> Vec<String> {
         false => vec![name.to_owned(), value.to_owned()],
     };
     let given = |name: &str, value: &Option<String>| value.iter().flat_map(|v| one(name, v, "")).collect();
-    let limits = how.limits.iter().flat_map(|limit| one("--limit", limit, "")).collect();
     let paths = how.accept.iter().flat_map(|file| one("--accept", &file.to_string_lossy(), "")).collect();
-    let parts: [Vec<String>; 6] = [
+    let every = |name: &'static str, all: &[String]| all.iter().flat_map(|v| one(name, v, "")).collect();
+    let parts: [Vec<String>; 10] = [
         one("--process", &how.process, "fdm"),
         one("--up", &how.up, "+z"),
         given("--units", &how.units),
         given("--voxel", &how.voxel),
-        limits,
+        every("--limit", &how.limits),
         paths,
+        every("--tool", &how.tools),
+        every("--tool-from", &how.tool_from),
+        given("--tool-tilt", &how.tool_tilt),
+        every("--faces", &how.faces),
     ];
     parts.concat()
 }

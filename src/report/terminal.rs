@@ -313,9 +313,13 @@ fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
     Some(format!("{:<8}{command}", "next"))
 }
 
+/// Checks whose lattice no budget makes finer.
+const NO_FINER: [&str; 2] = ["support-access", "tool-access"];
+
 /// Millions of samples with which a look would be taken that was not; `None` where samples are not what is lacking.
 fn budget_that_helps(check: &CheckReport) -> Option<u64> {
     match check.refined {
+        _ if NO_FINER.contains(&check.name.as_str()) => None,
         Some(RefinedReport { samples, lacking: Some(lacking), .. }) => Some((samples + lacking).div_ceil(1_000_000)),
         Some(RefinedReport { too_large, .. }) if too_large > 0 => None,
         _ => Some(512),
