@@ -67,6 +67,7 @@ struct Kept {
     turn: OnceLock<(Asked, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
     corner: OnceLock<Vec3>,
+    sides: OnceLock<Vec3>,
 }
 
 /// What one window may take, bytes.

@@ -38,8 +38,12 @@ pub struct Orientation {
     pub support_high_mm3: f64,
     /// Area of the part that supports touch from below, mm².
     pub contact_mm2: f64,
-    /// Area on which supports stand on the part, mm².
+    /// Area on which supports stand on the part, mm², with its bounds.
     pub on_part_mm2: f64,
+    #[serde(default)]
+    pub on_part_low_mm2: f64,
+    #[serde(default)]
+    pub on_part_high_mm2: f64,
     /// Support volume that no straight line along the 26 directions of the lattice reaches from outside, mm³: an estimate.
     pub secluded_mm3: f64,
     /// Volume of liquid that stays in the part while it hangs from the plate in this pose, sealed voids aside, mm³: an estimate; 0 where
@@ -206,6 +210,8 @@ fn measure(
         support_high_mm3: digits(found.volume_mm3[1]),
         contact_mm2: digits(contact),
         on_part_mm2: digits(on_part),
+        on_part_low_mm2: digits(found.on_part_mm2[0]),
+        on_part_high_mm2: digits(found.on_part_mm2[1]),
         secluded_mm3: digits(secluded),
         retained_mm3: digits(kept),
         suction_mm3: digits(suction),

@@ -2,6 +2,7 @@
 
 use super::contract::limits_of;
 use super::rods::plain;
+use super::topple::{round, toppled_by};
 use crate::access::support_angle;
 use crate::geometry::Slab;
 use crate::geometry::triangle::closest_on_segments;
@@ -47,6 +48,8 @@ pub struct Chamfer {
     blocked: usize,
     /// How much material lies above what of the ledge is beyond the limit, at most along its way out.
     above: f64,
+    /// How far inside the footprint the centre of mass lies with it, if the part topples then and did not.
+    topples: Option<f64>,
 }
 
 /// What is found at one place.
@@ -80,15 +83,22 @@ impl Chamfer {
         let slope = angle.to_radians().tan();
         let gap = limits_of(process, "narrow-gap").and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
         let tried = Trying { part, ledge, limit, leg, slope, gap };
-        let found: Vec<Place> = tried.pieces().iter().map(|piece| tried.at(piece)).collect();
+        let pieces = tried.pieces();
+        let found: Vec<Place> = pieces.iter().map(|piece| tried.at(piece)).collect();
         let count = |of: Place| found.iter().filter(|p| **p == of).count();
         let beyond = 1.0 - limit / reach.high_mm;
         let back = sub(reach.ends[1], reach.ends[0]);
         let places = (0..=LOOKS_UP).map(|n| along(reach.ends[0], back, beyond * n as f64 / LOOKS_UP as f64));
         let up = |from| part.distance().first_hit(from, [0.0, 0.0, 1.0], 4.0 * part.step() + 1e-6, part.extent()[2]);
         let above = places.filter_map(up).map(|(height, _)| height).fold(0.0, f64::max);
+        let is_cut = ledge.extent.0[2] < leg * slope;
+        // One that is cut off at the plate broadens the foot.
+        let added: Vec<(f64, Vec3)> =
+            pieces.iter().zip(&found).filter_map(|(p, place)| tried.added(p, *place)).collect();
+        let topples = if is_cut { None } else { toppled_by(part, process, &added) };
         Some(Chamfer {
-            is_cut: ledge.extent.0[2] < leg * slope,
+            is_cut,
+            topples,
             leg,
             height: (100.0 * leg * slope - 1e-4).ceil() / 100.0,
             angle,
@@ -100,7 +110,7 @@ impl Chamfer {
     }
 
     pub fn has_room(&self) -> bool {
-        self.roomy > 0 && self.loose + self.blocked == 0
+        self.roomy > 0 && self.loose + self.blocked == 0 && self.topples.is_none()
     }
 
     /// In words, for a limit of ledges.
@@ -120,6 +130,10 @@ impl Chamfer {
         };
         match (self.roomy, self.loose + self.blocked) {
             (0, 0) => back,
+            (_, 0) if self.topples.is_some() => format!(
+                "{back}; with a chamfer of {size} under it the part would topple: its centre of mass would lie {} of its footprint",
+                self.topples.map_or(String::new(), where_it_lies)
+            ),
             (_, 0) => format!(
                 "put a chamfer of {size} under it{cut}, {}° steep: there is room for it, checked on the surface at {tried} places, and no more than \
                  {limit} mm then hangs over; or {back}",
@@ -131,6 +145,12 @@ impl Chamfer {
             ),
         }
     }
+}
+
+/// How far inside a footprint, or outside.
+fn where_it_lies(depth: f64) -> String {
+    let far = short(round(depth.abs()));
+    if depth < 0.0 { format!("{far} mm outside") } else { format!("only {far} mm inside") }
 }
 
 /// A chamfer along the anchors of a ledge.
@@ -171,6 +191,13 @@ impl Trying<'_> {
             found.extend((0..count as usize).map(|n| Piece { at: middle(n), out, long: long / count }));
         }
         found
+    }
+
+    /// The volume of the chamfer at a piece with room for it, and its centre of mass.
+    fn added(&self, piece: &Piece, place: Place) -> Option<(f64, Vec3)> {
+        let (leg, high) = (self.leg, self.leg * self.slope);
+        let middle = along(piece.at, piece.out, leg / 3.0);
+        (place == Place::Roomy).then(|| (0.5 * leg * high * piece.long, along(middle, [0.0, 0.0, -1.0], high / 3.0)))
     }
 
     /// What a chamfer meets that starts at a piece of an anchor and goes out.
@@ -271,6 +298,26 @@ mod tests {
         let caps = [[0, 1, 2], [0, 2, 7], [2, 3, 4], [2, 4, 7], [4, 5, 6], [4, 6, 7]];
         let found = tried(extruded(&outline, &caps, 6.0));
         assert!(found.roomy == 0 && found.loose > 0, "{found:?}");
+    }
+
+    #[test]
+    fn a_chamfer_that_topples_the_part_is_not_advised() {
+        let hook = |arm: f64| {
+            let x = 10.0 + arm;
+            let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 40.0], [x, 40.0], [x, 46.0], [0.0, 46.0]];
+            tried(extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 6.0))
+        };
+        // Without it the centre of mass lies 1.9 mm inside; the chamfer of 19.6 mm weighs 192.1 of then 772.1 parts.
+        let found = hook(20.0);
+        let outside = (400.0 * 5.0 + 180.0 * 15.0 + 192.08 * (10.0 + 19.6 / 3.0)) / 772.08 - 10.0;
+        assert!(!found.has_room() && (found.topples.unwrap() + outside).abs() < 0.05, "{found:?} {outside}");
+        let said = found.words(0.4);
+        assert!(
+            said.contains("the part would topple: its centre of mass would lie 0.2")
+                && said.contains("mm outside of its footprint"),
+            "{said}"
+        );
+        assert!(hook(10.0).has_room());
     }
 
     #[test]

@@ -18,12 +18,14 @@ pub fn reported_box(part: &Part, extent: (Vec3, Vec3)) -> [Vec3; 2] {
     bounds(corners).map_or([corners[0]; 2], |(lo, hi)| [lo, hi])
 }
 
-/// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both.
+/// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both, and of the extent what is within the part's box.
 ///
 /// The fingerprint is check, kind, the place from the least corner of the file's box rounded to twice the spacing, and the size class of the
 /// extent (a power of two of millimetres): the same of a part that was moved or is stood up another way.
 pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
     finding.at_mm = reported(part, at);
+    // Balls at a rim reach beyond the part, and nothing of it is there.
+    let extent = (part.within_box(extent.0), part.within_box(extent.1));
     let corners = corners_of(extent).map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
     let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
     finding.box_mm = [lo, hi];

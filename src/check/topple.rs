@@ -115,6 +115,25 @@ fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -
     Some(f)
 }
 
+/// How far inside its footprint the centre of mass of a part in one piece lies once volumes are added at places, mm³ and mm, where that is too little and was not
+/// before.
+///
+/// # Cost
+/// O(facets).
+pub(super) fn toppled_by(part: &Part, process: &Process, added: &[(f64, Vec3)]) -> Option<f64> {
+    let limits = limits_of(process, "tall-feature.topple")?;
+    let all = if part.is_plain() { standing(part, process) } else { Vec::new() };
+    let [own] = &all[..] else { return None };
+    let (centre, volume) = (own.mesh.centre_of_mass(|_| true)?, own.mesh.signed_volume());
+    let footprint = Hull::of(section_points(&own.mesh, 0.5 * process.layer_height_mm));
+    let is_too_little = |depth: f64| limits.judge(&Bracket::exact(depth), Basis::Exact, part.tie()).0 != State::Pass;
+    let before = footprint.depth([centre[0], centre[1]]);
+    let whole = volume + added.iter().map(|a| a.0).sum::<f64>();
+    let along = |a: usize| (volume * centre[a] + added.iter().map(|(v, at)| v * at[a]).sum::<f64>()) / whole;
+    let after = footprint.depth([along(0), along(1)]);
+    (before.is_finite() && !is_too_little(before) && is_too_little(after)).then_some(after)
+}
+
 /// Two decimals, for sentences.
 pub(super) fn round(mm: f64) -> f64 {
     (100.0 * mm).round() / 100.0

@@ -33,6 +33,12 @@ impl Part {
         [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
     }
 
+    /// The point of the part's box in the frame of the build that is nearest to a point.
+    pub fn within_box(&self, p: Vec3) -> Vec3 {
+        let sides = self.kept.sides.get_or_init(|| self.extent());
+        [0, 1, 2].map(|a| p[a].clamp(0.0, sides[a].max(0.0)))
+    }
+
     /// A point of the build's frame as it lies from the least corner of the part's box in the frame of the file: the same however the part is
     /// stood up and wherever it lies in the file.
     pub fn from_corner(&self, p: Vec3) -> Vec3 {
@@ -59,6 +65,8 @@ mod tests {
                 let part = Part::new(mesh, up, 1e-6, 0.0).unwrap();
                 let at = part.from_corner(part.to_build(add(in_file, shift)));
                 assert!(distance(at, [1.5, 2.25, 0.875]) < 1e-9, "{up:?}: {at:?}");
+                let z = part.extent()[2];
+                assert_eq!(part.within_box([-1.0, 1.0, z + 5.0]), [0.0, 1.0, z]);
             }
         }
     }

@@ -46,9 +46,9 @@ pub type Column = (&'static str, fn(&Orientation) -> String);
 const BEFORE: [Column; 6] = [
     ("up", |o| up_option(o.up)),
     ("from", |o| o.from.clone()),
-    ("support cm³", |o| cm3(o.support_mm3)),
+    ("support cm³", |o| between(o.support_low_mm3, o.support_high_mm3, cm3)),
     ("contact mm²", |o| whole(o.contact_mm2)),
-    ("on part mm²", |o| whole(o.on_part_mm2)),
+    ("on part mm²", |o| between(o.on_part_low_mm2, o.on_part_high_mm2, whole)),
     ("hidden cm³", |o| cm3(o.secluded_mm3)),
 ];
 const BEHIND: [Column; 3] = [
@@ -56,6 +56,12 @@ const BEHIND: [Column; 3] = [
     ("first layer mm²", |o| whole(o.bed_mm2)),
     ("cost", |o| short((o.cost * 1000.0).round() / 1000.0)),
 ];
+
+/// Both bounds, or what they both are at the digits that are shown.
+fn between(low: f64, high: f64, shown: fn(f64) -> String) -> String {
+    let [low, high] = [low, high].map(shown);
+    if low == high { low } else { format!("{low}–{high}") }
+}
 
 fn cm3(mm3: f64) -> String {
     short((mm3 / 10.0).round() / 100.0)
@@ -111,7 +117,8 @@ pub fn text(report: &OrientReport) -> String {
         let _ = writeln!(out, "note: {}", escaped(&notice.message));
     }
     if let Some(best) = list.first() {
-        let _ = writeln!(out, "best: --up {}", up_option(best.up));
+        let alas = if best.fits { "" } else { ", but none of these fits the machine" };
+        let _ = writeln!(out, "best: --up {}{alas}", up_option(best.up));
     }
     out
 }
