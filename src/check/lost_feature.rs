@@ -265,7 +265,7 @@ fn details(
         if finer {
             f.message += &format!("; others beside, down to {} mm, are finer still", rounded(finest));
         }
-        let factor = (1e2 * limit / finest.min(f.value)).ceil() / 1e2;
+        let factor = (1e2 * limit / finest.min(f.value) - 1e-4).ceil() / 1e2;
         f.fix = if roomy == all {
             format!(
                 "widen to {} mm: there is room for it, checked on the surface; or enlarge it {} times",
@@ -396,6 +396,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn an_inscription_is_enlarged_by_its_finest_stroke() {
+        // Beside the fin of 0.5 mm one that is no detail, but lost: 0.3 mm.
+        let finer = cuboid([5.0, 3.0, 3.9], [15.0, 3.3, 5.0]);
+        let mesh = united(&part(1.0, false).joined(&finer), 1e-6).unwrap();
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 3.0).unwrap();
+        let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 1_000_000, spacing_mm: 0.1 });
+        let Ok(Outcome::Measured(found)) = LostFeature.run(&part, &process, &context) else { panic!() };
+        let detail = found.findings.iter().find(|f| f.kind == "embossed-detail").unwrap();
+        assert!(detail.message.ends_with("; others beside, down to 0.3 mm, are finer still"), "{}", detail.message);
+        assert!(detail.fix.contains("enlarge it 2 times"), "{}", detail.fix);
     }
 
     #[test]

@@ -227,3 +227,28 @@ impl Judged<'_> {
         findings.push(f);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::part::Up;
+
+    #[test]
+    fn each_support_is_told_and_judged_by_itself() {
+        // Sealed rooms 6 mm high with ceilings too wide for a bridge.
+        let sides = [12.0, 13.0, 14.0, 15.0, 16.0, 12.5];
+        let room = |n: usize| cuboid([18.0 * n as f64 + 1.0, 2.0, 2.0], [18.0 * n as f64 + 1.0 + sides[n], 16.0, 8.0]);
+        let block = cuboid([0.0; 3], [108.0, 18.0, 10.0]);
+        let hollow = (0..sides.len()).fold(block, |all, n| all.joined(&room(n).flipped()));
+        let part = Part::new(hollow, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let (process, context) = (Process::named("fdm").unwrap(), Context { refine: 0, spacing_mm: 0.5 });
+        let Ok(Outcome::Measured(found)) = SupportAccess.run(&part, &process, &context) else { panic!() };
+        let about = |value: f64, truth: f64| (value - truth).abs() < 0.1 * truth;
+        let of = |side: f64| side * 14.0 * 6.0;
+        assert!(about(found.worst.as_ref().unwrap().bracket.value, of(16.0)), "{:?}", found.worst);
+        let gathered = found.findings.iter().find(|f| f.kind == "stay").expect("more than four");
+        assert!(gathered.count == 2 && about(gathered.value, of(12.5)), "{gathered:?}");
+        assert!(about(gathered.volume_mm3.unwrap(), of(12.5) + of(12.0)), "{gathered:?}");
+    }
+}

@@ -331,13 +331,13 @@ impl Judged<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{extruded, revolved};
+    use crate::geometry::{cuboid, extruded, revolved};
     use crate::part::Up;
     use crate::process::ToolChoice;
     use std::f64::consts::FRAC_PI_2;
 
-    /// What is advised where a tool does not reach a mesh.
-    fn advice(mesh: TriangleMesh, tool: &str) -> Vec<String> {
+    /// What is found where a tool does not reach a mesh.
+    fn measured(mesh: TriangleMesh, tool: &str) -> Measured {
         let mut part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
         let spacing = crate::units::Length::mm(0.25);
         part.cast_on(crate::grid::Grid::covering([0.0; 3], part.extent(), spacing, 2, [0.0; 3]).unwrap());
@@ -346,7 +346,30 @@ mod tests {
         process.tools = process.tools.replaced(vec![ToolChoice::named(tool).unwrap()]);
         let found = ToolAccess.run(&part, &process, &context).unwrap();
         let Outcome::Measured(found) = found else { panic!("not measured") };
-        found.findings.into_iter().map(|f| f.fix).collect()
+        *found
+    }
+
+    fn advice(mesh: TriangleMesh, tool: &str) -> Vec<String> {
+        measured(mesh, tool).findings.into_iter().map(|f| f.fix).collect()
+    }
+
+    #[test]
+    fn each_place_is_told_and_judged_by_itself() {
+        // Rooms without a way in, of 24 to 96 mm² of wall.
+        let sides = [2.0, 2.5, 3.0, 3.5, 4.0, 2.2];
+        let room = |n: usize| cuboid([8.0 * n as f64 + 2.0, 2.0, 2.0], [8.0 * n as f64 + 2.0 + sides[n], 6.0, 6.0]);
+        let block = cuboid([0.0; 3], [50.0, 8.0, 8.0]);
+        let hollow = (0..sides.len()).fold(block, |all, n| all.joined(&room(n).flipped()));
+        let found = measured(hollow, "end-mill-3");
+        let largest = 2.0 * 4.0 * (2.0 * 4.0 + 4.0);
+        assert!((found.worst.unwrap().bracket.value - largest).abs() < 1e-6);
+        let areas: Vec<(&str, u64, f64)> = found.findings.iter().map(|f| (f.kind.as_str(), f.count, f.value)).collect();
+        assert!((areas[0].2 - largest).abs() < 1e-6, "{areas:?}");
+        // What is gathered is judged by the largest of it, and told with its sum.
+        let gathered = found.findings.iter().find(|f| f.kind == "small-places").expect("more than four");
+        let of = |side: f64| 2.0 * 4.0 * (2.0 * side + 4.0);
+        assert!((gathered.value - of(2.2)).abs() < 1e-6 && gathered.count == 2, "{areas:?}");
+        assert!((gathered.area_mm2.unwrap() - of(2.2) - of(2.0)).abs() < 1e-6, "{areas:?}");
     }
 
     #[test]
