@@ -105,31 +105,17 @@ pub fn reach(
             for station in Station::all(tool, setups[0], setup) {
                 let station = station?;
                 let axis = station.axis();
-                let by = |tip| Standing { tool: t, setup: s, tip };
+                let look = Look { station: &station, by: (t, s), touching, stand_off, view };
                 let known = &found.states;
-                let look = |before: &mut InTheWay, &p: &usize| -> (usize, State) {
-                    let (patch, so_far) = (&patches[p], known[p]);
-                    if !may_touch(tool, patch, axis) {
-                        return (p, so_far);
-                    }
-                    let exactly = touching == Touching::Exactly && tool.meridian().is_some();
-                    let drawn_out = exactly && tool.meridian().is_some_and(Meridian::widens_upwards);
-                    let contact = if drawn_out { station.touches(patch, None, view, before) } else { None };
-                    if let Some(tip) = contact {
-                        return (p, State::Reached(by(tip)));
-                    }
-                    if drawn_out && so_far != State::Open {
-                        return (p, so_far);
-                    }
-                    let Some(Stand { tip, .. }) = station.stand(patch, stand_off, view) else { return (p, so_far) };
-                    let touches = !exactly || !drawn_out && station.touches(patch, Some(tip), view, before).is_some();
-                    (p, if touches { State::Reached(by(tip)) } else { State::Near(by(tip)) })
-                };
                 let looked: Vec<(usize, State)> = open
                     .par_chunks(256)
                     .flat_map_iter(|some| {
                         let mut before = InTheWay::default();
-                        some.iter().map(|p| look(&mut before, p)).collect::<Vec<_>>()
+                        let at = |&p: &usize| match may_touch(tool, &patches[p], axis) {
+                            true => (p, look.at(&patches[p], known[p], &mut before)),
+                            false => (p, known[p]),
+                        };
+                        some.iter().map(at).collect::<Vec<_>>()
                     })
                     .collect();
                 looked.iter().for_each(|&(p, state)| found.states[p] = state);
@@ -145,6 +131,38 @@ pub fn reach(
         found.states[p] = State::Unreachable;
     }
     Ok(found)
+}
+
+/// A station from which patches are looked at.
+struct Look<'a> {
+    station: &'a Station<'a>,
+    /// Its tool and its setup.
+    by: (usize, usize),
+    touching: Touching,
+    stand_off: f64,
+    view: &'a MeshDistance,
+}
+
+impl Look<'_> {
+    /// What is known of a patch now that was known so far.
+    fn at(&self, patch: &Patch, so_far: State, before: &mut InTheWay) -> State {
+        let (tool, setup) = self.by;
+        let by = |tip| Standing { tool, setup, tip };
+        let exact = self.station.tool().meridian().filter(|_| self.touching == Touching::Exactly);
+        // What can be drawn out needs no free pose beside to get there.
+        let drawn_out = exact.is_some_and(Meridian::widens_upwards);
+        if drawn_out {
+            if let Some(tip) = self.station.touches(patch, None, self.view, before) {
+                return State::Reached(by(tip));
+            }
+            if so_far != State::Open {
+                return so_far;
+            }
+        }
+        let Some(Stand { tip, .. }) = self.station.stand(patch, self.stand_off, self.view) else { return so_far };
+        let mut touches = || !drawn_out && self.station.touches(patch, Some(tip), self.view, before).is_some();
+        if exact.is_none() || touches() { State::Reached(by(tip)) } else { State::Near(by(tip)) }
+    }
 }
 
 /// Whether a tool can touch a patch at all that it comes to along an axis: one that widens upwards has nothing that looks up.

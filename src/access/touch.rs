@@ -23,7 +23,7 @@ const KEEPS_OFF: f64 = 1e-3;
 const ACROSS: f64 = 0.9;
 
 impl Meridian {
-    /// The largest radius of each piece, each once, from the tip upwards where they grow.
+    /// The largest radius of each piece, each once, in increasing order.
     fn radii(&self) -> Vec<f64> {
         let mut all: Vec<f64> = self.pieces().iter().filter_map(|p| self.largest_within(p.from, p.to)).collect();
         all.sort_by(f64::total_cmp);

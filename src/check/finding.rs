@@ -253,7 +253,8 @@ impl Finding {
     /// fills its box, one that stands around something or lies askew does not.
     pub fn fills(&self, [lo, hi]: [[f64; 3]; 2]) -> Option<f64> {
         let holds = (0..3).map(|a| (hi[a] - lo[a]).max(0.0)).product::<f64>();
-        let width = if self.unit == "mm" { Some(self.value) } else { None };
+        // What has to be at least so wide is a width; a span or a height is none.
+        let width = (self.unit == "mm" && self.sense == Sense::Min).then_some(self.value);
         let sheet = self.area_mm2.zip(width).map(|(area, width)| area * width);
         let all = self.volume_mm3.or(sheet)? / self.count.max(1) as f64;
         Some(if all < holds { all / holds } else { 1.0 })

@@ -135,6 +135,7 @@ fn is_open(state: &State) -> bool {
     matches!(state, State::Open | State::Near(_))
 }
 
+/// What is told of, and what it is told from.
 pub(super) struct Judged<'a> {
     pub(super) part: &'a Part,
     pub(super) context: &'a Context,

@@ -63,9 +63,12 @@ pub fn print(code: &Path, part: Option<&Path>, bead: Option<&str>, design: Optio
     Ok(summary(&made.shape, spacing, &notices, &told, &written))
 }
 
-/// Says that the layers of a path are not as far apart as the bead is high, where most of them are so.
+/// Says that the layers of a path are not as far apart as the bead of a nozzle is high, where most of them are so.
 fn layers(path: &Toolpath, bead: &Hung) -> Option<Notice> {
-    let level = |stroke: &Vec<Vec3>| stroke.iter().all(|p| p[2] == stroke[0][2]).then(|| stroke[0][2]);
+    if bead.below == 0.0 {
+        return None;
+    }
+    let level = |stroke: &Vec<Vec3>| stroke.first().map(|p| p[2]).filter(|z| stroke.iter().all(|p| p[2] == *z));
     let mut heights: Vec<f64> = path.strokes.iter().filter_map(level).collect();
     heights.sort_by(f64::total_cmp);
     heights.dedup_by(|a, b| (*a - *b).abs() < SAME_LAYER);

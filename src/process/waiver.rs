@@ -10,9 +10,9 @@ const WITHIN_MM: f64 = 1.0;
 
 /// One `[[accept]]` entry.
 ///
-/// A finding is accepted where its check is the entry's, and every place it stands for lies in the region of such an entry, with a
-/// value there that is not worse than the entry allows; where it is one place, a point near its box will do. It is shown all the
-/// same, and does not count until the entry ends.
+/// A finding is accepted where its check is the entry's, and its kind if the entry names one, and every place it stands for lies in the region of such
+/// an entry, with a value there that is not worse and an area that is not larger than the entry allows; where it is one place, a point near its box
+/// will do, unless it is known to fill little of that. It is shown all the same, and does not count until the entry ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Waiver {
     /// Name or code of a check.

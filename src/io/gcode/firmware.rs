@@ -58,10 +58,14 @@ pub(super) fn keeps_state(line: &[u8]) -> Option<State> {
 
 /// Whether an M command that moves an origin moves it: M428 always, the others by anything but zeros.
 pub(super) fn moves_by(code: f64, line: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(line).to_ascii_uppercase();
-    let words = text.split([';', '*']).next().unwrap_or_default().split_ascii_whitespace();
-    let by = |word: &str| word.strip_prefix(['X', 'Y', 'Z', 'S']).is_some_and(|by| by.parse() != Ok(0.0));
-    code == 428.0 || words.skip(1).any(by)
+    // Blanks between a letter and its number say nothing, nor need there be any between words.
+    let text: String = String::from_utf8_lossy(line).to_ascii_uppercase().split_ascii_whitespace().collect();
+    let words = text.split([';', '*', '(']).next().unwrap_or_default();
+    let moves = |(at, _): (usize, &str)| {
+        let by = words.get(at + 1..).unwrap_or_default();
+        by.split(|c: char| c.is_ascii_alphabetic()).next().is_some_and(|by| by.parse() != Ok(0.0))
+    };
+    code == 428.0 || words.match_indices(['X', 'Y', 'Z', 'S']).any(moves)
 }
 
 /// Refuses a numbered line whose checksum, `*` and the exclusive or of the bytes before it, is another.
@@ -117,6 +121,8 @@ mod tests {
         for (code, line, moves) in [
             (206.0, "M206 X1", true),
             (206.0, "M206 X0 Y0.0", false),
+            (206.0, "N7 m206x0y-5 (home)", true),
+            (206.0, "M206 X 0 (X5)", false),
             (218.0, "M218 T1 X20.5", true),
             (218.0, "M218 T1", false),
             (290.0, "M290 S0.05", true),

@@ -2,7 +2,7 @@
 
 use super::arc::arc;
 use super::firmware::{State, checksum, keeps_state, moves_by, moves_origin};
-use super::kept::Kept;
+use super::kept::{Kept, Modes};
 use super::strokes::Strokes;
 use super::words::{Words, no_word, words};
 use super::{damaged, unsupported};
@@ -120,7 +120,7 @@ pub(super) struct Machine {
     /// Modes, origin, filament and place as `SAVE_GCODE_STATE` keeps them, by its name.
     pub(super) saved: Vec<(Vec<u8>, Kept)>,
     /// The modes of moves and of E that M120 of RepRapFirmware keeps, last in first out.
-    pub(super) pushed: Vec<[Option<Mode>; 3]>,
+    pub(super) pushed: Vec<Modes>,
     /// Whether G60 has kept a place.
     has_place: bool,
 }
@@ -175,8 +175,8 @@ impl Machine {
                 (b'M', 82.0) => self.extrude(Mode::Absolute),
                 (b'M', 83.0) => self.extrude(Mode::Relative),
                 (b'M', 2.0 | 30.0) => self.ended = true,
-                (b'M', 120.0) => self.pushed.push([Some(self.moves), self.extrusion, Some(self.marlin)]),
-                (b'M', 121.0) => self.pop(number)?,
+                (b'M', 120.0) => self.push_modes(),
+                (b'M', 121.0) => self.pop_modes(number)?,
                 (b'M', 206.0 | 218.0 | 290.0 | 428.0) if moves_by(code, line) => {
                     return Err(unsupported(number, &format!("another origin (M{code})")));
                 }
