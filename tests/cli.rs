@@ -427,6 +427,31 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
 }
 
 #[test]
+fn the_entries_of_the_page_accept_every_finding() {
+    let s = Scratch::new();
+    let part = fixture("finned_bracket");
+    assert_eq!(s.run(&[&part, "--out", "r", "--quiet"]).exit, 1);
+    let page = s.text("r/report.html");
+    let shown = page.split("<pre tabindex=\"0\">").skip(1).filter_map(|rest| rest.split("</pre>").next());
+    let entries: String = shown.filter(|text| text.starts_with("[[accept]]")).collect::<Vec<_>>().join("\n");
+    let report = |folder: &str| -> serde_json::Value {
+        serde_json::from_str(&s.text(&format!("{folder}/report.json"))).expect("JSON")
+    };
+    let findings = |report: &serde_json::Value| -> Vec<serde_json::Value> {
+        let checks = report["checks"].as_array().expect("checks").iter();
+        checks.flat_map(|c| c["findings"].as_array().into_iter().flatten().cloned()).collect()
+    };
+    let before = findings(&report("r"));
+    assert!(before.len() > 3 && entries.matches("[[accept]]").count() == before.len(), "{entries}");
+    s.write("accept.toml", entries.replace("&quot;", "\"").replace('…', "meant"));
+    let ran = s.run(&[&part, "--accept", "accept.toml", "--out", "t"]);
+    assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+    let after = findings(&report("t"));
+    assert!(after.len() == before.len() && after.iter().all(|f| f["accepted"]["reason"] == "meant"), "{after:#?}");
+    assert!(!s.text("t/report.html").contains("[[accept]]"));
+}
+
+#[test]
 fn a_watched_part_is_judged_again_when_it_changes() {
     use std::io::{BufRead, BufReader};
     let s = Scratch::new();

@@ -4,6 +4,9 @@ use super::schema::Axis3;
 use crate::check::{Finding, Spot};
 use std::collections::BTreeMap;
 
+/// The check whose findings count over the whole mesh, and stand at the worst of what they count, whichever of equals that is.
+const OVER_ALL: &str = "AM001";
+
 /// A finding with the name of its check.
 pub(super) type Named<'a> = (&'a str, &'a Finding);
 
@@ -18,7 +21,7 @@ pub(super) struct Places {
 /// Two lists of findings, place by place.
 ///
 /// Places of findings of the same check and kind are taken in pairs, nearest first, if they lie within a tolerance of each other, or one lies in
-/// the other's box grown by as much; those of equal fingerprints of which none does, and
+/// the other's box grown by as much; those of equal fingerprints of which none does, those of counts over the whole mesh, and
 /// then those that name no box of their own and lie in the box of all of the other finding, in their order. Each is taken once.
 pub(super) struct Matched {
     pub old: Places,
@@ -114,8 +117,8 @@ fn nearnesses(
             }
         }
     }
-    // A finding that was moved as a whole has its places in the same order.
-    let named = !a.fingerprint.is_empty() && a.fingerprint == b.fingerprint;
+    // A finding that was moved as a whole has its places in the same order; a count has one.
+    let named = !a.fingerprint.is_empty() && a.fingerprint == b.fingerprint || a.code == OVER_ALL;
     if found.is_empty() && named && olds.len() == news.len() {
         found.extend((0..olds.len()).map(|k| (f64::INFINITY, k, k)));
     }

@@ -93,7 +93,7 @@ fn card(c: &Context, k: &CheckReport) -> Markup {
         facts(c, k, &findings),
         table(&findings),
         explained(k),
-        first.map_or(Markup::default(), |n| acceptable(c, n))
+        acceptable(c, &findings)
     )
 }
 
@@ -112,12 +112,30 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The entry by which somebody accepts the worst finding; nothing where that has been done.
-fn acceptable(c: &Context, n: &Numbered) -> Markup {
+/// The entries by which somebody accepts findings that nobody accepts yet.
+fn acceptable(c: &Context, findings: &[&Numbered]) -> Markup {
+    let open: Vec<&Numbered> = findings.iter().copied().filter(|n| n.finding.accepted.is_none()).collect();
+    let what = match open[..] {
+        [] => return Markup::default(),
+        [n] => format!("Accept finding {}", n.number),
+        _ => "Accept a finding".into(),
+    };
+    let entries: Vec<String> = open.iter().take(ROWS).map(|n| entry(c, n)).collect();
+    let more = match open.len().saturating_sub(ROWS) {
+        0 => Markup::default(),
+        left => markup!("<p class=\"note\">{} more are like these.</p>", left),
+    };
+    markup!(
+        "<details><summary>{}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre>{}</details>",
+        what,
+        entries.join("\n"),
+        more
+    )
+}
+
+/// The entry by which somebody accepts a finding.
+fn entry(c: &Context, n: &Numbered) -> String {
     let f = n.finding;
-    if f.accepted.is_some() {
-        return Markup::default();
-    }
     // As far as the place may move and still be the same place, and no worse than now.
     let within = (2.0 * c.report.grid.spacing_mm).max(0.1);
     let worst = if f.sense == Sense::Min { f.low } else { f.high };
@@ -130,16 +148,13 @@ fn acceptable(c: &Context, n: &Numbered) -> Markup {
     // Areas are told by facets and samples, which another export changes.
     let area =
         f.area_mm2.filter(|_| f.unit != "mm2").map(|area| format!("no_larger_than_mm2 = {}\n", short(1.5 * area)));
-    let entry = format!(
-        "[[accept]]\ncheck = \"{}\"\nkind = \"{}\"\n{place}\nno_worse_than = {worst}\n{}reason = \"…\" # and perhaps: until = 2027-12-31\n",
+    format!(
+        "[[accept]] # finding {}, {}\ncheck = \"{}\"\nkind = \"{}\"\n{place}\nno_worse_than = {worst}\n{}reason = \"…\" # and perhaps: until = 2027-12-31\n",
+        n.number,
+        n.measured(),
         n.check.name,
         f.kind,
         area.unwrap_or_default()
-    );
-    markup!(
-        "<details><summary>Accept finding {}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre></details>",
-        n.number,
-        entry
     )
 }
 
