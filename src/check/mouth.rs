@@ -8,7 +8,7 @@ use super::finding::{Basis, Bracket, Finding, Limits, State};
 use super::place::{group_equal, locate, reported};
 use super::throat::Ground;
 use super::vent::{drilled, vents};
-use super::void::{HALF_DIAGONAL, Trapped, Voids, rises};
+use super::void::{HALF_DIAGONAL, Trapped, Voids, rises, way_out};
 use crate::error::Result;
 use crate::field::{Field, Indicator};
 use crate::geometry::Solid;
@@ -46,6 +46,9 @@ impl Mouths<'_> {
             if known.iter().any(|k| k.overlaps(&room)) || self.judged(mouths.bracket()).state == State::Pass {
                 continue;
             }
+            if self.is_wide_open(clearance, &chamber, &room, budget)? {
+                continue;
+            }
             let count = self.voids.settled(clearance, (&room, &chamber, &mouths), self.wanted.ball_mm, budget)?;
             if self.judged(count).state > State::Pass {
                 rooms.push((room, count));
@@ -66,6 +69,19 @@ impl Mouths<'_> {
         let mut findings = group_equal(rooms.iter().map(located).collect(), 0.0);
         findings.iter_mut().for_each(|f| self.describe(f, &tried));
         Ok((findings, rooms.into_iter().map(|(t, _)| t).collect()))
+    }
+
+    /// Whether the ball that makes a chamber gets out of it for certain, by the surface where the samples do not tell.
+    fn is_wide_open(
+        &self,
+        clearance: &Field<u32>,
+        chamber: &Chamber,
+        room: &Trapped,
+        budget: &mut Budget,
+    ) -> Result<bool> {
+        let is_told =
+            way_out(chamber, self.voids.spacing_mm()).high < self.room_mm || !self.voids.part().health().is_solid();
+        Ok(!is_told && self.voids.lets_out(clearance, room, (self.room_mm, Ground::Nothing), budget)?)
     }
 
     fn judged(&self, count: Bracket) -> Finding {
@@ -223,6 +239,8 @@ impl Voids<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bore::Leading;
+    use super::super::finding::Sense;
     use super::super::void::tests::{flask, part, turned};
     use super::*;
     use crate::geometry::revolved;
@@ -244,6 +262,25 @@ mod tests {
                 assert_eq!((counts(2.5), counts(neck + 1.0)), (vec![told], vec![none]), "{wall} {neck} {h}");
                 let [[_, low, high]] = counts(neck)[..] else { panic!("{wall} {neck} {h}") };
                 assert_eq!([low, high], [0.0, 1.0], "{wall} {neck} {h}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_room_that_lets_out_the_ball_that_makes_it_a_chamber_needs_no_second_mouth() {
+        let context = Context { refine: 1 << 26, spacing_mm: 0.3 };
+        let limits = Limits { fail: None, warn: Some(2.0), sense: Sense::Min };
+        let wanted = Wanted { ball_mm: 4.0, wall_mm: 1.0, leading: Leading::Anywhere };
+        for (neck, told) in [(9.85, 1), (10.15, 0)] {
+            for at in [[0.0; 3], [0.13, -0.07, 0.21]] {
+                let part = part(flask(20.0, 17.0, neck), 0.3, at);
+                let voids = Voids::of(&part).unwrap();
+                let mouths = Mouths { voids: &voids, context: &context, limits, room_mm: 10.0, wanted };
+                let clearance = voids.clearance().unwrap();
+                let met = voids.mouths(&clearance, 10.0, 4.0).unwrap();
+                assert_eq!(met.len(), 1, "{neck} at {at:?}: by the samples it is a chamber");
+                let (found, _) = mouths.findings(&clearance, &[], &mut Budget::of(context.refine)).unwrap();
+                assert_eq!(found.len(), told, "{neck} at {at:?}: {found:?}");
             }
         }
     }

@@ -45,7 +45,7 @@ static META: Meta = Meta {
           What stays undecided is looked at again with half the \
           spacing; both as far as the budget for finer samples goes.",
     limits: "A chamber counts if it is at least a quarter wider than its way out; what is less is a passage, judged by narrow-gap. \
-             Mouths are counted of chambers with room for a ball twice as wide as the widest limit. \
+             Mouths are counted of chambers with room for a ball twice as wide as the widest limit that do not let that ball out. \
              Rooms too narrow for a ball of the fail limit, down to a quarter of the warn limit or to what the grid tells, only warn, \
              because limits for ways out are written for hollow parts; what hides in them is told in one finding. The plate does not close a void here, except in the sentence on what stands on the plate. Where \
              bodies cross or touch, or a shell crosses itself, and could not be united (a note says so), only the grid tells. Volumes of chambers with a way out end at the throat and are estimates; \
