@@ -2,20 +2,22 @@
 
 use super::contract::{Context, limits_of};
 use super::search;
+use super::sheet_shape::RUN_OUT;
 use super::thin_body::ThinBody;
 use crate::geometry::health::Role;
 use crate::geometry::vector::{Vec3, add, distance, hull, scale, sub, unit};
 use crate::medial::chord::{NEARLY_WALL, PARALLEL};
 use crate::medial::cluster::{Group, group, principal_extents};
 use crate::medial::crease::{SharpEdge, sharp_edges};
-use crate::medial::{Passed, Sample, Shape, Side};
+use crate::medial::{Passed, Sample, Shape, Side, runs_out};
 use crate::part::{Part, bead_of};
 use crate::process::Process;
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 use std::f64::consts::PI;
 
-/// A group that thins to less than this share of its thickest runs out to an edge: only what is parallel in it counts.
-const RUN_OUT: f64 = 0.3;
+/// A group that thins to less than this share of its thickest may run out to an edge: each of its balls is followed to where it thins most.
+const THINS: f64 = 0.3;
 
 /// Contacts that are less than this share of a thickness off the sides of a wedge lie on them.
 const ON_SIDES: f64 = 0.02;
@@ -56,12 +58,22 @@ pub struct Found<'a> {
     pub(super) side: Side,
     width: f64,
     link: f64,
-    /// Sheets, and whether each belongs to a wedge that runs out to an edge.
-    samples: Vec<(Sample, bool)>,
+    /// Sheets, and where each lies.
+    samples: Vec<(Sample, Lies)>,
     /// Where else sheets as thin may be, on the features of samples.
     passed: Vec<Passed>,
     /// Nothing thinner is missing but what is smaller than this.
     pub finest: f64,
+}
+
+/// Where a ball lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Lies {
+    InASheet,
+    /// In what hangs together with a wedge.
+    BesideAWedge,
+    /// In a wedge that runs out to an edge.
+    InAWedge,
 }
 
 /// One sheet, rod or speck.
@@ -149,13 +161,19 @@ impl<'a> Sought<'a> {
             .collect();
         let link = 1.5 * 0.75 * self.width;
         let sharp = sharp_edges(self.part.mesh(), self.part.adjacency(), self.side, PI - NEARLY_WALL);
-        let mut runs_out = vec![false; samples.len()];
+        let mut lies = vec![Lies::InASheet; samples.len()];
         for members in grouped(self.part, &samples, link) {
             let group: Vec<&Sample> = members.iter().map(|&i| &samples[i]).collect();
-            let is_wedge = is_wedge(&group, &sharp);
-            members.iter().for_each(|&i| runs_out[i] = is_wedge);
+            if !may_run_out(&group, &sharp) {
+                continue;
+            }
+            let in_wedge: Vec<bool> = group.par_iter().map(|s| self.is_in_wedge(s)).collect();
+            if in_wedge.contains(&true) {
+                let of = |wedge| if wedge { Lies::InAWedge } else { Lies::BesideAWedge };
+                members.iter().zip(in_wedge).for_each(|(&i, wedge)| lies[i] = of(wedge));
+            }
         }
-        let samples = samples.into_iter().zip(runs_out).filter(|(s, _)| s.shape == Shape::Sheet).collect();
+        let samples = samples.into_iter().zip(lies).filter(|(s, _)| s.shape == Shape::Sheet).collect();
         let thin = cover.unresolved.iter().filter(|u| u.low < self.width);
         let open = thin.map(|u| u.extent).fold(question.finest, f64::max);
         Found {
@@ -172,6 +190,11 @@ impl<'a> Sought<'a> {
 }
 
 impl Sought<'_> {
+    /// Whether a ball lies between sides that lean, and lean until they meet.
+    fn is_in_wedge(&self, s: &Sample) -> bool {
+        s.shape == Shape::Wedge || runs_out(self.part.distance(), s.centre, s.diameter, RUN_OUT * self.width)
+    }
+
     /// Whether a facet bounds a void that is closed on all sides.
     fn is_sealed(&self, facet: u32) -> bool {
         let health = self.part.health();
@@ -184,13 +207,8 @@ impl Found<'_> {
     /// The sheets made of those balls that are wanted, largest first; wedges are left out but for what is parallel in them.
     pub fn sheets(&self, wanted: impl Fn(&Thin) -> bool) -> Vec<Detail> {
         let parallel = |s: &Sample| s.separation >= PARALLEL && s.low >= 1e-3 * self.width;
-        let chosen: Vec<(Sample, bool)> = self
-            .samples
-            .iter()
-            .filter(|(s, runs_out)| wanted(&Thin::from(s)) && (!runs_out || parallel(s)))
-            .copied()
-            .collect();
-        let (chosen, runs_out): (Vec<Sample>, Vec<bool>) = chosen.into_iter().unzip();
+        let counts = |(s, lies): &&(Sample, Lies)| wanted(&Thin::from(s)) && (*lies != Lies::InAWedge || parallel(s));
+        let (chosen, lies): (Vec<Sample>, Vec<Lies>) = self.samples.iter().filter(counts).copied().unzip();
         let groups = grouped(self.part, &chosen, self.link);
         let passed = self.passed_beside(&chosen, &groups, wanted);
         let mut out: Vec<Detail> = groups
@@ -198,7 +216,7 @@ impl Found<'_> {
             .zip(passed)
             .filter_map(|(members, passed)| {
                 let samples: Vec<Sample> = members.iter().map(|&i| chosen[i]).collect();
-                if !members.iter().any(|&i| runs_out[i]) {
+                if members.iter().all(|&i| lies[i] == Lies::InASheet) {
                     return summed(&samples, &passed);
                 }
                 summed(&samples, &[]).filter(|d| d.area >= self.width * self.width)
@@ -233,12 +251,12 @@ impl Found<'_> {
     }
 }
 
-/// Whether a group runs out to an edge: it does if it thins as far as that, or lies between the sides of a wedge at its thinnest.
-fn is_wedge(group: &[&Sample], sharp: &[SharpEdge]) -> bool {
+/// Whether a group may run out to an edge: it thins as far as that, or lies between the sides of a wedge at its thinnest.
+fn may_run_out(group: &[&Sample], sharp: &[SharpEdge]) -> bool {
     let thickest = group.iter().map(|s| s.diameter).fold(0.0, f64::max);
     let thinnest = group.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter));
     let in_wedge = |s: &&Sample| sharp.iter().any(|e| e.off(s.contacts) < ON_SIDES * s.diameter);
-    group.iter().any(|s| s.low < RUN_OUT * thickest) || thinnest.is_some_and(in_wedge)
+    group.iter().any(|s| s.low < THINS * thickest) || thinnest.is_some_and(in_wedge)
 }
 
 /// Samples that lie side by side in a sheet between the same bodies.

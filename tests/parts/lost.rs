@@ -1,9 +1,9 @@
-//! What is too thin to be made: pins of few facets, wires, and wedges however their sides are divided.
+//! What is too thin to be made: pins of few facets, wires, wedges however their sides are divided, and what thins between round sides.
 
 use crate::shapes::{ears, lathe};
 use crate::{findings, judge_mesh, process};
 use amcheck::analyze::Options;
-use amcheck::check::Finding;
+use amcheck::check::{Finding, State};
 use amcheck::geometry::{TriangleMesh, extruded};
 use std::f64::consts::PI;
 
@@ -66,5 +66,63 @@ fn a_wedge_that_runs_out_to_its_edge_is_no_lost_feature_and_no_detail() {
         for name in ["fdm", "sls", "sla", "lpbf"] {
             assert_eq!(findings_of(overhanging(strips), name, "AM106"), [], "{strips} {name}");
         }
+    }
+}
+
+/// Height of what stands upright, millimetres.
+const HIGH: f64 = 6.0;
+
+/// A side 9 mm wide that bends away from y = 0, to which it is nearest in its middle, with a radius of 6 mm.
+fn round_side(nearest: f64) -> Vec<[f64; 2]> {
+    (-32..=32).map(|n| 4.5 * f64::from(n) / 32.0).map(|x| [x, nearest + 6.0 - (36.0 - x * x).sqrt()]).collect()
+}
+
+/// A flat side as wide.
+fn flat_side(y: f64) -> Vec<[f64; 2]> {
+    round_side(0.0).into_iter().map(|[x, _]| [x, y]).collect()
+}
+
+/// What stands upright between two sides.
+fn upright([below, above]: [Vec<[f64; 2]>; 2]) -> TriangleMesh {
+    let steps = below.len() - 1;
+    let outline: Vec<[f64; 2]> = below.into_iter().chain(above.into_iter().rev()).collect();
+    let last = outline.len() - 1;
+    let strips = (0..steps).flat_map(|n| [[n, n + 1, last - n], [n + 1, last - n - 1, last - n]]);
+    let turned = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
+    extruded(&outline, &strips.collect::<Vec<_>>(), HIGH).transformed(turned, [0.013, 0.107, 0.0])
+}
+
+/// What lies between a round side of 6 mm radius and a plane, `nearest` apart at the nearest, as far as they are less than `apart` apart, but for
+/// so much at both rims; mm³.
+fn between_round_and_flat(nearest: f64, apart: f64, rim: f64) -> f64 {
+    let x = (2.0 * 6.0 * (apart - nearest) - (apart - nearest).powi(2)).sqrt() - rim;
+    // ∫ (nearest + 6 − √(36 − x²)) dx from −x to x.
+    HIGH * (2.0 * x * (nearest + 6.0) - (x * (36.0 - x * x).sqrt() + 36.0 * (x / 6.0).asin()))
+}
+
+#[test]
+fn a_skin_beside_a_round_hollow_is_lost_as_far_as_the_element_does_not_fit_however_thin_it_is_in_its_middle() {
+    for thinnest in [0.02, 0.1, 0.2, 0.3] {
+        let found = findings_of(upright([flat_side(0.0), round_side(thinnest)]), "sls", "AM106");
+        let [f] = found.as_slice() else { panic!("{thinnest}: {found:?}") };
+        let [most, least] = [0.0, 0.25].map(|rim| between_round_and_flat(thinnest, 0.4, rim));
+        assert!(f.kind == "lost" && f.decided && f.low <= most && least <= f.high, "{thinnest}: {least} {most} {f:?}");
+        assert!(f.value > 0.5 * least && f.value < 1.1 * most, "{thinnest}: {least} {most} {f:?}");
+    }
+}
+
+#[test]
+fn a_gap_beside_a_round_fills_as_far_as_the_element_does_not_fit_however_narrow_it_is_in_its_middle() {
+    for gap in [0.03, 0.1, 0.2] {
+        let mesh = upright([round_side(gap), flat_side(4.0)]).joined(&upright([flat_side(-2.0), flat_side(0.0)]));
+        let mut options = Options::new(process("sls", &[]));
+        options.only = vec!["as-printed".into()];
+        let apart = options.process.element.closing_gap_mm;
+        let found: Vec<Finding> =
+            findings(&judge_mesh(mesh, &options), "AM401").iter().filter(|f| f.kind == "filled").cloned().collect();
+        let [f] = found.as_slice() else { panic!("{gap}: {found:?}") };
+        let [most, least] = [0.0, 0.25].map(|rim| between_round_and_flat(gap, apart, rim));
+        assert!(f.state > State::Pass && f.low <= most && least <= f.high, "{gap}: {least} {most} {f:?}");
+        assert!(f.value > 0.5 * least, "{gap}: {least} {most} {f:?}");
     }
 }
