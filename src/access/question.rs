@@ -52,7 +52,7 @@ pub enum Liquid {
 impl Question {
     /// What a process asks: 400 directions, the best 20 in full at 128 samples.
     pub fn of(process: &Process, step_mm: f64) -> Self {
-        let angle = support_angle(process).filter(|_| !process.powder_supports);
+        let angle = support_angle(process);
         let is_wet = ["drain", "drain.suction"].iter().any(|rule| process.limit(rule).is_some());
         Question {
             support_angle: angle.map(Angle::degrees),

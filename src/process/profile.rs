@@ -52,7 +52,8 @@ impl Process {
         Process::from_toml(name, text)
     }
 
-    /// A process from a profile: `inherits` first, then what the file overrides.
+    /// A process from a profile: `inherits` first, then what the file overrides. One whose powder supports the part inherits no limits of overhangs and
+    /// bridges from one whose does not.
     ///
     /// # Errors
     /// [`Error::Profile`] with the line of bad TOML, an unknown key (naming the nearest), a value out of range, or limits
@@ -77,6 +78,7 @@ impl Process {
             }
             None => Process::blank(&stem(file)),
         };
+        let in_air = table.contains_key("inherits") && !process.powder_supports;
         reader.only(&table, "", &["inherits", "title", "machine", "element", "tools", "limits", "accept"])?;
         if let Some(title) = table.get("title") {
             process.title = reader.string("title", title)?.to_string();
@@ -92,6 +94,11 @@ impl Process {
         }
         if let Some(limits) = table.get("limits") {
             reader.limits(&mut process, "", limits, !built_in)?;
+        }
+        // What the parent asks of surface that hangs in air is nothing to ask where powder holds it.
+        if process.powder_supports && in_air {
+            let hangs = |key: &str| key.split('.').next().is_some_and(|check| HANGING.contains(&check));
+            process.limits.retain(|key, limit| limit.overridden || !hangs(key));
         }
         process.accept = waiver::in_profile(file, text)?;
         reader.complete(&process)?;
@@ -129,6 +136,9 @@ impl Process {
             .fold(0.0, f64::max)
     }
 }
+
+/// Checks of surface that hangs in air.
+const HANGING: [&str; 2] = ["overhang", "bridge"];
 
 fn stem(file: &str) -> String {
     std::path::Path::new(file).file_stem().map_or_else(|| file.to_string(), |s| s.to_string_lossy().into_owned())
