@@ -90,6 +90,21 @@ impl Cut {
         }
     }
 
+    /// The depth at which enough is left at all places that were tried.
+    fn enough(&self) -> Option<f64> {
+        (self.tried > 0 && self.holding == self.tried).then_some(self.depths[1])
+    }
+
+    /// In words, what a cut for a thicker wall has shown beside one that holds.
+    pub fn words_beside(&self, first: &Cut, wall: f64) -> String {
+        let limit = short(wall);
+        match (first.enough(), self.enough()) {
+            (None, _) => String::new(),
+            (Some(_), Some(depth)) => format!("; by {} mm for the {limit} mm that a wall should have", plain(depth)),
+            (Some(_), None) => format!("; it is then a wall thinner than the {limit} mm that one should have"),
+        }
+    }
+
     /// In words, for a wall limit.
     pub fn words(&self, wall: f64) -> String {
         let limit = short(wall);

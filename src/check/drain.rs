@@ -34,7 +34,8 @@ static META: Meta = Meta {
           with all that may be; the volume between is bracketed. Its value comes from the densities: where a wall ends, the wall below \
           tells how much lies beside it, and how far it fills its last cube where the basin runs over; void on both sides of a wall \
           thinner than a cube counts half.",
-    limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. \
+    limits: "Holds for a plate above and a film below; where the printer has it the other way round, the two numbers change places. The plate closes nothing here: \
+             what it closes of a part that stands flat on it `trapped-volume` says. \
              Films, drops and slow flow are not modelled, so nothing here fails. Basins of fewer than 27 samples are counted in the \
              cover. Of 25 tilts, looked at on a coarse grid of 64 samples, two are measured on the grid of the part; those that close no more film \
              than is allowed, or than the part does as it stands, come first. Of a cup whose rooms join above, at most eight get a vent.",

@@ -72,19 +72,23 @@ impl Check for KnifeEdge {
         let chosen = |c: &Crease| c.angle < widest && is_deep(c);
         let lines = ridges(&found, chosen);
         let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
-        let (mut findings, cuts): (Vec<Finding>, Vec<([f64; 3], Cut)>) = lines
+        let (mut findings, cuts): (Vec<Finding>, Vec<([f64; 3], [Cut; 2])>) = lines
             .par_iter()
             .filter(long)
-            .filter_map(|r| sharp(part, context, &found, r, (limits, wall)))
+            .filter_map(|r| sharp(part, context, &found, r, (limits, [wall, thin])))
             .filter(|(f, _)| f.state > State::Pass)
-            .map(|(f, cut)| (f.clone(), (f.at_mm, cut)))
+            .map(|(f, cuts)| (f.clone(), (f.at_mm, cuts)))
             .unzip();
         let judged = lines.iter().filter(long).count();
         findings.sort_by(Finding::worst_first);
         let mut findings = group_equal(findings, 0.05);
         for f in &mut findings {
-            let own = cuts.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at));
-            f.fix = own.fold(Cut::default(), |all, (_, cut)| all.joined(*cut)).words(wall);
+            let own = || cuts.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at));
+            let [cut, deeper] = [0, 1].map(|n| own().fold(Cut::default(), |all, (_, cuts)| all.joined(cuts[n])));
+            f.fix = cut.words(wall);
+            if thin > wall {
+                f.fix += &deeper.words_beside(&cut, thin);
+            }
             if f.count > 1 {
                 f.message = format!("{} such edges, the first an {}", f.count, f.message);
             }
@@ -113,14 +117,14 @@ fn middle(part: &Part, c: &Crease) -> [f64; 3] {
     [0, 1, 2].map(|x| 0.5 * (a[x] + b[x]))
 }
 
-/// The finding of a line of sharp edges, at its sharpest, and what cutting it back has shown.
+/// The finding of a line of sharp edges, at its sharpest, and what cutting it back to a wall, and to a thicker one, has shown.
 fn sharp(
     part: &Part,
     context: &Context,
     found: &[Crease],
     ridge: &Ridge,
-    (limits, wall): (Limits, f64),
-) -> Option<(Finding, Cut)> {
+    (limits, [wall, thin]): (Limits, [f64; 2]),
+) -> Option<(Finding, [Cut; 2])> {
     let line: Vec<&Crease> = ridge.creases.iter().map(|&i| &found[i]).collect();
     // What is certainly the sharpest: its own doubt is what it may be equal to a limit by.
     let sharpest = line.iter().min_by(|a, b| (a.angle + a.doubt).total_cmp(&(b.angle + b.doubt)))?;
@@ -146,5 +150,5 @@ fn sharp(
         plain(depth),
         plain(wall)
     );
-    Some((f, Cut::of_line(part, &line, depth, wall)))
+    Some((f, [wall, thin].map(|w| Cut::of_line(part, &line, depth * w / wall, w))))
 }

@@ -129,7 +129,7 @@ impl Mouths<'_> {
             n => format!("{n} chambers, about {volume} in all, each with {mouths}"),
         };
         let own = || tried.iter().filter(|(at, _)| f.places.iter().any(|p| p.at_mm == *at)).filter_map(|t| t.1);
-        let needed = short(self.needed());
+        let (needed, wide) = (short(self.needed()), short(self.room_mm));
         f.fix = match (own().next(), own().count() as u64) {
             (Some(v), 1) if f.count == 1 => {
                 format!("drill {}: counted again, it then has {needed}", v.words(self.voids.part()))
@@ -139,6 +139,7 @@ impl Mouths<'_> {
             }
             (None, _) => format!("give it {needed} mouths of at least {ball} mm, far from each other"),
         };
+        f.fix += &format!("; or open one to {wide} mm");
     }
 }
 

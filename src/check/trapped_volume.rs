@@ -137,13 +137,15 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
         if let Some(most) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
             let standing = voids.above_plate(&clearance)?;
-            let mut held = voids.on_plate(&standing, widest)?;
+            // A way out that no part fails for is one.
+            let least = limits.fail.unwrap_or(widest);
+            let mut held = voids.on_plate(&standing, least)?;
             // What is told as narrow is told again only where the plate makes it narrower for certain.
             let is_told = |k: &Trapped| judge.way_out(k, limits).state > State::Pass;
             let as_narrow = |t: &Trapped, k: &Trapped| k.overlaps(t) && t.way_out_mm.high >= k.way_out_mm.low;
             held.retain(|t| !chambers.iter().any(|k| is_told(k) && as_narrow(t, k)));
-            let held = voids.still_shut(&standing, held, widest, budget)?;
-            judge.on_plate(&held, (most, widest));
+            let held = voids.still_shut(&standing, held, least, budget)?;
+            judge.on_plate(&held, (most, least));
         }
         if let Some(mouths) = limits_of(process, "trapped-volume.mouths") {
             let ball = limits.fail.unwrap_or(widest);
@@ -268,12 +270,12 @@ impl Judge<'_> {
     }
 
     /// One finding for all that the plate closes and that is open otherwise; what may be as wide open as wanted may hold nothing.
-    fn on_plate(&mut self, news: &[Trapped], (limits, widest): (Limits, f64)) {
+    fn on_plate(&mut self, news: &[Trapped], (limits, least): (Limits, f64)) {
         let Some(largest) = news.iter().max_by(|a, b| a.volume_mm3.value.total_cmp(&b.volume_mm3.value)) else {
             return;
         };
         let sum = |of: fn(&Bracket) -> f64| news.iter().map(|t| of(&t.volume_mm3)).sum::<f64>();
-        let shut = news.iter().filter(|t| t.way_out_mm.high < widest).map(|t| t.volume_mm3.low).sum::<f64>();
+        let shut = news.iter().filter(|t| t.way_out_mm.high < least).map(|t| t.volume_mm3.low).sum::<f64>();
         let bracket = Bracket::new(sum(|b| b.value), shut, sum(|b| b.high));
         let tie = 2.0 * ROUNDING * bracket.high;
         let mut f = Finding::judged(META.code, "on-plate", bracket, Basis::Estimated, limits, "mm3", tie);
@@ -286,7 +288,8 @@ impl Judge<'_> {
         f.places = news.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
         let [low, value, high] = [bracket.low, bracket.value, bracket.high].map(|v| short(v.round()));
         let volume = if low == high { value } else { format!("{low} to {high}") };
-        f.message = format!("{volume} mm³ of void are closed by the plate until the part is cut off");
+        f.message =
+            format!("the plate leaves {volume} mm³ of void no way out of {} mm until the part is cut off", short(least));
         f.fix = "let it out above the plate".into();
         self.note(f, Some(largest.at), "mm3", "trapped-volume.on-plate");
     }

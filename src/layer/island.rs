@@ -38,11 +38,11 @@ pub struct Island {
 /// # Source
 /// The merge tree of the height function; e.g. H. Carr, J. Snoeyink, U. Axen, *Computing contour trees in all dimensions*, 2003.
 pub fn islands(mesh: &TriangleMesh, plate_z: f64, layer_mm: f64, step: f64) -> Vec<Island> {
-    let order = by_height(mesh);
-    let mut found: Vec<Island> = sweep(mesh, &order)
+    let (order, neighbours) = (by_height(mesh), neighbours(mesh));
+    let mut found: Vec<Island> = sweep(mesh, &order, &neighbours)
         .into_iter()
         .filter(|b| b.rise > layer_mm + 2.0 * step && mesh.vertices[b.lowest as usize][2] > plate_z + step.max(1e-4))
-        .filter_map(|b| first_layer(mesh, &b, layer_mm))
+        .filter_map(|b| first_layer(mesh, &b, &neighbours, layer_mm))
         .collect();
     found.sort_by(|a, b| a.lowest[2].total_cmp(&b.lowest[2]).then(a.facet.cmp(&b.facet)));
     found
@@ -65,16 +65,23 @@ struct Birth {
     vertices: Vec<u32>,
 }
 
-/// All components of the surface's sublevel sets.
-fn sweep(mesh: &TriangleMesh, order: &[u32]) -> Vec<Birth> {
-    let z = |v: u32| mesh.vertices[v as usize][2];
-    let mut neighbours: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+/// Vertices at the other ends of a vertex's edges, some of them more than once.
+type Neighbours = FxHashMap<u32, Vec<u32>>;
+
+fn neighbours(mesh: &TriangleMesh) -> Neighbours {
+    let mut of = Neighbours::default();
     for t in &mesh.triangles {
         for e in 0..3 {
-            neighbours.entry(t[e]).or_default().push(t[(e + 1) % 3]);
-            neighbours.entry(t[(e + 1) % 3]).or_default().push(t[e]);
+            of.entry(t[e]).or_default().push(t[(e + 1) % 3]);
+            of.entry(t[(e + 1) % 3]).or_default().push(t[e]);
         }
     }
+    of
+}
+
+/// All components of the surface's sublevel sets.
+fn sweep(mesh: &TriangleMesh, order: &[u32], neighbours: &Neighbours) -> Vec<Birth> {
+    let z = |v: u32| mesh.vertices[v as usize][2];
     let mut rank = vec![u32::MAX; mesh.vertices.len()];
     order.iter().enumerate().for_each(|(i, &v)| rank[v as usize] = i as u32);
     let mut sets = DisjointSets::new(mesh.vertices.len());
@@ -115,13 +122,20 @@ fn merge(into: &mut Vec<u32>, mut other: Vec<u32>) {
 
 /// The section of a component one layer above its lowest point; `None` if void lies above it, as in the floor of a pit.
 ///
-/// By the divergence theorem the section's area is −∫ n_z dA over the component's surface below it.
-fn first_layer(mesh: &TriangleMesh, birth: &Birth, layer_mm: f64) -> Option<Island> {
+/// By the divergence theorem the section's area is −∫ n_z dA over the component's surface below it: over what hangs together there, for others
+/// that begin as low may have joined it higher up.
+fn first_layer(mesh: &TriangleMesh, birth: &Birth, neighbours: &Neighbours, layer_mm: f64) -> Option<Island> {
     let lowest = mesh.vertices[birth.lowest as usize];
     let top = lowest[2] + layer_mm;
     // Of the whole component, and of its first layer.
     let mut member = vec![[false; 2]; mesh.vertices.len()];
-    birth.vertices.iter().for_each(|&v| member[v as usize] = [true, mesh.vertices[v as usize][2] < top]);
+    birth.vertices.iter().for_each(|&v| member[v as usize][0] = true);
+    let mut reached = vec![birth.lowest];
+    while let Some(v) = reached.pop() {
+        if mesh.vertices[v as usize][2] < top && !std::mem::replace(&mut member[v as usize][1], true) {
+            reached.extend(neighbours.get(&v).into_iter().flatten());
+        }
+    }
     let mut area = 0.0;
     let mut facet = None;
     let (mut points, mut underside, mut own_floors) = (Vec::new(), Vec::new(), Vec::new());
@@ -195,6 +209,20 @@ mod tests {
         );
         // A foot within a layer of the plate's underside is printed with it.
         assert!(islands(&table(7.9), 0.0, 0.2, 1e-6).is_empty());
+    }
+
+    #[test]
+    fn feet_that_begin_as_low_have_first_layers_of_their_own() {
+        // A stand, and beside it a bar on three feet that reach down as far as each other, joined to it above.
+        let mut mesh = cuboid([0.0; 3], [3.0, 3.0, 12.0]).joined(&cuboid([2.0, 0.0, 9.0], [20.0, 3.0, 12.0]));
+        for (x, wide) in [(6.0, 1.0), (10.0, 2.0), (15.0, 3.0)] {
+            mesh = mesh.joined(&cuboid([x, 0.5, 4.0], [x + wide, 2.5, 10.0]));
+        }
+        let found = islands(&united(&mesh, 1e-6).unwrap(), 0.1, 0.2, 1e-6);
+        let mut areas: Vec<f64> = found.iter().map(|i| i.first_layer_area_mm2).collect();
+        areas.sort_by(f64::total_cmp);
+        assert!(areas.len() == 3 && areas.iter().zip([2.0, 4.0, 6.0]).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
+        assert!(found.iter().all(|i| i.extent.1[0] - i.extent.0[0] < 3.1), "{found:?}");
     }
 
     #[test]
