@@ -1,10 +1,11 @@
 //! Places that are not printed as drawn: sheets and slots by their widths, and what else a lattice of the whole part shows.
 
 use super::budget::Budget;
-use super::contract::Context;
+use super::contract::{Context, limits_of};
 use super::departure::{Departure, Place, Volumes};
 use super::detail::{Between, Detail};
 use super::finding::{Basis, Bracket, Finding, Limits, State};
+use super::laid::bodies_at;
 use super::least_width::LeastWidth;
 use super::place::locate;
 use super::trial::Trial;
@@ -58,6 +59,8 @@ pub(super) struct Candidate {
     patches: Vec<(Vec3, Vec3)>,
     /// Whether what lies between its sides is what departs: a sheet, or a slot that is broad.
     flat: bool,
+    /// The rule of narrow-gap that a slot or hole comes under.
+    gap_rule: Option<&'static str>,
 }
 
 impl<'a> Seeker<'a> {
@@ -111,7 +114,10 @@ impl<'a> Seeker<'a> {
     }
 
     fn candidate(&self, detail: &Detail) -> Candidate {
+        let bodies = || bodies_at(self.part, detail.thinnest.contacts.into_iter()).len();
+        let of_gap = || if bodies() > 1 { "narrow-gap.between-bodies" } else { "narrow-gap" };
         Candidate {
+            gap_rule: (self.side == Side::Void).then(of_gap),
             about: detail.volume,
             known: None,
             extent: detail.extent,
@@ -194,6 +200,7 @@ impl<'a> Seeker<'a> {
                 noun: None,
                 patches: Vec::new(),
                 flat: false,
+                gap_rule: None,
             });
         }
         (places, small)
@@ -276,9 +283,9 @@ impl<'a> Seeker<'a> {
     ///
     /// # Errors
     /// As [`Part::deposited`].
-    pub fn finding(&self, place: &Candidate, (bracket, basis): (Bracket, Basis), rank: usize) -> Result<Finding> {
+    pub fn finding(&self, candidate: &Candidate, (bracket, basis): (Bracket, Basis), rank: usize) -> Result<Finding> {
         let mut f = Finding::judged("AM401", self.kind(), bracket, basis, self.limits, "mm3", 0.0);
-        locate(&mut f, self.part, self.context, place.at, place.extent);
+        locate(&mut f, self.part, self.context, candidate.at, candidate.extent);
         f.volume_mm3 = Some(report_digits(bracket.value));
         let what = match (self.side, f.decided) {
             (Side::Material, true) => "of material is not printed".to_string(),
@@ -289,21 +296,30 @@ impl<'a> Seeker<'a> {
                 format!("{verb}, between {} and {} mm³", rounded(bracket.low), rounded(bracket.high))
             }
         };
-        let by = place.noun.map_or(String::new(), |noun| format!(": a {noun} of {} mm", rounded(place.width)));
+        let by = candidate.noun.map_or(String::new(), |noun| format!(": a {noun} of {} mm", rounded(candidate.width)));
         f.message = format!("{} mm³ {what}{by}", rounded(bracket.value));
-        let tried = if rank < TRIED && f.state > State::Pass { self.remedied(place)? } else { None };
+        let tried = if rank < TRIED && f.state > State::Pass { self.remedied(candidate)? } else { None };
         let verb = if self.side == Side::Material { "thicken" } else { "widen" };
         f.fix = match tried {
             Some((by, place)) => {
-                format!("{verb} by {} mm; checked{place}: none of it is {} then", rounded(by), self.kind())
+                let asked = self.asks_beyond(candidate, candidate.width + by);
+                format!("{verb} by {} mm; checked{place}: none of it is {} then{asked}", rounded(by), self.kind())
             }
             None => {
-                let needed = self.least.along(place.direction);
-                let round = if place.flat { "" } else { ", and of what is round somewhat more" };
-                format!("less than {} mm between flat sides is {} here{round}", rounded(needed), self.kind())
+                let needed = self.least.along(candidate.direction);
+                let round = if candidate.flat { "" } else { ", and of what is round somewhat more" };
+                let needed = rounded(needed);
+                format!("{verb} it to {needed} mm or more: less between flat sides is {} here{round}", self.kind())
             }
         };
         Ok(f)
+    }
+
+    /// What narrow-gap asks of a gap beyond such a width, in words.
+    fn asks_beyond(&self, candidate: &Candidate, width: f64) -> String {
+        let limit = candidate.gap_rule.and_then(|rule| limits_of(self.process, rule)).and_then(|l| l.fail);
+        let wider = limit.filter(|l| width < l - self.part.tie());
+        wider.map_or(String::new(), |l| format!("; narrow-gap asks for {} mm", short(l)))
     }
 
     /// Volume of a box, mm³, and of what an element reaches around it.

@@ -207,10 +207,9 @@ impl Lost<'_> {
             }
             _ => {
                 format!(
-                    "the element is {} mm wide across it, {} mm more than the {}",
-                    rounded(needed),
+                    "thicken by {} mm to the {} mm that the element is wide across it",
                     rounded(missing),
-                    detail.noun()
+                    rounded(needed)
                 )
             }
         };
