@@ -18,6 +18,9 @@ const ROUNDS: usize = 3;
 const THICK: f64 = 1.0;
 /// How far a rib is drawn beyond the ceiling, so that it ends in what bounds it, millimetres.
 const BEYOND: f64 = 0.05;
+/// Where the ends of a rib are looked at: so far before them, and below the ceiling, as shares of its thickness and of a layer; and as far out as it is thick.
+const BEFORE: f64 = 0.1;
+const UNDER: f64 = 0.5;
 /// What rounding to hundredths may take from the end of a rib, millimetres; one that it would move is told as much longer and higher than it is measured.
 const ROUNDED: f64 = 0.01;
 /// What rounding moves by no more than this it leaves where it is, millimetres.
@@ -169,7 +172,11 @@ impl Held {
             true => format!("no span is then longer than {} mm", plain(self.span)),
             false => "nothing then spans freely".to_string(),
         };
-        let closes = if self.closes { "; leave a way through it, for it reaches from wall to wall" } else { "" };
+        let closes = if self.closes {
+            "; it reaches from side to side: leave a way through it where something has to pass"
+        } else {
+            ""
+        };
         let tall = match self.tall.map(plain) {
             [low, high] if low == high => high,
             [low, high] => format!("{low} to {high}"),
@@ -240,10 +247,31 @@ impl Trying<'_> {
         let middle = |n: usize| along(from, way, (n as f64 + 1.0) * (free + self.thick) - 0.5 * self.thick);
         let beside = |n: usize, shift: f64| {
             let p = along(middle(n), way, shift * self.thick);
-            stretch(self.part.mesh(), &self.ceiling.facets, [p[0], p[1]], [-way[1], way[0]]).map(|ends| Rib { ends })
+            stretch(self.part.mesh(), &self.ceiling.facets, [p[0], p[1]], [-way[1], way[0]])
+                .and_then(|ends| self.footed(Rib { ends }))
         };
         let rib = |n: usize| [0.0, 0.3, -0.3, 0.6, -0.6].into_iter().find_map(|shift| beside(n, shift));
         Some((0..count as usize).filter_map(rib).collect())
+    }
+
+    /// A rib whose ends are free over all of its thickness, or else in what they meet: so much longer where that slants. `None` where one would touch
+    /// something, as the corner of a post, with a part of its thickness alone.
+    fn footed(&self, rib: Rib) -> Option<Rib> {
+        let way = rib.way();
+        let end = |p: Vec3, out: Vec3| {
+            let from =
+                along(along(p, out, -BEFORE * self.thick), [0.0, 0.0, -1.0], UNDER * self.process.layer_height_mm);
+            let hits = [-0.49, 0.0, 0.49].map(|side| {
+                let at = along(from, [-way[1], way[0], 0.0], side * self.thick);
+                self.part.distance().first_hit(at, out, 0.0, (1.0 + BEFORE) * self.thick).map(|hit| hit.0)
+            });
+            match hits {
+                [None, None, None] => Some(p),
+                [Some(a), Some(b), Some(c)] => Some(along(p, out, (a.max(b).max(c) - BEFORE * self.thick).max(0.0))),
+                _ => None,
+            }
+        };
+        Some(Rib { ends: [end(rib.ends[0], way.map(|x| -x))?, end(rib.ends[1], way)?] })
     }
 
     /// The outline of a rib from above, as two triangles.
@@ -401,6 +429,41 @@ mod tests {
         let (found, _) = tried(extruded(&outline, &caps, 6.0));
         let Ribbing::Holds(held) = &found else { panic!("{found:?}") };
         assert!(held.ribs.len() == 1 && held.span < 8.0, "{held:?}");
+    }
+
+    #[test]
+    fn no_rib_hangs_on_the_corners_of_posts() {
+        // A table on four posts of 3 mm: from post to post it is 2.2 mm, and from corner to corner 3.1.
+        let table = |turn: f64| {
+            let mut mesh = cuboid([0.0, 0.0, 10.0], [8.2, 8.2, 12.0]);
+            for (x, y) in [(0.0, 0.0), (5.2, 0.0), (0.0, 5.2), (5.2, 5.2)] {
+                mesh = mesh.joined(&cuboid([x, y, 0.0], [x + 3.0, y + 3.0, 11.0]));
+            }
+            let (s, c) = turn.sin_cos();
+            let mesh = crate::geometry::union::united(&mesh, 1e-6).unwrap();
+            mesh.transformed([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], [0.0; 3])
+        };
+        for turn in [0.0, 0.3] {
+            let part = Part::new(table(turn), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let process = Process::named("sla").unwrap();
+            for ceiling in ceilings_of(&part, &process).iter().filter(|c| c.bridge.is_some()) {
+                let found = Ribbing::of(&part, &process, ceiling, 1.0);
+                let Ribbing::Holds(held) = &found else { continue };
+                for rib in &held.ribs {
+                    let across = [-rib.way()[1], rib.way()[0], 0.0];
+                    let (s, c) = turn.sin_cos();
+                    let of_post = |x: f64| (0.0..=3.0).contains(&x) || (5.2..=8.2).contains(&x);
+                    let is_in = |p: Vec3| {
+                        let p = part.to_file(p);
+                        of_post(c * p[0] + s * p[1]) && of_post(c * p[1] - s * p[0])
+                    };
+                    for end in rib.longer(0.1) {
+                        let inside = [-0.45, 0.0, 0.45].map(|side| is_in(along(end, across, side * held.thick)));
+                        assert!(inside == [true; 3] || inside == [false; 3], "{turn}: {inside:?} {held:?}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -288,8 +288,10 @@ impl Judge<'_> {
         f.places = news.iter().map(|t| self.spot(t, t.volume_mm3)).collect();
         let [low, value, high] = [bracket.low, bracket.value, bracket.high].map(|v| short(v.round()));
         let volume = if low == high { value } else { format!("{low} to {high}") };
-        f.message =
-            format!("the plate leaves {volume} mm³ of void no way out of {} mm until the part is cut off", short(least));
+        f.message = format!(
+            "the plate leaves {volume} mm³ of void no way out of {} mm until the part is cut off",
+            short(least)
+        );
         f.fix = "let it out above the plate".into();
         self.note(f, Some(largest.at), "mm3", "trapped-volume.on-plate");
     }

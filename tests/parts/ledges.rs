@@ -50,7 +50,8 @@ fn a_turn_in_which_nothing_is_said_to_hang_over_has_nothing_hanging_over_in_powd
             let found = hanging(&options);
             let turn = |f: &Finding| {
                 let said = f.fix.split_once("turn it with --up ")?.1.split_once(": measured so, nothing hangs over")?;
-                let axes = [("+x", Up::PlusX), ("-x", Up::MinusX), ("+y", Up::PlusY), ("-y", Up::MinusY), ("-z", Up::MinusZ)];
+                let axes =
+                    [("+x", Up::PlusX), ("-x", Up::MinusX), ("+y", Up::PlusY), ("-y", Up::MinusY), ("-z", Up::MinusZ)];
                 axes.into_iter().find(|(word, _)| *word == said.0).map(|(_, up)| up)
             };
             options.up = found.iter().find_map(turn);
