@@ -104,7 +104,7 @@ fn explained(k: &CheckReport) -> Markup {
         [("What", meta.what), ("Why", meta.why), ("How", meta.how), ("Limits", meta.limits), ("Source", meta.source)];
     let rows =
         Markup::all(parts.map(|(head, text)| markup!("<div><dt>{}</dt><dd>{}</dd></div>", head, one_line(text))));
-    markup!("<details><summary>What, why and how</summary><dl>{}</dl></details>", rows)
+    markup!("<details class=\"aside\"><summary>What, why and how</summary><dl>{}</dl></details>", rows)
 }
 
 /// A text of the program without the line breaks of its source.
@@ -126,7 +126,7 @@ fn acceptable(c: &Context, findings: &[&Numbered]) -> Markup {
         left => markup!("<p class=\"note\">{} more are like these.</p>", left),
     };
     markup!(
-        "<details><summary>{}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre>{}</details>",
+        "<details class=\"aside\"><summary>{}</summary><p class=\"note\">In the process file, or in a file named by --accept:</p><pre tabindex=\"0\">{}</pre>{}</details>",
         what,
         entries.join("\n"),
         more
