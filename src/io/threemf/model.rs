@@ -189,11 +189,9 @@ impl Model {
     fn metadata(&mut self, xml: &Xml<'_>, tag: &Tag<'_>, name: &str) -> Result<()> {
         let Some(key) = xml.text(tag, name)? else { return Ok(()) };
         let (prefix, key) = key.split_once(':').unwrap_or(("", &key));
-        let is_of_cura = || prefix == "cura" || xml.namespace_of(prefix).as_deref() == Some(CURA);
-        if tag.namespace == CURA || is_of_cura() {
-            if let Some(object) = self.objects.last_mut() {
-                object.cura.set(key, &xml.text_ahead());
-            }
+        let is_of_cura = tag.namespace == CURA || prefix == "cura" || xml.namespace_of(prefix).as_deref() == Some(CURA);
+        if let Some(object) = self.objects.last_mut().filter(|_| is_of_cura) {
+            object.cura.set(key, &xml.text_ahead());
         }
         Ok(())
     }
