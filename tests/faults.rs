@@ -15,5 +15,7 @@ mod mutations;
 #[cfg(feature = "cli")]
 #[path = "faults/pipeline.rs"]
 mod pipeline;
+#[path = "faults/projects.rs"]
+mod projects;
 #[path = "faults/rows.rs"]
 mod rows;

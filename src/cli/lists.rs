@@ -22,7 +22,11 @@ const ERRORS: &[(&str, &str)] = &[
         "The file breaks the rules of its format; the message names the byte, line or facet. --salvage reads what is whole of a \
               damaged binary STL. Exit code 4.",
     ),
-    ("E012", "The file asks for something that amcheck does not read. Exit code 4."),
+    (
+        "E012",
+        "The file asks for something that amcheck does not read: another format, an extension that a 3MF package requires, \
+              or a negative volume, which a slicer takes out of the part. Exit code 4.",
+    ),
     (
         "E013",
         "There is no shape: the file holds no triangles or they have no extent, or nothing remains of a part after an offset, an \

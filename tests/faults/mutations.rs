@@ -1,6 +1,6 @@
 //! Seeded mutations of good files.
 
-use crate::good;
+use crate::{good, projects};
 use amcheck::Error;
 use amcheck::error::Place;
 use amcheck::geometry::Health;
@@ -172,6 +172,23 @@ fn every_mutation_of_a_model_part_ends_in_a_mesh_or_a_typed_error() {
         read += u64::from(check(&good::package(&parts), Salvage::Refuse).is_ok());
     }
     println!("3mf model part: {read} of {} were read", cases());
+    assert!(0 < read && read < cases(), "{read}");
+}
+
+#[test]
+fn every_mutation_of_a_project_ends_in_a_mesh_or_a_typed_error() {
+    let mut read = 0;
+    for seed in 0..cases() {
+        let mut random = Lcg(seed * 52361 + 29);
+        let mut parts = projects::bambu();
+        let which = 1 + random.below(parts.len() - 1);
+        for _ in 0..1 + random.below(3) {
+            mutate(&mut parts[which].1, &mut random);
+        }
+        let parts: Vec<(&str, &[u8])> = parts.iter().map(|(name, bytes)| (*name, bytes.as_slice())).collect();
+        read += u64::from(check(&good::package(&parts), Salvage::Refuse).is_ok());
+    }
+    println!("3mf project: {read} of {} were read", cases());
     assert!(0 < read && read < cases(), "{read}");
 }
 

@@ -298,7 +298,7 @@ fn threemf_models() {
     }
     refused(&with("unit=\"furlong\"", "", ITEM), "furlong");
     let required = |ns: &str| with(&format!("requiredextensions=\"p\" xmlns:p=\"{ns}\""), "", ITEM);
-    refused(&required("http://schemas.microsoft.com/3dmanufacturing/production/2015/06"), "production");
+    refused(&required("http://schemas.microsoft.com/3dmanufacturing/production/alternatives/2021/04"), "alternatives");
     refused(&required("http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02"), "beamlattice");
     noticed(&required("http://schemas.microsoft.com/3dmanufacturing/material/2015/02"), &[]);
     refused(&with("", good::TETRAHEDRON, ITEM), "number 1");

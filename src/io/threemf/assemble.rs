@@ -1,12 +1,13 @@
 //! The mesh of all build items.
 
-use super::model::{Instance, Model, Object, Purpose};
+use super::scene::{Node, Placed, Scene, damaged};
+use super::settings::Settings;
 use super::transform::Transform;
-use crate::error::{Error, Place, Result};
+use super::volumes::Volumes;
+use crate::error::{Error, Result};
 use crate::geometry::TriangleMesh;
 use crate::io::accept;
 use crate::notice::Notice;
-use std::collections::HashMap;
 
 /// Instances may make this many facets of few; beyond it, only as many as the file really holds.
 const MOST_INSTANCED: u64 = 1 << 24;
@@ -14,98 +15,87 @@ const MOST_INSTANCED: u64 = 1 << 24;
 /// The facets of all items, each object welded by itself, so that bodies which touch stay apart.
 ///
 /// # Errors
-/// [`Error::Damaged`] for references to objects that do not exist, and for objects that hold themselves;
-/// [`Error::TooLarge`] if instances multiply beyond 2²⁴ facets.
-pub(super) fn assemble(model: &Model, part: &str, notices: &mut Vec<Notice>) -> Result<TriangleMesh> {
-    let known: HashMap<u32, usize> = model.objects.iter().enumerate().map(|(i, o)| (o.id, i)).collect();
-    let find = |instance: &Instance| {
-        known.get(&instance.object).copied().ok_or_else(|| {
-            let problem = format!("object {} is referred to and does not exist", instance.object);
-            damaged(part, Some(instance.line), problem)
-        })
-    };
-    let order = inner_first(model, part, find)?;
-    check_size(model, &order, find)?;
-    let welded: Vec<TriangleMesh> = model.objects.iter().map(welded).collect();
+/// [`Error::Damaged`] for objects that hold themselves; [`Error::TooLarge`] if instances multiply beyond 2²⁴ facets;
+/// [`Error::Unsupported`] for volumes that a slicer takes out of the part.
+pub(super) fn assemble(mut scene: Scene, settings: &Settings, notices: &mut Vec<Notice>) -> Result<TriangleMesh> {
+    let order = inner_first(&scene)?;
+    check_size(&scene, &order)?;
+    let mut volumes = Volumes::new(settings);
+    volumes.take_apart(&mut scene.nodes);
+    let welded: Vec<TriangleMesh> = scene.nodes.iter().map(welded).collect();
     let mut mesh = TriangleMesh::default();
-    let mut left_out = 0;
-    let mut stack = Vec::new();
-    for item in model.items.iter().rev() {
-        stack.push((find(item)?, item.transform));
-    }
-    while let Some((at, transform)) = stack.pop() {
-        let Some(object) = model.objects.get(at) else { continue };
-        if object.purpose != Purpose::Model {
-            left_out += 1;
-            continue;
+    for item in &scene.items {
+        let Some(built) = scene.nodes.get(item.at) else { continue };
+        let mut walk = volumes.enter(built.object.id);
+        let mut stack = vec![(item.at, item.transform)];
+        while let Some((at, transform)) = stack.pop() {
+            let Some(node) = scene.nodes.get(at) else { continue };
+            if volumes.leaves_out(&mut walk, at, node, scene.part(node.part))? {
+                continue;
+            }
+            for component in node.components.iter().rev() {
+                stack.push((component.at, component.transform.then(&transform)));
+            }
+            if let Some(own) = welded.get(at) {
+                append(&mut mesh, own, &transform).map_err(|problem| damaged(scene.part(node.part), None, problem))?;
+            }
         }
-        for component in object.components.iter().rev() {
-            stack.push((find(component)?, component.transform.then(&transform)));
-        }
-        if let Some(own) = welded.get(at) {
-            append(&mut mesh, own, &transform).map_err(|problem| damaged(part, None, problem))?;
-        }
     }
-    if left_out > 0 {
-        notices.push(
-            Notice::new("objects-excluded", format!("{left_out} support or other objects were left out"))
-                .counted(left_out),
-        );
-    }
+    notices.extend(volumes.notices(&scene.nodes));
     Ok(mesh)
 }
 
 /// The objects so that each comes after all that it holds.
-fn inner_first(model: &Model, part: &str, find: impl Fn(&Instance) -> Result<usize>) -> Result<Vec<usize>> {
+fn inner_first(scene: &Scene) -> Result<Vec<usize>> {
     #[derive(Clone, Copy, PartialEq)]
     enum Mark {
         New,
         Open,
         Done,
     }
-    let mut marks = vec![Mark::New; model.objects.len()];
+    let mut marks = vec![Mark::New; scene.nodes.len()];
     let mut order = Vec::new();
-    for start in 0..model.objects.len() {
+    for start in 0..scene.nodes.len() {
         // Depth-first with a stack of our own: a chain of components may be as long as the file.
         let mut stack = vec![(start, 0)];
         while let Some((at, next)) = stack.pop() {
-            let (Some(mark), Some(object)) = (marks.get_mut(at), model.objects.get(at)) else { continue };
+            let (Some(mark), Some(node)) = (marks.get_mut(at), scene.nodes.get(at)) else { continue };
             if *mark == Mark::Done {
                 continue;
             }
             *mark = Mark::Open;
-            let Some(component) = object.components.get(next) else {
+            let Some(component) = node.components.get(next) else {
                 *mark = Mark::Done;
                 order.push(at);
                 continue;
             };
             stack.push((at, next + 1));
-            let inner = find(component)?;
-            if marks.get(inner) == Some(&Mark::Open) {
-                let problem = format!("object {} holds itself", component.object);
-                return Err(damaged(part, Some(component.line), problem));
+            if marks.get(component.at) == Some(&Mark::Open) {
+                let id = scene.nodes.get(component.at).map_or(0, |n| n.object.id);
+                let problem = format!("object {id} holds itself");
+                return Err(damaged(scene.part(node.part), component.line, problem));
             }
-            stack.push((inner, 0));
+            stack.push((component.at, 0));
         }
     }
     Ok(order)
 }
 
 /// Counts what the items make, before any of it is made; an object without facets counts as one.
-fn check_size(model: &Model, order: &[usize], find: impl Fn(&Instance) -> Result<usize>) -> Result<()> {
-    let mut facets = vec![0u64; model.objects.len()];
-    let sum = |instances: &[Instance], facets: &[u64]| -> Result<u64> {
-        instances.iter().try_fold(0u64, |sum, i| Ok(sum.saturating_add(facets.get(find(i)?).copied().unwrap_or(0))))
+fn check_size(scene: &Scene, order: &[usize]) -> Result<()> {
+    let mut facets = vec![0u64; scene.nodes.len()];
+    let sum = |placed: &[Placed], facets: &[u64]| {
+        placed.iter().fold(0u64, |sum, p| sum.saturating_add(facets.get(p.at).copied().unwrap_or(0)))
     };
     for &at in order {
-        let Some(object) = model.objects.get(at) else { continue };
-        let own = (object.triangles.len() as u64).max(1).saturating_add(sum(&object.components, &facets)?);
+        let Some(node) = scene.nodes.get(at) else { continue };
+        let own = (node.object.triangles.len() as u64).max(1).saturating_add(sum(&node.components, &facets));
         if let Some(to) = facets.get_mut(at) {
             *to = own;
         }
     }
-    let made = sum(&model.items, &facets)?;
-    let distinct: u64 = model.objects.iter().map(|o| o.triangles.len() as u64).sum();
+    let made = sum(&scene.items, &facets);
+    let distinct: u64 = scene.nodes.iter().map(|n| n.object.triangles.len() as u64).sum();
     let allowed = MOST_INSTANCED.max(2 * distinct);
     if made <= allowed {
         return accept::facets_fit(made);
@@ -119,9 +109,9 @@ fn check_size(model: &Model, order: &[usize], find: impl Fn(&Instance) -> Result
 }
 
 /// The own mesh of an object.
-fn welded(object: &Object) -> TriangleMesh {
-    let corner = |i: u32| object.vertices.get(i as usize).copied().unwrap_or_default();
-    TriangleMesh::weld(object.triangles.iter().map(|t| t.map(corner)))
+fn welded(node: &Node) -> TriangleMesh {
+    let corner = |i: u32| node.object.vertices.get(i as usize).copied().unwrap_or_default();
+    TriangleMesh::weld(node.object.triangles.iter().map(|t| t.map(corner)))
 }
 
 /// Adds the image of a mesh.
@@ -140,9 +130,4 @@ fn append(mesh: &mut TriangleMesh, own: &TriangleMesh, transform: &Transform) ->
         if mirrors { [a, c, b] } else { [a, b, c] }
     }));
     Ok(())
-}
-
-fn damaged(part: &str, line: Option<u64>, problem: String) -> Error {
-    let place = Place::Member { name: part.to_string(), line };
-    Error::Damaged { format: "3MF", place, problem, remedy: "export the package again".into() }
 }

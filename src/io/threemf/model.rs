@@ -1,5 +1,6 @@
-//! The model part: objects and what is built of them.
+//! A model part: objects and what is built of them.
 
+use super::cura::{CURA, Cura};
 use super::transform::Transform;
 use super::xml::{Step, Tag, Xml};
 use crate::error::{Error, Place, Result, printable};
@@ -9,8 +10,13 @@ use std::collections::BTreeSet;
 
 pub(super) const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
 
-/// Extensions that change no geometry: required or not, they may be passed over.
-const HARMLESS: [&str; 4] = [
+/// The extension by which the root model names objects of other model parts.
+const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/production/2015/06";
+
+/// Namespaces that are read or change no geometry: required or not, they stand in nobody's way.
+const HARMLESS: [&str; 6] = [
+    PRODUCTION,
+    CURA,
     "http://schemas.microsoft.com/3dmanufacturing/core/2015/02",
     "http://schemas.microsoft.com/3dmanufacturing/material/2015/02",
     "http://schemas.microsoft.com/3dmanufacturing/trianglesets/2021/07",
@@ -24,9 +30,20 @@ pub(super) enum Purpose {
     Other,
 }
 
+/// Where a model part stands in the package.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// The package names it: what it builds is the part.
+    Root,
+    /// The root names it: its objects alone matter.
+    Named,
+}
+
 /// A reference to an object under a transform.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
+    /// The model part of the object, if it is another.
+    pub(super) path: Option<String>,
     pub(super) object: u32,
     pub(super) transform: Transform,
     pub(super) line: u64,
@@ -36,13 +53,16 @@ pub(super) struct Instance {
 #[derive(Debug)]
 pub(super) struct Object {
     pub(super) id: u32,
+    pub(super) name: String,
     pub(super) purpose: Purpose,
+    pub(super) cura: Cura,
+    pub(super) line: u64,
     pub(super) vertices: Vec<Vec3>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) components: Vec<Instance>,
 }
 
-/// The model part.
+/// A model part.
 #[derive(Debug)]
 pub(super) struct Model {
     /// Millimetres per unit.
@@ -66,25 +86,33 @@ enum At {
     Vertices,
     Triangles,
     Components,
+    Metadata,
     Build,
     Elsewhere,
 }
 
-/// Reads the model part.
+/// What is known of a part while it is read.
+struct Reading<'a> {
+    part: &'a str,
+    standing: Standing,
+    ids: BTreeSet<u32>,
+}
+
+/// Reads a model part.
 ///
 /// # Errors
 /// [`Error::Damaged`] with part and line; [`Error::Unsupported`] naming a required extension.
-pub(super) fn read(bytes: &[u8], part: &str) -> Result<Model> {
+pub(super) fn read(bytes: &[u8], part: &str, standing: Standing) -> Result<Model> {
     let mut model =
         Model { unit_mm: 1.0, objects: Vec::new(), items: Vec::new(), unprinted: 0, foreign: BTreeSet::new() };
     let mut xml = Xml::new(bytes, part);
-    let mut ids = BTreeSet::new();
+    let mut reading = Reading { part, standing, ids: BTreeSet::new() };
     let mut stack = vec![At::Root];
     loop {
         match xml.next()? {
             Step::Open(tag) => {
                 let here = stack.last().copied().unwrap_or(At::Elsewhere);
-                stack.push(model.open(&xml, here, &tag, &mut ids, part)?);
+                stack.push(model.open(&xml, here, &tag, &mut reading)?);
             }
             Step::Close => {
                 stack.pop();
@@ -97,12 +125,16 @@ pub(super) fn read(bytes: &[u8], part: &str) -> Result<Model> {
 
 impl Model {
     /// Takes in one opening tag; where its children are.
-    fn open(&mut self, xml: &Xml<'_>, here: At, tag: &Tag<'_>, ids: &mut BTreeSet<u32>, part: &str) -> Result<At> {
+    fn open(&mut self, xml: &Xml<'_>, here: At, tag: &Tag<'_>, reading: &mut Reading<'_>) -> Result<At> {
         if here == At::Root {
             if tag.namespace != CORE || tag.name() != b"model" {
                 return Err(xml.bad("the part is no 3MF model".into()));
             }
-            return self.root(xml, tag, part).map(|()| At::Model);
+            return self.root(xml, tag, reading.part).map(|()| At::Model);
+        }
+        if tag.namespace == CURA && matches!((here, tag.name()), (At::Object, b"settings") | (At::Metadata, b"setting"))
+        {
+            return self.metadata(xml, tag, "key").map(|()| At::Metadata);
         }
         if tag.namespace != CORE {
             if !HARMLESS.contains(&tag.namespace.as_ref()) && matches!(here, At::Object | At::Mesh | At::Triangles) {
@@ -112,13 +144,30 @@ impl Model {
         }
         Ok(match (here, tag.name()) {
             (At::Model, b"resources") => At::Resources,
-            (At::Model, b"build") => At::Build,
+            (At::Model, b"build") if reading.standing == Standing::Root => At::Build,
             (At::Resources, b"object") => {
-                let id = claimed_id(xml, tag, ids)?;
+                let id = claimed_id(xml, tag, &mut reading.ids)?;
                 self.object(xml, tag, id)?;
                 At::Object
             }
-            (At::Resources, _) => claimed_id(xml, tag, ids).map(|_| At::Elsewhere)?,
+            (At::Resources, _) => claimed_id(xml, tag, &mut reading.ids).map(|_| At::Elsewhere)?,
+            (At::Build, b"item") => {
+                if xml.text(tag, "printable")?.as_deref() == Some("0") {
+                    self.unprinted += 1;
+                } else {
+                    self.items.push(instance(xml, tag, reading.standing)?);
+                }
+                At::Elsewhere
+            }
+            _ => self.open_in_object(xml, here, tag, reading.standing)?,
+        })
+    }
+
+    /// Takes in one opening tag inside an object.
+    fn open_in_object(&mut self, xml: &Xml<'_>, here: At, tag: &Tag<'_>, standing: Standing) -> Result<At> {
+        Ok(match (here, tag.name()) {
+            (At::Object, b"metadatagroup") => At::Metadata,
+            (At::Metadata, b"metadata") => self.metadata(xml, tag, "name").map(|()| At::Elsewhere)?,
             (At::Object, b"mesh") => At::Mesh,
             (At::Object, b"components") => At::Components,
             (At::Mesh, b"vertices") => At::Vertices,
@@ -126,22 +175,25 @@ impl Model {
             (At::Vertices, b"vertex") => self.vertex(xml, tag).map(|()| At::Elsewhere)?,
             (At::Triangles, b"triangle") => self.triangle(xml, tag).map(|()| At::Elsewhere)?,
             (At::Components, b"component") => {
-                let instance = instance(xml, tag)?;
+                let instance = instance(xml, tag, standing)?;
                 if let Some(object) = self.objects.last_mut() {
                     object.components.push(instance);
                 }
                 At::Elsewhere
             }
-            (At::Build, b"item") => {
-                if xml.text(tag, "printable")?.as_deref() == Some("0") {
-                    self.unprinted += 1;
-                } else {
-                    self.items.push(instance(xml, tag)?);
-                }
-                At::Elsewhere
-            }
             _ => At::Elsewhere,
         })
+    }
+
+    /// What Cura says of the object; its keys carry a prefix where they stand among those of others.
+    fn metadata(&mut self, xml: &Xml<'_>, tag: &Tag<'_>, name: &str) -> Result<()> {
+        let Some(key) = xml.text(tag, name)? else { return Ok(()) };
+        let (prefix, key) = key.split_once(':').unwrap_or(("", &key));
+        let is_of_cura = tag.namespace == CURA || prefix == "cura" || xml.namespace_of(prefix).as_deref() == Some(CURA);
+        if let Some(object) = self.objects.last_mut().filter(|_| is_of_cura) {
+            object.cura.set(key, &xml.text_ahead());
+        }
+        Ok(())
     }
 
     /// Unit and required extensions.
@@ -179,7 +231,16 @@ impl Model {
             Some("support" | "solidsupport" | "surface" | "other") => Purpose::Other,
             Some(other) => return Err(xml.bad(format!("unknown type of object `{}`", printable(other)))),
         };
-        self.objects.push(Object { id, purpose, vertices: Vec::new(), triangles: Vec::new(), components: Vec::new() });
+        self.objects.push(Object {
+            id,
+            name: xml.text(tag, "name")?.unwrap_or_default(),
+            purpose,
+            cura: Cura::default(),
+            line: xml.line(),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            components: Vec::new(),
+        });
         Ok(())
     }
 
@@ -236,7 +297,12 @@ fn claimed_id(xml: &Xml<'_>, tag: &Tag<'_>, ids: &mut BTreeSet<u32>) -> Result<O
 }
 
 /// A component or build item.
-fn instance(xml: &Xml<'_>, tag: &Tag<'_>) -> Result<Instance> {
+fn instance(xml: &Xml<'_>, tag: &Tag<'_>, standing: Standing) -> Result<Instance> {
+    let path = xml.text_in(tag, PRODUCTION, "path")?;
+    if let (Some(path), Standing::Named) = (&path, standing) {
+        let shown = printable(path);
+        return Err(xml.bad(format!("a path to {shown} in a model part that is not the root, which 3MF forbids")));
+    }
     let id = xml.text(tag, "objectid")?.ok_or_else(|| xml.bad("a reference without objectid".into()))?;
     let transform = match xml.text(tag, "transform")? {
         None => Transform::IDENTITY,
@@ -249,7 +315,7 @@ fn instance(xml: &Xml<'_>, tag: &Tag<'_>) -> Result<Instance> {
             Transform::new(numbers).map_err(|problem| xml.bad(problem))?
         }
     };
-    Ok(Instance { object: xml.whole(b"objectid", id.as_bytes())?, transform, line: xml.line() })
+    Ok(Instance { path, object: xml.whole(b"objectid", id.as_bytes())?, transform, line: xml.line() })
 }
 
 /// The word of an extension's namespace that people know it by: `production`, `beamlattice`.

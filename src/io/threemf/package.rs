@@ -1,24 +1,29 @@
 //! The zip archive of a 3MF file, with its traps closed.
 
 use crate::error::{Error, Place, Result, printable};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 use zip::result::ZipError;
 
 /// Most parts of a package.
 const MOST_PARTS: usize = 10_000;
-/// Most bytes of one inflated part.
+/// Most bytes of all parts that are inflated.
 const MOST_BYTES: u64 = 2 << 30;
-/// Parts that inflate to less than this may do so by any ratio.
+/// What inflates to less than this may do so by any ratio.
 const SMALL: u64 = 10 << 20;
-/// Largest ratio of inflating larger parts; the XML of real meshes stays below 20.
+/// Largest ratio of inflating more; the XML of real meshes stays below 20.
 const MOST_RATIO: u64 = 200;
 
 /// The parts of a package.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
     parts: Vec<Part>,
+    /// The parts by their names in lower case, without the first stroke.
+    by_name: HashMap<String, usize>,
+    /// Bytes of the parts read so far, inflated and packed.
+    inflated: u64,
+    packed: u64,
 }
 
 struct Part {
@@ -37,29 +42,11 @@ impl<'a> Package<'a> {
             return Err(too_large("a package of so many parts", archive.len() as u64, MOST_PARTS as u64));
         }
         let parts = (0..archive.len()).map(|i| part(&mut archive, i)).collect::<Result<Vec<Part>>>()?;
-        let package = Package { archive, parts };
-        package.check_names(directory_records(bytes, package.archive.central_directory_start()))?;
+        check_names(&parts, directory_records(bytes, archive.central_directory_start()))?;
+        let by_name = parts.iter().enumerate().rev().map(|(i, p)| (key(&p.name), i)).collect();
+        let package = Package { archive, parts, by_name, inflated: 0, packed: 0 };
         package.check_overlaps()?;
         Ok(package)
-    }
-
-    /// No name leaves the package, and none occurs twice: readers would disagree about which is meant.
-    fn check_names(&self, records: usize) -> Result<()> {
-        let mut known = HashSet::new();
-        for part in &self.parts {
-            if part.name.split(['/', '\\']).any(|step| step == "..") {
-                return Err(damaged(&part.name, "a part whose name leads out of the package".into()));
-            }
-            if !known.insert(part.name.to_lowercase()) {
-                return Err(damaged(&part.name, "two parts of one name, but for upper and lower case".into()));
-            }
-        }
-        // The directory of the `zip` crate keeps the last of equal names.
-        if records > self.parts.len() {
-            let problem = format!("{} parts under {} names: some occur twice", records, self.parts.len());
-            return Err(damaged("the archive", problem));
-        }
-        Ok(())
     }
 
     /// No two parts share bytes: the trick by which small archives inflate without end.
@@ -79,11 +66,15 @@ impl<'a> Package<'a> {
 
     /// The part of a name, `/3D/3dmodel.model` or without the first stroke; upper and lower case are one.
     pub(super) fn find(&self, name: &str) -> Option<usize> {
-        let wanted = name.trim_start_matches('/').to_lowercase();
-        self.parts.iter().position(|p| p.name.trim_start_matches('/').to_lowercase() == wanted)
+        self.by_name.get(&key(name)).copied()
     }
 
-    /// The bytes of a part, inflated within the caps, its checksum verified.
+    /// How many bytes a part says that it inflates to.
+    pub(super) fn size(&self, index: usize) -> u64 {
+        self.parts.get(index).map_or(0, |p| p.size)
+    }
+
+    /// The bytes of a part, inflated within the caps that hold for all parts together, its checksum verified.
     pub(super) fn read(&mut self, index: usize) -> Result<Vec<u8>> {
         let Some(part) = self.parts.get(index) else { return Ok(Vec::new()) };
         if part.encrypted {
@@ -93,10 +84,15 @@ impl<'a> Package<'a> {
                 remedy: "export the package without encryption".into(),
             });
         }
-        let bomb = part.size > SMALL && part.size / MOST_RATIO > part.packed;
-        if part.size > MOST_BYTES || bomb {
-            return Err(too_large(&format!("inflating {}", printable(&part.name)), part.size, MOST_BYTES.min(SMALL)));
+        let inflated = self.inflated.saturating_add(part.size);
+        let packed = self.packed.saturating_add(part.packed);
+        // Each by itself as well, so that none hides behind another that hardly shrinks.
+        let bomb = is_bomb(part.size, part.packed) || is_bomb(inflated, packed);
+        if inflated > MOST_BYTES || bomb {
+            let allowed = if bomb { SMALL } else { MOST_BYTES };
+            return Err(too_large(&format!("inflating {}", printable(&part.name)), inflated, allowed));
         }
+        (self.inflated, self.packed) = (inflated, packed);
         let name = part.name.clone();
         let declared = part.size;
         let mut bytes = Vec::new();
@@ -115,6 +111,35 @@ impl<'a> Package<'a> {
         }
         Ok(bytes)
     }
+}
+
+/// No name leaves the package, and none occurs twice: readers would disagree about which is meant.
+fn check_names(parts: &[Part], records: usize) -> Result<()> {
+    let mut known = HashSet::new();
+    for part in parts {
+        if part.name.split(['/', '\\']).any(|step| step == "..") {
+            return Err(damaged(&part.name, "a part whose name leads out of the package".into()));
+        }
+        if !known.insert(part.name.to_lowercase()) {
+            return Err(damaged(&part.name, "two parts of one name, but for upper and lower case".into()));
+        }
+    }
+    // The directory of the `zip` crate keeps the last of equal names.
+    if records > parts.len() {
+        let problem = format!("{} parts under {} names: some occur twice", records, parts.len());
+        return Err(damaged("the archive", problem));
+    }
+    Ok(())
+}
+
+/// Whether so few bytes inflate to so many that somebody means harm.
+fn is_bomb(inflated: u64, packed: u64) -> bool {
+    inflated > SMALL && inflated / MOST_RATIO > packed
+}
+
+/// A name as it is looked up.
+fn key(name: &str) -> String {
+    name.trim_start_matches('/').to_lowercase()
 }
 
 /// One line of the directory.

@@ -13,6 +13,11 @@ impl Transform {
     pub(super) const IDENTITY: Transform =
         Transform { rows: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
 
+    /// The map that makes everything larger by a factor.
+    pub(super) fn scaling(by: f64) -> Self {
+        Transform { rows: [[by, 0.0, 0.0], [0.0, by, 0.0], [0.0, 0.0, by]], shift: [0.0; 3] }
+    }
+
     /// The map of twelve finite numbers, unless it flattens space.
     ///
     /// # Errors

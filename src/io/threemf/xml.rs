@@ -7,6 +7,7 @@ use quick_xml::NsReader;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::name::ResolveResult;
 use std::borrow::Cow;
+use std::cell::Cell;
 
 /// Deepest nesting of elements; the core specification needs seven.
 const DEEPEST: u32 = 32;
@@ -17,6 +18,8 @@ pub(super) struct Xml<'a> {
     bytes: &'a [u8],
     part: &'a str,
     depth: u32,
+    /// How far lines have been counted, and how many there were.
+    counted: Cell<(usize, u64)>,
 }
 
 /// What the cursor met.
@@ -38,7 +41,7 @@ impl<'a> Xml<'a> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let mut reader = NsReader::from_reader(bytes);
         reader.config_mut().expand_empty_elements = true;
-        Xml { reader, bytes, part, depth: 0 }
+        Xml { reader, bytes, part, depth: 0, counted: Cell::new((0, 1)) }
     }
 
     /// The next tag; text, comments and instructions are passed over.
@@ -90,11 +93,25 @@ impl<'a> Xml<'a> {
         known.map(|(_, ns)| String::from_utf8_lossy(ns.as_ref()).into_owned())
     }
 
-    /// The line of the cursor, counted from 1; dear, so asked for only where a fault is told.
+    /// The line of the cursor, counted from 1; all of them together cost one pass over the part.
     pub(super) fn line(&self) -> u64 {
-        let at = usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX);
-        let passed = self.bytes.get(..at.min(self.bytes.len())).unwrap_or_default();
-        1 + passed.iter().filter(|&&b| b == b'\n').count() as u64
+        let (from, lines) = self.counted.get();
+        let at = self.position().max(from);
+        let passed = self.bytes.get(from..at).unwrap_or_default();
+        let lines = lines + passed.iter().filter(|&&b| b == b'\n').count() as u64;
+        self.counted.set((at, lines));
+        lines
+    }
+
+    /// The text between the tag just met and the next.
+    pub(super) fn text_ahead(&self) -> String {
+        let rest = self.bytes.get(self.position()..).unwrap_or_default();
+        let text = rest.split(|&b| b == b'<').next().unwrap_or_default();
+        String::from_utf8_lossy(text).into_owned()
+    }
+
+    fn position(&self) -> usize {
+        usize::try_from(self.reader.buffer_position()).unwrap_or(usize::MAX).min(self.bytes.len())
     }
 
     /// A fault at the cursor.
@@ -129,6 +146,31 @@ impl<'a> Xml<'a> {
             if attribute.key.as_ref() == name.as_bytes() {
                 let value = attribute.unescape_value().map_err(|e| self.bad(printable(&e.to_string())))?;
                 found = Some(value.into_owned());
+            }
+        }
+        Ok(found)
+    }
+
+    /// The value of an attribute of a namespace, its entities resolved.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] for one of that name without a declared namespace: nobody knows what it says.
+    pub(super) fn text_in(&self, tag: &Tag<'_>, namespace: &str, name: &str) -> Result<Option<String>> {
+        let mut found = None;
+        for attribute in tag.start.attributes() {
+            let attribute = attribute.map_err(|e| self.bad(printable(&e.to_string())))?;
+            let (bound, local) = self.reader.resolve_attribute(attribute.key);
+            match bound {
+                _ if local.as_ref() != name.as_bytes() => {}
+                ResolveResult::Bound(ns) if ns.as_ref() != namespace.as_bytes() => {}
+                ResolveResult::Bound(_) => {
+                    let value = attribute.unescape_value().map_err(|e| self.bad(printable(&e.to_string())))?;
+                    found = Some(value.into_owned());
+                }
+                ResolveResult::Unbound | ResolveResult::Unknown(_) => {
+                    let shown = printable(&String::from_utf8_lossy(attribute.key.as_ref()));
+                    return Err(self.bad(format!("the attribute `{shown}` is of no declared namespace")));
+                }
             }
         }
         Ok(found)
