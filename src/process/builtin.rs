@@ -49,6 +49,9 @@ mod tests {
         let wall = &p.limits["thin-wall"];
         assert_eq!((wall.fail, wall.warn, wall.overridden, p.layer_height_mm), (Some(0.4), Some(1.2), true, 0.2));
         assert_eq!(p.limits["overhang"].warn, Some(45.0));
+        // The parent's title says how wide its own bead is.
+        let wide = Process::from_toml("mine.toml", "inherits = \"fdm\"\n[element]\nwidth_mm = 0.8\n").unwrap();
+        assert_eq!(wide.title, format!("{}, as mine changes it", p.title));
         // The warn limit of 1.2 mm would never be reached beside this one.
         let p = Process::from_toml("mine.toml", "inherits = \"fdm\"\n[limits.thin-wall]\nfail = \"2mm\"\n").unwrap();
         assert_eq!((p.limits["thin-wall"].fail, p.limits["thin-wall"].warn), (Some(2.0), None));
@@ -64,6 +67,8 @@ mod tests {
             ("inherits = \n", "line 1", "TOML"),
             ("title = \"mine\"\ninherits = \"fdn\"\n", "line 2", "fdm"),
             ("[machine]\nlayer_height_mm = 0.2\n", "line 1", "inherits"),
+            ("inherits = \"fdm\"\n[machine]\nlayer_height_mm = 12\n", "line 3", "at least as wide"),
+            ("inherits = \"fdm\"\n[limits.bed-contact]\nwarn = \"2\"\n", "line 2", "from 0 to 1"),
         ];
         for (text, place, remedy) in cases {
             let e = Process::from_toml("mine.toml", text).unwrap_err();

@@ -6,6 +6,7 @@ use super::rule::rule;
 use super::tools::{ToolChoice, Tools};
 use super::waiver::{self, Waiver};
 use crate::error::{Error, Place, Result, escaped, nearest, printable};
+use crate::units::short;
 use std::collections::BTreeMap;
 use toml::Value;
 
@@ -88,6 +89,9 @@ impl Process {
         }
         if let Some(element) = table.get("element") {
             reader.element(&mut process, element)?;
+            if table.contains_key("inherits") && !table.contains_key("title") {
+                process.title += &format!(", as {} changes it", process.name);
+            }
         }
         if let Some(tools) = table.get("tools") {
             reader.tools(&mut process, tools, !built_in)?;
@@ -347,6 +351,12 @@ impl Reader<'_> {
         if process.build_volume_mm.contains(&0.0) || process.layer_height_mm == 0.0 || process.element.width_mm == 0.0 {
             let problem = "no machine: build_volume_mm, layer_height_mm or element.width_mm is missing".to_string();
             return Err(self.bad("machine", problem, "start with inherits = \"fdm\"".into()));
+        }
+        let Element { kind, width_mm, .. } = &process.element;
+        if kind == "bead" && process.layer_height_mm > *width_mm {
+            let [high, wide] = [process.layer_height_mm, *width_mm].map(short);
+            let problem = format!("layers of {high} mm are higher than the bead is wide, {wide} mm");
+            return Err(self.bad("layer_height_mm", problem, "a bead is at least as wide as it is high".into()));
         }
         for (key, limit) in &process.limits {
             let rule = rule(key)?;

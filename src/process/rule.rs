@@ -16,6 +16,8 @@ pub enum Dimension {
     Volume,
     /// A pure number: a ratio or a count.
     Number,
+    /// A part of a whole, at most 1.
+    Share,
 }
 
 impl Dimension {
@@ -26,14 +28,14 @@ impl Dimension {
             Dimension::Angle => "deg",
             Dimension::Area => "mm2",
             Dimension::Volume => "mm3",
-            Dimension::Number => "1",
+            Dimension::Number | Dimension::Share => "1",
         }
     }
 
     /// A number in that unit from text with a unit.
     ///
     /// # Errors
-    /// [`Error::Usage`] for text that is no such quantity, is negative, or an angle above 90°.
+    /// [`Error::Usage`] for text that is no such quantity, is negative, an angle above 90° or a share above 1.
     pub fn parse(self, text: &str) -> Result<f64> {
         let value = match self {
             Dimension::Length => Length::parse(text)?.as_mm(),
@@ -51,13 +53,17 @@ impl Dimension {
                 (value, "cm3" | "cm³" | "ml") => 1e3 * value,
                 _ => return Err(out_of_range(text, "a volume such as 2mm3")),
             },
-            Dimension::Number => match split_unit(text)? {
+            Dimension::Number | Dimension::Share => match split_unit(text)? {
                 (value, "" | "1") => value,
                 (value, "%") => 0.01 * value,
                 _ => return Err(out_of_range(text, "a number without a unit")),
             },
         };
-        let most = if self == Dimension::Angle { 90.0 } else { 1e6 };
+        let most = match self {
+            Dimension::Angle => 90.0,
+            Dimension::Share => 1.0,
+            _ => 1e6,
+        };
         if (0.0..=most).contains(&value) {
             Ok(value)
         } else {
@@ -145,7 +151,7 @@ pub const RULES: &[Rule] = &[
     Rule { key: "support", dimension: Dimension::Number, bound: Bound::Most },
     Rule { key: "tall-feature", dimension: Dimension::Number, bound: Bound::Most },
     Rule { key: "tall-feature.topple", dimension: Dimension::Length, bound: Bound::Least },
-    Rule { key: "bed-contact", dimension: Dimension::Number, bound: Bound::Least },
+    Rule { key: "bed-contact", dimension: Dimension::Share, bound: Bound::Least },
 ];
 
 /// The rule of a key.
