@@ -97,11 +97,9 @@ struct How<'a> {
 impl How<'_> {
     fn of(b: &Batch) -> Result<How<'static>> {
         let fail_on = FailOn::named(&b.how.fail_on)?;
-        if fail_on == FailOn::New {
-            return Err(usage(
-                "--fail-on new needs a baseline for each part",
-                "compare parts one by one, or use fail, warn",
-            ));
+        if fail_on.is_of_news() {
+            let problem = format!("--fail-on {} needs a baseline for each part", b.how.fail_on);
+            return Err(usage(&problem, "compare parts one by one, or use fail, warn"));
         }
         let mut options = judge::options(&b.how)?;
         if options.exhibited == Exhibited::Nothing {
@@ -140,7 +138,7 @@ impl How<'_> {
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
             Ok((analysis, files))
         })??;
-        let code = self.fail_on.exit_code(&analysis.report, false);
+        let code = self.fail_on.exit_code(&analysis.report, None);
         Ok(Finished { report: analysis.report, code, files: files.into_contents() })
     }
 }
