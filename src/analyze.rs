@@ -2,11 +2,10 @@
 
 use crate::access::{Question, orientations};
 use crate::check::registry::{CHECKS, all_known, left_out};
-use crate::check::{Acceptance, Bracket, Check, Context, Measured, Outcome, State, setup_samples};
+use crate::check::{Acceptance, Check, Context, Measured, Outcome, State, setup_samples};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
-use crate::geometry::vector::bounds;
 use crate::geometry::{TriangleMesh, health};
 use crate::grid::{Fitting, Grid};
 use crate::io::Loaded;
@@ -260,7 +259,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
         tool: Tool { name: "amcheck".into(), version: env!("CARGO_PKG_VERSION").into() },
         verdict,
         summary: String::new(),
-        part: part_report(&prepared)?,
+        part: PartReport::of(part, (&prepared.file, &prepared.sha256), (&prepared.units.0, prepared.units.1))?,
         process: ProcessReport::of(&options.process),
         grid: GridReport {
             spacing_mm: report_digits(grid.h()),
@@ -273,6 +272,7 @@ pub fn run_told(mut prepared: Prepared, options: &Options, told: &dyn Fn(&str)) 
         checks,
         thickness,
         warnings: notices,
+        baseline: None,
     };
     report.summary = sentence(&report);
     lap("judge");
@@ -375,26 +375,5 @@ fn judge(
             report.told_by_worst(&options.process);
             (report, Some(*m))
         }
-    })
-}
-
-fn part_report(prepared: &Prepared) -> Result<PartReport> {
-    let part = &prepared.part;
-    let solid = part.solid()?;
-    let (low, high) = (solid.inner.volume().as_mm3(), solid.outer.volume().as_mm3());
-    let value = if part.is_plain() { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
-    let (lo, hi) = bounds(part.mesh().vertices.iter().map(|&p| part.to_file(p))).unwrap_or_default();
-    Ok(PartReport {
-        file: prepared.file.clone(),
-        sha256: prepared.sha256.clone(),
-        triangles: part.health_as_read().facet_body.len() as u64,
-        bodies: part.health().bodies.len() as u64,
-        box_mm: [lo, hi].map(|corner| corner.map(report_digits)),
-        volume_mm3: Bracket::new(value, low, high).rounded(),
-        area_mm2: report_digits(part.mesh().area()),
-        units: prepared.units.0.clone(),
-        units_from: prepared.units.1.into(),
-        watertight: part.health_as_read().is_watertight(),
-        pose: part.pose().map(|row| row.map(report_digits)),
     })
 }

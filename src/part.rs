@@ -66,7 +66,6 @@ struct Kept {
     ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
     turn: OnceLock<(Asked, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
-    corner: OnceLock<Vec3>,
     sides: OnceLock<Vec3>,
 }
 

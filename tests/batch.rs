@@ -198,6 +198,15 @@ fn shares_are_joined_into_the_table_of_the_whole() {
         rows
     };
     assert_eq!(without_time("shares/table.jsonl"), without_time("whole/table.jsonl"));
+    let said = |output: Output| String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!said(merged).contains("note:"));
+    // Two of the shares are run again after a part was taken out.
+    std::fs::remove_file(s.0.join("in/slits_015.stl")).expect("a part");
+    for share in ["1/3", "2/3"] {
+        s.batch(&["in", "--out", "shares", "--only", "mesh,build-volume,overhang", "--shard", share]);
+    }
+    let merged = s.command(&["merge", "shares"]).output().expect("runs");
+    assert!(said(merged).contains("the shares are not all of the same list of parts"));
     std::fs::remove_file(s.0.join("shares/table-2-of-3.jsonl")).expect("a share");
     let merged = s.command(&["merge", "shares", "--out", "all"]).output().expect("runs");
     assert!(String::from_utf8_lossy(&merged.stdout).contains("share 2 of 3 has no table"));
@@ -315,7 +324,7 @@ fn what_breaks_down_is_a_line() {
     };
     let named = |entry: &amcheck::batch::Entry| entry.name.clone();
     let (settings, limit_bytes, jobs, earlier) = (String::new(), 1 << 20, 1, Earlier::Keep);
-    let work = Work { judge: &judge, named: &named, settings, limit_bytes, jobs, earlier };
+    let work = Work { judge: &judge, named: &named, settings, among: None, limit_bytes, jobs, earlier };
     let parts = entries(&[s.0.join("in")]).expect("two parts");
     let rows = run(&parts, &store, &work, |_| ());
     assert_eq!(rows.iter().map(|r| r.code).collect::<Vec<_>>(), [70, 130]);

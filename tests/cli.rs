@@ -703,6 +703,87 @@ fn reports_are_compared() {
     assert_eq!(ran.exit, 1, "{}", ran.out);
 }
 
+#[test]
+fn what_is_undecided_or_warns_and_is_new_is_no_success() {
+    let s = Scratch::new();
+    let names = ["block", "block_open", "wall_080"];
+    for name in names {
+        s.run(&[&fixture(name), "--format", "json", "--fail-on", "never", "--out", name]);
+    }
+    let since = |part: &str, old: &str, fail_on: &str| {
+        let (part, old) = (fixture(part), format!("{old}/report.json"));
+        s.run(&[&part, "--baseline", &old, "--fail-on", fail_on, "--format", "json,junit,html", "--out", "r"]).exit
+    };
+    for (part, old, [new, new_warn]) in
+        [("block_open", "block", [3, 1]), ("wall_080", "block", [0, 1]), ("block", "block_open", [0, 0])]
+    {
+        assert_eq!([since(part, old, "new"), since(part, old, "new-warn")], [new, new_warn], "{part} {old}");
+        assert_eq!([since(part, part, "new"), since(part, part, "new-warn")], [0, 0], "{part}");
+    }
+    let compared = s.run(&["compare", "block/report.json", "block_open/report.json"]);
+    assert_eq!(compared.exit, 3, "{}", compared.out);
+    s.refused(&["block.stl", "--fail-on", "new-warn"], 2, "E001", &["--fail-on new-warn", "--baseline"]);
+}
+
+#[test]
+fn what_failed_before_is_no_failure_of_the_files_either() {
+    let s = Scratch::new();
+    let wall = fixture("wall_111_024");
+    let run = |more: &[&str]| {
+        let usual = [&wall, "--only", "thin-wall", "--format", "json,junit,sarif,html,markdown", "--out", "r"];
+        s.run(&[&usual[..], more].concat()).exit
+    };
+    let failures = || s.text("r/report.junit.xml").matches("<failure ").count();
+    assert_eq!((run(&[]), failures()), (1, 1));
+    assert!(!s.text("r/report.sarif").contains("baselineState") && !s.text("r/report.json").contains("\"baseline\""));
+    assert_eq!((run(&["--baseline", "r/report.json", "--fail-on", "new"]), failures()), (0, 0));
+    assert!(s.text("r/report.junit.xml").contains("was there before"));
+    assert!(s.text("r/report.sarif").contains("\"baselineState\": \"unchanged\""));
+    let told: serde_json::Value = serde_json::from_str(&s.text("r/report.json")).expect("JSON");
+    assert_eq!(told["baseline"]["words"], "1 same");
+    assert!(s.text("r/report.html").contains("Against the baseline: 1 same"));
+    // Without that, all that fails is a failure.
+    assert_eq!((run(&["--baseline", "r/report.json"]), failures()), (1, 1));
+}
+
+/// A binary STL of boxes given by their corners.
+fn boxes(corners: &[[[f64; 3]; 2]]) -> Vec<u8> {
+    let meshes = corners.iter().map(|[lo, hi]| amcheck::geometry::cuboid(*lo, *hi));
+    let facets = |m: amcheck::geometry::TriangleMesh| -> Vec<[[f32; 3]; 3]> {
+        (0..m.triangles.len()).map(|f| m.corners(f).map(|p| p.map(|x| x as f32))).collect()
+    };
+    stl(&meshes.flat_map(facets).collect::<Vec<_>>())
+}
+
+#[test]
+fn a_joint_that_is_welded_is_worse_and_one_whose_part_is_gone_is_fixed() {
+    let s = Scratch::new();
+    let first = [[0.0; 3], [10.0; 3]];
+    s.write("apart.stl", boxes(&[first, [[10.15, 0.0, 0.0], [20.0, 10.0, 10.0]]]));
+    s.write("welded.stl", boxes(&[first, [[10.0, 0.0, 0.0], [20.0, 10.0, 10.0]]]));
+    s.write("alone.stl", boxes(&[first]));
+    s.write("wider.stl", boxes(&[first, [[11.0, 0.0, 0.0], [20.0, 10.0, 10.0]]]));
+    let only = ["--only", "mesh,narrow-gap", "--format", "json,markdown,junit", "--out"];
+    assert_eq!(s.run(&[&["apart.stl"][..], &only, &["old"]].concat()).exit, 1);
+    let since = |part: &str| {
+        s.run(&[&[part, "--baseline", "old/report.json", "--fail-on", "new"][..], &only, &["new"]].concat())
+    };
+    let welded = since("welded.stl");
+    assert_eq!(welded.exit, 1, "{}", welded.out);
+    assert!(
+        welded.out.contains("bodies 2 → 1") && welded.out.contains("bodies 1 and 2 are one body now"),
+        "{}",
+        welded.out
+    );
+    assert!(s.text("new/report.md").contains("Bodies 2 → 1"));
+    assert!(s.text("new/report.junit.xml").contains("<failure message=\"worse: 0.15 mm"));
+    for (part, words) in [("alone.stl", "bodies 2 → 1"), ("wider.stl", "compared with the baseline: 1 fixed")] {
+        let fixed = since(part);
+        assert_eq!(fixed.exit, 0, "{part}: {}", fixed.out);
+        assert!(fixed.out.contains("1 fixed") && fixed.out.contains(words), "{part}: {}", fixed.out);
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_behind_stdout_is_an_error() {

@@ -3,9 +3,9 @@
 mod sample;
 
 use amcheck::check::{Finding, Spot, State};
-use amcheck::report::baseline::{Delta, compare, text};
+use amcheck::report::baseline::{Comparison, Delta, compare, text};
 use amcheck::report::terminal::Palette;
-use amcheck::report::{Report, badge, junit, markdown, sarif};
+use amcheck::report::{BodyReport, Report, badge, json, junit, markdown, sarif};
 use std::path::Path;
 
 /// The index of a check of the sample.
@@ -56,7 +56,9 @@ fn an_area_that_grew_is_worse_at_the_same_value() {
         report.checks[walls].findings[0].area_mm2 = Some(area);
         report
     };
-    for (old, new, worse, better) in [(28.0, 717.0, 1, 0), (28.0, 41.0, 0, 0), (717.0, 28.0, 0, 1)] {
+    for (old, new, worse, better) in
+        [(28.0, 717.0, 1, 0), (28.0, 30.5, 0, 0), (235.0, 258.0, 0, 0), (235.0, 353.0, 1, 0), (717.0, 28.0, 0, 1)]
+    {
         let c = compare(&of(old), &of(new));
         assert_eq!((c.count(Delta::Worse), c.count(Delta::Better)), (worse, better), "{old} {new}");
     }
@@ -209,7 +211,7 @@ fn markdown_has_the_findings_and_escapes_names() {
 
 #[test]
 fn junit_is_well_formed_and_counts_what_it_holds() {
-    let text = junit::write(&sample::report(sample::HOSTILE), &[]);
+    let text = junit::write(&sample::report(sample::HOSTILE), &[], None);
     let mut reader = quick_xml::Reader::from_str(&text);
     let (mut seen, mut file) = (std::collections::BTreeMap::<String, usize>::new(), String::new());
     loop {
@@ -236,7 +238,7 @@ fn junit_is_well_formed_and_counts_what_it_holds() {
 fn junit_fails_what_is_to_fail_beside_failures() {
     let report = sample::report("a.stl");
     let said = |failing: &[State]| {
-        let text = junit::write(&report, failing);
+        let text = junit::write(&report, failing, None);
         let failures = text.matches("<failure ").count();
         assert!(text.contains(&format!("failures=\"{failures}\"")), "{text}");
         failures
@@ -249,10 +251,98 @@ fn junit_fails_what_is_to_fail_beside_failures() {
     assert_eq!(said(&[State::Warn, State::Undecided]), all);
 }
 
+/// The alerts on the part at a path.
+fn alerts(report: &Report, part: &str, since: Option<&Comparison>) -> serde_json::Value {
+    serde_json::from_str(&sarif::write(report, Path::new(part), since)).unwrap()
+}
+
+/// What each alert was in the baseline.
+fn baseline_states(report: &Report, since: &Comparison) -> Vec<String> {
+    let results = alerts(report, "a.stl", Some(since))["runs"][0]["results"].as_array().unwrap().clone();
+    results.iter().map(|r| r["baselineState"].as_str().unwrap_or("none").to_string()).collect()
+}
+
+#[test]
+fn test_cases_and_alerts_know_what_was_there_before() {
+    let old = sample::report("a.stl");
+    let same = compare(&old, &old);
+    let text = junit::write(&old, &[], Some(&same));
+    assert!(text.contains("failures=\"0\"") && text.contains("was there before: ✖ thin-wall[1]"), "{text}");
+    assert_eq!(baseline_states(&old, &same), ["unchanged"; 5]);
+    assert!(alerts(&old, "a.stl", None)["runs"][0]["results"][0]["baselineState"].is_null());
+    // One fin is thinner, another is new, and a warning as well.
+    let mut new = old.clone();
+    let (walls, slopes) = (at(&new, "thin-wall"), at(&new, "overhang"));
+    let fins = &mut new.checks[walls].findings;
+    (fins[0].value, fins[0].low, fins[0].high) = (0.3, 0.29, 0.31);
+    let mut fresh = fins[1].moved([-40.0, 3.0, 1.0]);
+    fresh.fingerprint = "elsewhere".into();
+    fins.push(fresh);
+    let mut slope = new.checks[slopes].findings[0].moved([-40.0, 3.0, 1.0]);
+    slope.fingerprint = "elsewhere too".into();
+    new.checks[slopes].findings.push(slope);
+    let changed = compare(&old, &new);
+    let text = junit::write(&new, &[], Some(&changed));
+    assert!(text.contains("failures=\"1\"") && text.contains("<failure message=\"worse: ✖ thin-wall[1]"), "{text}");
+    let warned = junit::write(&new, &[State::Warn, State::Undecided], Some(&changed));
+    assert!(warned.contains("failures=\"2\""), "{warned}");
+    let mut states = baseline_states(&new, &changed);
+    states.sort();
+    assert_eq!(states, ["new", "new", "unchanged", "unchanged", "unchanged", "unchanged", "updated"]);
+}
+
+/// The sample as two bodies with a gap between them that fails, and what has become of them.
+fn jointed(bodies: &[BodyReport]) -> Report {
+    let mut report = sample::report("joint.stl");
+    let walls = at(&report, "thin-wall");
+    let own = &mut report.checks[walls].findings;
+    let gap = Finding { kind: "gap-between-bodies".into(), bodies: Some(vec![1, 2]), ..own[0].clone() };
+    *own = if bodies.len() == 2 { vec![gap] } else { Vec::new() };
+    (report.part.bodies, report.part.each_body) = (bodies.len() as u64, bodies.to_vec());
+    if let [one] = bodies {
+        report.part.volume_mm3.value = one.volume_mm3;
+        report.part.each_body.clear();
+    }
+    report
+}
+
+#[test]
+fn a_gap_between_bodies_that_are_one_now_is_worse_and_one_beside_a_body_that_is_gone_is_fixed() {
+    let [block, pin] = [(11_000.0, -28.0), (900.0, 10.0)]
+        .map(|(volume_mm3, x)| BodyReport { box_mm: [[x, -18.0, 0.0], [28.0, 18.0, 26.0]], volume_mm3 });
+    let old = jointed(&[block, pin]);
+    let became = |volume_mm3: f64| compare(&old, &jointed(&[BodyReport { volume_mm3, ..block }]));
+    let welded = became(11_950.0);
+    assert!(welded.has_new_failure() && welded.count(Delta::Worse) == 1 && welded.count(Delta::Fixed) == 0);
+    let said = text(&welded, Palette::Plain);
+    assert!(said.contains("bodies 1 and 2 are one body now") && said.contains("bodies 2 → 1\n"), "{said}");
+    let told = welded.told();
+    assert_eq!((told.bodies, told.changes[0].delta.as_str()), ([2, 1], "worse"));
+    assert!(told.words.ends_with("; bodies 2 → 1"), "{}", told.words);
+    let schema = jsonschema::validator_for(&serde_json::from_str(json::SCHEMA_TEXT).unwrap()).unwrap();
+    let mut value: serde_json::Value =
+        serde_json::from_str(&json::write(&Report { baseline: Some(told), ..old.clone() })).unwrap();
+    let faults: Vec<String> = schema.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).collect();
+    assert!(faults.is_empty() && value["part"]["each_body"][1]["volume_mm3"] == 900.0, "{faults:?}");
+    value["baseline"]["changes"][0]["delta"] = "perhaps".into();
+    assert!(!schema.is_valid(&value));
+    let new = jointed(&[block]);
+    assert!(markdown::write(&new, Some(&welded)).contains("Bodies 2 → 1"));
+    let cases = junit::write(&new, &[], Some(&welded));
+    assert!(cases.contains("failures=\"1\"") && cases.contains("<failure message=\"worse: 0.45 mm"), "{cases}");
+    let results = alerts(&new, "a.stl", Some(&welded))["runs"][0]["results"].as_array().unwrap().clone();
+    assert_eq!((&results[0]["level"], &results[0]["baselineState"]), (&"error".into(), &"updated".into()));
+    let removed = became(11_000.0);
+    assert_eq!((removed.count(Delta::Fixed), removed.has_new_failure(), removed.bodies), (1, false, [2, 1]));
+    // A report that lists no bodies does not tell which it was.
+    let mut unlisted = old.clone();
+    unlisted.part.each_body.clear();
+    assert_eq!(compare(&unlisted, &jointed(&[block])).count(Delta::Unchecked), 1);
+}
+
 #[test]
 fn sarif_has_what_lists_of_alerts_ask_for() {
-    let document: serde_json::Value =
-        serde_json::from_str(&sarif::write(&sample::report("my part.stl"), Path::new("models/my part.stl"))).unwrap();
+    let document = alerts(&sample::report("my part.stl"), "models/my part.stl", None);
     let run = &document["runs"][0];
     assert_eq!((&document["version"], &run["tool"]["driver"]["name"]), (&"2.1.0".into(), &"amcheck".into()));
     let results = run["results"].as_array().unwrap();

@@ -3,6 +3,7 @@
 mod sample;
 
 use amcheck::check::State;
+use amcheck::report::baseline::{Comparison, compare};
 use amcheck::report::{Report, junit, sarif};
 use flate2::read::GzDecoder;
 use quick_xml::Reader;
@@ -24,14 +25,22 @@ fn reports() -> Vec<Report> {
     invented.into_iter().chain(kept).collect()
 }
 
+/// A report beside one that had the first finding of each check alone.
+fn news(report: &Report) -> Comparison {
+    let mut old = report.clone();
+    old.checks.iter_mut().for_each(|c| c.findings.truncate(1));
+    compare(&old, report)
+}
+
 #[test]
 fn sarif_keeps_to_the_schema_of_oasis() {
     let mut text = String::new();
     GzDecoder::new(&include_bytes!("data/sarif-2.1.0.schema.json.gz")[..]).read_to_string(&mut text).unwrap();
     let schema: serde_json::Value = serde_json::from_str(&text).unwrap();
     let validator = jsonschema::validator_for(&schema).expect("the published schema is one");
-    for report in reports() {
-        let value: serde_json::Value = serde_json::from_str(&sarif::write(&report, Path::new("-"))).unwrap();
+    for (report, since) in reports().into_iter().flat_map(|r| [(r.clone(), None), (r.clone(), Some(news(&r)))]) {
+        let text = sarif::write(&report, Path::new("-"), since.as_ref());
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
         let faults: Vec<String> =
             validator.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).take(5).collect();
         assert!(faults.is_empty(), "{}: {faults:#?}", report.part.file);
@@ -41,7 +50,7 @@ fn sarif_keeps_to_the_schema_of_oasis() {
         assert!(!validator.is_valid(&spoilt));
     }
     let (crowded, _) = sample::crowded("a.stl");
-    let value: serde_json::Value = serde_json::from_str(&sarif::write(&crowded, Path::new("-"))).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&sarif::write(&crowded, Path::new("-"), None)).unwrap();
     let results = value["runs"][0]["results"].as_array().unwrap();
     let suppressed: Vec<_> = results.iter().filter(|r| r["suppressions"].is_array()).collect();
     assert_eq!(suppressed.len(), 1);
@@ -53,10 +62,12 @@ fn junit_keeps_to_the_schema_of_the_xunit_plugin() {
     let schema = Schema::read(include_str!("data/junit-10.xsd"));
     assert!(schema.elements.len() == 10, "{:?}", schema.elements.keys());
     for report in reports() {
-        let text = junit::write(&report, &[State::Warn, State::Undecided]);
-        schema.check(&text).unwrap_or_else(|fault| panic!("{}: {fault}\n{text}", report.part.file));
+        for since in [None, Some(news(&report))] {
+            let text = junit::write(&report, &[State::Warn, State::Undecided], since.as_ref());
+            schema.check(&text).unwrap_or_else(|fault| panic!("{}: {fault}\n{text}", report.part.file));
+        }
     }
-    let text = junit::write(&sample::report("bracket.stl"), &[]);
+    let text = junit::write(&sample::report("bracket.stl"), &[], None);
     for (good, bad) in [("<testcase ", "<testcas "), (" tests=", " test="), ("<skipped ", "<skipped when=\"x\" ")] {
         assert!(schema.check(&text.replace(good, bad)).is_err(), "{bad} is not noticed");
     }

@@ -29,18 +29,22 @@ pub struct Merged {
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<Merged> {
     let mut said: BTreeMap<String, Vec<(&Path, Row)>> = BTreeMap::new();
     let mut shares: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-    let mut asked: BTreeSet<String> = BTreeSet::new();
+    let (mut asked, mut among) = (BTreeSet::new(), BTreeSet::new());
+    // Whether a share is there twice, and so is of another batch.
+    let mut several = false;
     for folder in folders {
         let others: Vec<Vec<String>> = folders.iter().map(|f| absolute(f)).filter(|f| *f != absolute(folder)).collect();
         for (table, share) in tables(folder)? {
-            shares.entry(share.map_or(0, |s| s.count)).or_default().extend(share.map(|s| s.index));
+            let seen = shares.entry(share.map_or(0, |s| s.count)).or_default();
+            several |= share.is_some_and(|s| !seen.insert(s.index));
             for row in lines(&table)? {
                 let place = row.folder.as_ref().map(|f| folder.join(f));
                 if place.as_ref().is_some_and(|p| others.iter().any(|other| absolute(p).starts_with(other))) {
                     continue;
                 }
                 asked.extend(row.asked.clone().filter(|_| share.is_some()));
-                let row = Row { folder: place.map(|p| relative(out, &p)), ..row };
+                among.extend(row.among.clone());
+                let row = Row { folder: place.map(|p| relative(out, &p)), among: None, ..row };
                 let known = said.entry(row.part.clone()).or_default();
                 if !known.iter().any(|(_, other)| same(other, &row)) {
                     known.push((folder, row));
@@ -52,10 +56,15 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<Merged> {
         .iter()
         .flat_map(|(&count, seen)| (1..=count).filter(|i| !seen.contains(i)).map(move |i| (i, count)))
         .collect();
-    let notes = (asked.len() > 1).then(|| "the shares were not all judged by the same options and version".into());
+    let otherwise = (asked.len() > 1).then_some("the shares were not all judged by the same options and version");
+    let of_others = (among.len() > 1 && !several).then_some(
+        "the shares are not all of the same list of parts: what was taken out of it since may still stand here, what was added may be missing; run \
+         those again that are older, what was judged is not judged again",
+    );
+    let notes = otherwise.into_iter().chain(of_others).map(String::from).collect();
     let mut rows: Vec<Row> = said.into_values().flat_map(told_apart).collect();
     rows.sort_by(|a, b| a.part.cmp(&b.part));
-    Ok(Merged { rows, missing, notes: notes.into_iter().collect() })
+    Ok(Merged { rows, missing, notes })
 }
 
 /// Whether two lines say the same of a part; when it was computed, and by what effort, does not matter.
@@ -173,6 +182,25 @@ mod tests {
 
     fn seen(merged: &Merged) -> Vec<(&str, u8)> {
         merged.rows.iter().map(|r| (r.part.as_str(), r.code)).collect()
+    }
+
+    #[test]
+    fn shares_of_other_lists_of_parts_are_told() {
+        let dir = scratch("lists", &["a", "b"]);
+        let of = |part: &str, among: &str| Row { among: Some(among.into()), ..row(part, 0) };
+        write_tables(&dir.join("a"), share(1, 2), &[of("x", "6 parts")]).unwrap();
+        write_tables(&dir.join("a"), share(2, 2), &[of("y", "6 parts")]).unwrap();
+        assert_eq!(merge(&[dir.join("a")], &dir).unwrap().notes.len(), 0);
+        // One share was run again after a part had gone.
+        write_tables(&dir.join("a"), share(1, 2), &[of("x", "5 parts")]).unwrap();
+        let notes = merge(&[dir.join("a")], &dir).unwrap().notes;
+        assert!(notes.len() == 1 && notes[0].contains("not all of the same list"), "{notes:?}");
+        // Two batches are of two lists.
+        write_tables(&dir.join("a"), share(2, 2), &[of("y", "5 parts")]).unwrap();
+        write_tables(&dir.join("b"), share(1, 2), &[of("z", "1 part")]).unwrap();
+        write_tables(&dir.join("b"), share(2, 2), &[]).unwrap();
+        assert_eq!(merge(&[dir.join("a"), dir.join("b")], &dir).unwrap().notes.len(), 0);
+        fs::remove_dir_all(dir).unwrap();
     }
 
     #[test]

@@ -40,6 +40,9 @@ pub struct Row {
     /// What was asked, as the start of a digest of all options and the version.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub asked: Option<String>,
+    /// The start of a digest of the names of all parts of the batch that this is a share of.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub among: Option<String>,
     /// Folder of the results, below the folder of the table.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub folder: Option<String>,
@@ -112,6 +115,7 @@ impl Row {
             volume_mm3: None,
             sha256: None,
             asked: None,
+            among: None,
             folder: None,
             seconds: 0.0,
             peak_mib: None,

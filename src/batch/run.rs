@@ -30,6 +30,8 @@ pub struct Work<'a> {
     pub named: &'a (dyn Fn(&Entry) -> String + Sync),
     /// Everything else that the result depends on beside the part.
     pub settings: String,
+    /// Of a share, the start of a digest of the names of all parts that it is a share of.
+    pub among: Option<String>,
     /// The largest file that is read.
     pub limit_bytes: u64,
     /// How many parts are in work at a time.
@@ -90,7 +92,7 @@ fn one(entry: &Entry, store: &Store, work: &Work) -> Row {
         Ok(bytes) => kept_or_judged(entry, &bytes, store, work, start),
         Err(e) => Row::refused(&entry.name, &e),
     };
-    row.asked = Some(asked(work));
+    (row.asked, row.among) = (Some(asked(work)), work.among.clone());
     if !row.reused {
         spent(&mut row, start);
     }
@@ -99,7 +101,16 @@ fn one(entry: &Entry, store: &Store, work: &Work) -> Row {
 
 /// The start of the digest of what every part is asked.
 fn asked(work: &Work) -> String {
-    key(&[work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()]).chars().take(16).collect()
+    short_key(&[work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()])
+}
+
+/// The start of a digest of the names of parts.
+pub fn names_key(entries: &[Entry]) -> String {
+    short_key(&entries.iter().map(|e| e.name.as_bytes()).collect::<Vec<_>>())
+}
+
+fn short_key(parts: &[&[u8]]) -> String {
+    key(parts).chars().take(16).collect()
 }
 
 /// Puts time and memory into a line.

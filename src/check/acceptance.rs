@@ -175,7 +175,7 @@ fn corners(box_mm: [[f64; 3]; 2]) -> Vec<[f64; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::finding::{Basis, Bracket, Limits, State};
+    use super::super::finding::{Basis, Bracket, Limits, State, Witness};
     use super::*;
     use crate::process::waivers;
 
@@ -277,6 +277,29 @@ mod tests {
         assert_eq!(applied("at_mm = [61.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
         wall[0].count = 2;
         assert_eq!(applied("at_mm = [60.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
+    }
+
+    #[test]
+    fn a_hole_is_accepted_anywhere_along_its_axis() {
+        // 1.5 mm wide through 12 mm, told near one end.
+        let hole = || {
+            let mut f = finding(1.5, [30.0, 10.0, 8.5]);
+            (f.box_mm, f.area_mm2) = ([[29.25, 9.25, 0.0], [30.75, 10.75, 12.0]], Some(1.767));
+            let points_mm = vec![f.at_mm, [30.0, 10.0, 12.0], [30.0, 10.0, 0.0]];
+            f.witness = Some(Witness { kind: Witness::SECTION.into(), points_mm });
+            f
+        };
+        for z in [-0.4, 1.0, 6.0, 11.0, 12.4] {
+            let mut one = [hole()];
+            let entry = format!("at_mm = [30, 10, {z}]\nwithin_mm = 0.5\nno_larger_than_mm2 = 2.6");
+            assert!(applied(&entry, None, &mut one).is_empty() && one[0].accepted.is_some(), "{z}");
+        }
+        let mut beyond = [hole()];
+        assert_eq!(applied("at_mm = [30, 10, 14]", None, &mut beyond), ["acceptance-unused"]);
+        // One that leads round a corner fills little of its box.
+        let mut bent = [hole()];
+        bent[0].box_mm = [[29.25, 0.0, 0.0], [30.75, 10.75, 12.0]];
+        assert_eq!(applied("at_mm = [30, 2, 2]", None, &mut bent), ["acceptance-unused"]);
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub struct Meta {
 pub struct Context {
     /// Budget for deciding what is open, in samples; the same input gives the same answer on any machine.
     pub refine: u64,
-    /// Spacing of the grid, millimetres; places are rounded to twice this in fingerprints.
+    /// Spacing of the grid, millimetres.
     pub spacing_mm: f64,
 }
 

@@ -164,6 +164,19 @@ pub struct Witness {
     pub points_mm: Vec<[f64; 3]>,
 }
 
+impl Witness {
+    /// The kind of what was cut across: the middle of its narrowest section, and both ends of its line.
+    pub const SECTION: &str = "section";
+
+    /// How long it is, of what was cut across.
+    fn length(&self) -> Option<f64> {
+        match (self.kind.as_str(), &self.points_mm[..]) {
+            (Self::SECTION, &[_, a, b]) => Some((0..3).map(|x| (a[x] - b[x]).powi(2)).sum::<f64>().sqrt()),
+            _ => None,
+        }
+    }
+}
+
 /// Why somebody accepts a finding, and until when.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Accepted {
@@ -253,10 +266,12 @@ impl Finding {
     /// fills its box, one that stands around something or lies askew does not.
     pub fn fills(&self, [lo, hi]: [[f64; 3]; 2]) -> Option<f64> {
         let holds = (0..3).map(|a| (hi[a] - lo[a]).max(0.0)).product::<f64>();
-        // What has to be at least so wide is a width; a span or a height is none.
+        // What has to be at least so wide is a width; a span or a height is none. Of what was cut across, the area is that of a section, and the length that
+        // between its ends.
         let width = (self.unit == "mm" && self.sense == Sense::Min).then_some(self.value);
-        let sheet = self.area_mm2.zip(width).map(|(area, width)| area * width);
-        let all = self.volume_mm3.or(sheet)? / self.count.max(1) as f64;
+        let along = self.witness.as_ref().and_then(Witness::length).or(width);
+        let filled = self.area_mm2.zip(along).map(|(area, along)| area * along);
+        let all = self.volume_mm3.or(filled)? / self.count.max(1) as f64;
         Some(if all < holds { all / holds } else { 1.0 })
     }
 

@@ -20,8 +20,9 @@ pub fn reported_box(part: &Part, extent: (Vec3, Vec3)) -> [Vec3; 2] {
 
 /// Puts a finding at a point with an extent, both in the frame of the build, and names it. Its box holds both, and of the extent what is within the part's box.
 ///
-/// The fingerprint is check, kind, the place from the least corner of the file's box rounded to twice the spacing, and the size class of the
-/// extent (a power of two of millimetres): the same of a part that was moved or is stood up another way.
+/// The fingerprint is check, kind, the cell of the file's frame that the middle of the box lies in, and the size class of the box (a power of two of
+/// millimetres): the same however the part is stood up and meshed, and whatever is added elsewhere; another where the part is moved in its file. Of an even wall the mesh alone
+/// says which point is the worst; its box has one middle.
 pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, extent: (Vec3, Vec3)) {
     finding.at_mm = reported(part, at);
     // Balls at a rim reach beyond the part, and nothing of it is there.
@@ -29,13 +30,26 @@ pub fn locate(finding: &mut Finding, part: &Part, context: &Context, at: Vec3, e
     let corners = corners_of(extent).map(|p| reported(part, p)).into_iter().chain([finding.at_mm]);
     let (lo, hi) = bounds(corners).unwrap_or((finding.at_mm, finding.at_mm));
     finding.box_mm = [lo, hi];
-    let cell = 2.0 * context.spacing_mm;
-    let [x, y, z] = part.from_corner(at).map(|c| (c / cell).round() as i64);
-    let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
-    let class = if longest > 0.0 { longest.log2().round() as i64 } else { -99 };
-    finding.fingerprint = format!("{}/{}/{x},{y},{z}/{class}", finding.code, finding.kind);
+    finding.fingerprint = format!("{}/{}/{}", finding.code, finding.kind, cell_and_class([lo, hi], context.spacing_mm));
     finding.places =
         vec![Spot { at_mm: finding.at_mm, box_mm: None, value: finding.value, low: finding.low, high: finding.high }];
+}
+
+/// Where the cells of fingerprints begin, as a share of their side: what is drawn in whole steps of a millimetre, a half or a tenth has no middle on the
+/// border of two.
+const CELLS_BEGIN: f64 = 0.37;
+
+/// The cell that the middle of a box lies in, and the size class: `10,20,9/4`.
+///
+/// A cell is a quarter of the class wide, from a quarter of a millimetre to one, and so the same whatever the rest of the part is like. Only where samples are
+/// farther apart than a millimetre, on parts of 256 mm and more, cells are as wide as that, for middles are told no better.
+fn cell_and_class([lo, hi]: [Vec3; 2], spacing_mm: f64) -> String {
+    let longest = (0..3).map(|a| hi[a] - lo[a]).fold(0.0, f64::max);
+    let class = if longest > 0.0 { longest.log2().round() as i32 } else { -99 };
+    let coarse = if spacing_mm > 1.0 { spacing_mm.log2().ceil().exp2() } else { 0.0 };
+    let cell = f64::from(class - 2).exp2().clamp(0.25, 1.0).max(coarse);
+    let [x, y, z] = [0, 1, 2].map(|a| (0.5 * (lo[a] + hi[a]) / cell + CELLS_BEGIN).floor() as i64);
+    format!("{x},{y},{z}/{class}")
 }
 
 /// Ends the names of findings that stand for several places with their number, and gives those of one check that share a name an ordinal,
@@ -107,6 +121,28 @@ fn join(group: &mut Finding, mut f: Finding) {
 mod tests {
     use super::super::finding::{Basis, Bracket, Limits, Sense};
     use super::*;
+    use crate::geometry::cuboid;
+    use crate::part::Up;
+
+    /// The name of a wall with a box, told at a point, in a part with something else as far away as `beside`.
+    fn named(beside: f64, up: Up, at: Vec3) -> String {
+        let wall = cuboid([10.0, 10.0, 3.0], [10.6, 30.0, 15.0]);
+        let part = Part::new(wall.joined(&cuboid([beside, 0.0, 0.0], [60.0, 40.0, 3.0])), up, 1e-6, 1.0).unwrap();
+        let context = Context { refine: 0, spacing_mm: 0.23 };
+        let limits = Limits { fail: Some(1.0), warn: None, sense: Sense::Min };
+        let mut f = Finding::judged("AM101", "wall", Bracket::exact(0.6), Basis::Exact, limits, "mm", 0.0);
+        let corners = [[10.0, 10.3, 3.1], [10.6, 29.7, 14.7]].map(|p| part.to_build(p));
+        locate(&mut f, &part, &context, part.to_build(at), bounds(corners).unwrap());
+        f.fingerprint
+    }
+
+    #[test]
+    fn a_name_knows_neither_the_rest_of_the_part_nor_how_it_stands_nor_which_point_of_an_even_wall_is_the_worst() {
+        let first = named(0.0, Up::PlusZ, [10.3, 14.2, 7.5]);
+        assert_eq!(named(0.0, Up::PlusX, [10.3, 14.2, 7.5]), first);
+        assert_eq!(named(0.0, Up::PlusZ, [10.3, 19.2, 13.5]), first);
+        assert_eq!(named(-45.0, Up::MinusZ, [10.3, 14.2, 7.5]), first);
+    }
 
     #[test]
     fn two_findings_of_one_name_are_named_apart_the_worse_first() {

@@ -140,10 +140,10 @@ pub fn diameter_finding(
 
 /// Puts a finding on a rod, with the points that bear it out.
 pub fn placed(f: &mut Finding, part: &Part, context: &Context, rod: &Rod) {
-    locate(f, part, context, rod.narrowest.centre, rod.extent);
+    locate(f, part, context, rod.narrowest.centre, rod.sides());
     let ends = [rod.line.first(), rod.line.last()].into_iter().flatten().map(|e| e.0);
     let points = [rod.narrowest.centre].into_iter().chain(ends).map(|p| reported(part, p));
-    f.witness = Some(Witness { kind: "section".into(), points_mm: points.collect() });
+    f.witness = Some(Witness { kind: Witness::SECTION.into(), points_mm: points.collect() });
     f.area_mm2 = Some(report_digits(rod.narrowest.area));
     if part.health().bodies.len() > 1 {
         let body = part.health().facet_body.get(rod.narrowest.facet as usize).copied().unwrap_or(u32::MAX);
@@ -287,6 +287,22 @@ mod tests {
             };
             assert_eq!((fitting(4.0), fitting(0.5)), (Fit::Roomy, Fit::Cramped), "{degrees}");
         }
+    }
+
+    #[test]
+    fn the_box_of_a_hole_ends_where_it_does_and_the_hole_fills_it() {
+        // A plate of 3 mm beside what is taller.
+        let mesh = plate_with_hole([20.0, 20.0, 3.0], 0.8, 4.0).joined(&cuboid([30.0, 0.0, 0.0], [40.0, 20.0, 15.0]));
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let process = Process::named("fdm").unwrap();
+        let found = search(&part, &process, Side::Void).unwrap();
+        let limits = Limits { fail: Some(2.0), warn: None, sense: super::super::finding::Sense::Min };
+        let context = Context { refine: 0, spacing_mm: 0.2 };
+        let f = diameter_finding((&part, &context), ("AM104", "hole"), &found.rods[0], limits);
+        let off =
+            (0..3).map(|a| (f.box_mm[0][a] - [4.0, 4.0, 0.0][a]).abs() + (f.box_mm[1][a] - [5.6, 5.6, 3.0][a]).abs());
+        assert!(off.sum::<f64>() < 0.02, "{:?}", f.box_mm);
+        assert!((f.fills(f.box_mm).unwrap() - 0.25 * PI).abs() < 0.01);
     }
 
     #[test]

@@ -123,8 +123,9 @@ pub struct Judging {
     #[arg(long, value_delimiter = ',', default_value = "json,html,png", value_name = "LIST")]
     pub format: Vec<String>,
 
-    /// What makes the exit code 1: a check that fails, also one that warns or is undecided, only what is new; or never
-    #[arg(long, default_value = "fail", value_name = "fail|warn|undecided|new|never")]
+    /// What makes the exit code 1: a check that fails, also one that warns or is undecided; of what is new or worse than in the baseline what fails, or
+    /// also what warns or is undecided; or never
+    #[arg(long, default_value = "fail", value_name = "fail|warn|undecided|new|new-warn|never")]
     pub fail_on: String,
 
     /// Read what is whole of a damaged file, and say what was dropped

@@ -7,8 +7,8 @@ use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
 use crate::batch::{
-    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, remove_outdated, worst_code,
-    write_tables,
+    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, names_key, remove_outdated,
+    worst_code, write_tables,
 };
 use crate::error::Result;
 use crate::io::{Salvage, read};
@@ -34,13 +34,14 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
         None => rayon::current_num_threads() / 4,
     };
     let mut parts = entries(&b.parts)?;
-    let all = parts.len();
+    let (all, among) = (parts.len(), shard.map(|_| names_key(&parts)));
     parts.retain(|p| shard.is_none_or(|s| s.takes(&p.name)));
     let store = Store::open(&b.out)?;
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
         named: &|entry| how.named(entry),
         settings: how.settings(),
+        among,
         limit_bytes: how.options.memory.file_bytes(),
         jobs: jobs.max(1),
         earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
@@ -97,11 +98,9 @@ struct How<'a> {
 impl How<'_> {
     fn of(b: &Batch) -> Result<How<'static>> {
         let fail_on = FailOn::named(&b.how.fail_on)?;
-        if fail_on == FailOn::New {
-            return Err(usage(
-                "--fail-on new needs a baseline for each part",
-                "compare parts one by one, or use fail, warn",
-            ));
+        if fail_on.is_of_news() {
+            let problem = format!("--fail-on {} needs a baseline for each part", b.how.fail_on);
+            return Err(usage(&problem, "compare parts one by one, or use fail, warn"));
         }
         let mut options = judge::options(&b.how)?;
         if options.exhibited == Exhibited::Nothing {
@@ -140,7 +139,7 @@ impl How<'_> {
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
             Ok((analysis, files))
         })??;
-        let code = self.fail_on.exit_code(&analysis.report, false);
+        let code = self.fail_on.exit_code(&analysis.report, None);
         Ok(Finished { report: analysis.report, code, files: files.into_contents() })
     }
 }

@@ -3,6 +3,7 @@
 use super::words::one_of;
 use crate::check::State;
 use crate::error::Result;
+use crate::report::baseline::Comparison;
 use crate::report::{Report, Verdict};
 
 /// What turns the exit code to 1.
@@ -12,6 +13,7 @@ pub enum FailOn {
     Warn,
     Undecided,
     New,
+    NewWarn,
     Never,
 }
 
@@ -26,6 +28,7 @@ impl FailOn {
             ("warn", FailOn::Warn),
             ("undecided", FailOn::Undecided),
             ("new", FailOn::New),
+            ("new-warn", FailOn::NewWarn),
             ("never", FailOn::Never),
         ];
         let names: Vec<&str> = known.iter().map(|k| k.0).collect();
@@ -33,20 +36,25 @@ impl FailOn {
         Ok(known.iter().find(|k| chosen.contains(&k.0)).map_or(FailOn::Fail, |k| k.1))
     }
 
-    /// The states of checks that count as failing beside those that fail.
+    /// Whether only what is new or worse than in a baseline counts.
+    pub fn is_of_news(self) -> bool {
+        matches!(self, FailOn::New | FailOn::NewWarn)
+    }
+
+    /// The states that count as failing beside *fail*: of checks, or of what is new or worse.
     pub fn failing(self) -> &'static [State] {
         match self {
             FailOn::Fail | FailOn::New | FailOn::Never => &[],
-            FailOn::Warn => &[State::Warn, State::Undecided],
+            FailOn::Warn | FailOn::NewWarn => &[State::Warn, State::Undecided],
             FailOn::Undecided => &[State::Undecided],
         }
     }
 
-    /// Exit code of a report; `worse` says that a failure is new or worse than the baseline's.
-    pub fn exit_code(self, report: &Report, worse: bool) -> u8 {
+    /// Exit code of a report that may have been compared with a baseline.
+    pub fn exit_code(self, report: &Report, comparison: Option<&Comparison>) -> u8 {
         match (report.verdict, self) {
             (_, FailOn::Never) => 0,
-            (_, FailOn::New) => u8::from(worse),
+            (_, FailOn::New | FailOn::NewWarn) => self.exit_code_of_news(comparison.and_then(Comparison::worst_news)),
             (Verdict::Fail, _) => 1,
             (Verdict::Undecided, FailOn::Undecided | FailOn::Warn) => 1,
             (Verdict::Undecided, _) => 3,
@@ -54,5 +62,20 @@ impl FailOn {
             (_, FailOn::Undecided) => u8::from(report.undecided() > 0),
             _ => 0,
         }
+    }
+
+    /// Exit code of the worst state of what is new or worse.
+    fn exit_code_of_news(self, worst: Option<State>) -> u8 {
+        match worst {
+            Some(State::Fail) => 1,
+            Some(state) if self.failing().contains(&state) => 1,
+            Some(State::Undecided) => 3,
+            _ => 0,
+        }
+    }
+
+    /// Exit code of a comparison of two reports.
+    pub fn exit_code_of_comparison(comparison: &Comparison) -> u8 {
+        FailOn::New.exit_code_of_news(comparison.worst_news())
     }
 }

@@ -34,8 +34,8 @@ pub struct Judged {
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Answer<(String, u8)> {
     let judged = judged(a).map_err(|e| refused(a, e))?;
-    let worse = judged.comparison.as_ref().is_some_and(Comparison::has_new_failure);
-    Ok((said(a, &judged), judged.fail_on.exit_code(&judged.report, worse)))
+    let code = judged.fail_on.exit_code(&judged.report, judged.comparison.as_ref());
+    Ok((said(a, &judged), code))
 }
 
 /// An error with the part it is about; where the part itself is refused, what an earlier run says of it no longer holds.
@@ -63,8 +63,9 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
     threads(&a.how)?;
     let formats = one_of("format", &a.how.format, FORMATS)?;
     let baseline = a.baseline.as_deref().map(read_report).transpose()?;
-    if fail_on == FailOn::New && baseline.is_none() {
-        return Err(usage("--fail-on new has nothing to compare with", "add --baseline OLD.json"));
+    if fail_on.is_of_news() && baseline.is_none() {
+        let problem = format!("--fail-on {} has nothing to compare with", a.how.fail_on);
+        return Err(usage(&problem, "add --baseline OLD.json"));
     }
     let folder = out_dir(a, &part);
     let delivery = Delivery::open(&folder)?;
@@ -81,6 +82,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         let mut analysis = run_told(prepared, &options, &told)?;
         told("print");
         let comparison = baseline.map(|old| compare(&old, &analysis.report));
+        analysis.report.baseline = comparison.as_ref().map(Comparison::told);
         let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&part, fail_on));
         Ok((analysis, comparison, files))
     })??;
@@ -174,11 +176,12 @@ pub fn read_report(path: &Path) -> Result<Report> {
     })
 }
 
-/// `amcheck compare OLD NEW`: what became new, worse, better or was fixed; exit code 1 for a new or worse failure.
+/// `amcheck compare OLD NEW`: what became new, worse, better or was fixed; exit code 1 for a new or worse failure, 3 where the worst of what is new or
+/// worse is undecided.
 pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
     let comparison = compare(&read_report(old)?, &read_report(new)?);
     let palette = super::command::palette(std::io::stdout().is_terminal());
-    Ok((crate::report::baseline::text(&comparison, palette), u8::from(comparison.has_new_failure())))
+    Ok((crate::report::baseline::text(&comparison, palette), FailOn::exit_code_of_comparison(&comparison)))
 }
 
 /// Every file of the report on a part that is judged by what turns the exit code to 1.
@@ -216,10 +219,11 @@ pub(super) fn print_all(
         let _ = threemf::write(mesh, &mut bytes);
         files.push("mended", "repaired.3mf", bytes);
     }
+    let since = comparison.filter(|_| fail_on.is_of_news());
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
         ("markdown", "report.md", &|| markdown::write(report, comparison)),
-        ("junit", "report.junit.xml", &|| junit::write(report, fail_on.failing())),
-        ("sarif", "report.sarif", &|| sarif::write(report, part)),
+        ("junit", "report.junit.xml", &|| junit::write(report, fail_on.failing(), since)),
+        ("sarif", "report.sarif", &|| sarif::write(report, part, comparison)),
         ("badge", "badge.svg", &|| badge::write(report)),
     ];
     for (format, name, write) in texts {

@@ -5,7 +5,7 @@ use super::command;
 use super::judge::{Judged, judged, said};
 use super::stdout::put;
 use crate::error::Result;
-use crate::report::baseline::{self, Delta, compare};
+use crate::report::baseline::{self, compare};
 use crate::report::terminal;
 use sha2::{Digest, Sha256};
 use std::io::{IsTerminal, Write};
@@ -53,8 +53,7 @@ fn difference(a: &Arguments, last: &Judged, now: &Judged) -> String {
     let changes = compare(&last.report, &now.report);
     let mut text = format!("\n{}", terminal::verdict_line(&now.report, palette));
     if !a.quiet {
-        let same = changes.count(Delta::Same) == changes.changes.len();
-        let what = if same { "no finding changed\n".into() } else { baseline::text(&changes, palette) };
+        let what = if changes.is_same() { "no finding changed\n".into() } else { baseline::text(&changes, palette) };
         text.push_str(&what);
     }
     text

@@ -80,6 +80,17 @@ impl Rod {
         if self.length > 0.0 { (volume / self.length).sqrt() } else { self.diameter() }
     }
 
+    /// Box of its sections, which end where its line does: those of circles across the line.
+    pub fn sides(&self) -> (Vec3, Vec3) {
+        let discs = self.line.windows(2).flat_map(|w| {
+            let way = unit(sub(w[1].0, w[0].0));
+            let reach = move |width: f64| way.map(|along| 0.5 * width * (1.0 - along * along).max(0.0).sqrt());
+            [w[0], w[1]].into_iter().flat_map(move |(p, width)| [sub(p, reach(width)), add(p, reach(width))])
+        });
+        let centre = self.narrowest.centre;
+        bounds(discs.chain([centre])).unwrap_or((centre, centre))
+    }
+
     /// Whether a point is no farther from the rod's line than so many of its radii.
     pub fn nears(&self, p: Vec3, radii: f64) -> bool {
         self.line.windows(2).any(|w| {

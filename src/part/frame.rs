@@ -39,12 +39,17 @@ impl Part {
         [0, 1, 2].map(|a| p[a].clamp(0.0, sides[a].max(0.0)))
     }
 
-    /// A point of the build's frame as it lies from the least corner of the part's box in the frame of the file: the same however the part is
-    /// stood up and wherever it lies in the file.
-    pub fn from_corner(&self, p: Vec3) -> Vec3 {
-        let turned = |p: Vec3| self.direction_to_file(p);
-        let of_box = || bounds(self.mesh.vertices.iter().map(|&v| turned(v))).map_or([0.0; 3], |(lo, _)| lo);
-        sub(turned(p), *self.kept.corner.get_or_init(of_box))
+    /// The box of each body in the frame of the file, least corner first.
+    pub fn body_boxes_in_file(&self) -> Vec<[Vec3; 2]> {
+        let mut corners: Vec<Vec<Vec3>> = vec![Vec::new(); self.health().bodies.len()];
+        for (facet, body) in self.health().facet_body.iter().enumerate() {
+            if let Some(own) = corners.get_mut(*body as usize) {
+                let facet = self.mesh.corners(facet).map(|p| self.to_file(p));
+                let [lo, hi] = bounds(own.iter().copied().chain(facet)).map_or([[0.0; 3]; 2], |(lo, hi)| [lo, hi]);
+                *own = vec![lo, hi];
+            }
+        }
+        corners.iter().map(|own| bounds(own.iter().copied()).map_or([[0.0; 3]; 2], |(lo, hi)| [lo, hi])).collect()
     }
 }
 
@@ -56,18 +61,16 @@ mod tests {
     use crate::geometry::vector::distance;
 
     #[test]
-    fn a_point_lies_as_far_from_the_corner_however_the_part_stands_and_wherever_it_is() {
-        let in_file = [31.5, 2.25, -7.125];
-        for shift in [[0.0; 3], [-400.0, 12.5, 3.0]] {
-            for up in [Up::PlusZ, Up::MinusZ, Up::PlusX, Up::Along([0.3, -0.5, 0.7])] {
-                let mesh = cuboid([30.0, 0.0, -8.0], [50.0, 10.0, -2.0]);
-                let mesh = mesh.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift);
-                let part = Part::new(mesh, up, 1e-6, 0.0).unwrap();
-                let at = part.from_corner(part.to_build(add(in_file, shift)));
-                assert!(distance(at, [1.5, 2.25, 0.875]) < 1e-9, "{up:?}: {at:?}");
-                let z = part.extent()[2];
-                assert_eq!(part.within_box([-1.0, 1.0, z + 5.0]), [0.0, 1.0, z]);
-            }
+    fn bodies_are_told_where_the_file_has_them_however_the_part_stands() {
+        let boxes = [[[30.0, 0.0, -8.0], [50.0, 10.0, -2.0]], [[55.0, 1.0, -7.0], [60.0, 4.0, -3.0]]];
+        let mesh = cuboid(boxes[0][0], boxes[0][1]).joined(&cuboid(boxes[1][0], boxes[1][1]));
+        for up in [Up::PlusZ, Up::MinusZ, Up::PlusX, Up::Along([0.3, -0.5, 0.7])] {
+            let part = Part::new(mesh.clone(), up, 1e-6, 0.0).unwrap();
+            let told = part.body_boxes_in_file();
+            let off = |told: [Vec3; 2], of: [Vec3; 2]| distance(told[0], of[0]) + distance(told[1], of[1]);
+            assert!(told.len() == 2 && (0..2).all(|n| off(told[n], boxes[n]) < 1e-9), "{up:?}: {told:?}");
+            let z = part.extent()[2];
+            assert_eq!(part.within_box([-1.0, 1.0, z + 5.0]), [0.0, 1.0, z]);
         }
     }
 }

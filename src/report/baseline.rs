@@ -2,14 +2,16 @@
 //!
 //! Findings are matched by check, kind and places within a tolerance, because geometry moves; a part that was moved as a whole, so that its box
 //! is as large elsewhere, is taken back first. *Worse* and *better* need brackets of a place that part by more than files are rounded,
-//! or places that came or went, or as much again of area as half of what it was, or a verdict that became *fail* or was it: a change inside
-//! the uncertainty is no other change.
+//! or places that came or went, or an area that grew or shrank by more than it is known to, or a verdict that became *fail* or was it: a change inside
+//! the uncertainty is no other change. What is between bodies that are one now is *worse*: no check can tell of it any more.
 
+use super::became::{became, joined, spread};
 use super::matched::{Matched, Named};
+use super::one_body::Bodies;
 use super::phrase;
-use super::schema::{Axis3, PartReport, Report};
+use super::schema::{Axis3, BaselineReport, ChangeReport, PartReport, Report};
 use super::terminal::Palette;
-use crate::check::{Finding, Sense, Spot, State};
+use crate::check::{Finding, State};
 use crate::error::printable;
 use crate::units::short;
 use serde::Serialize;
@@ -18,8 +20,6 @@ use std::collections::BTreeSet;
 
 /// Sides of two boxes that differ by no more are the same, millimetres.
 const SAME_SIDE: f64 = 1e-3;
-/// An area that has grown to so many times what it was is worse, however even the value; less may be how facets and samples lie.
-const GROWN: f64 = 1.5;
 
 /// What became of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -27,16 +27,18 @@ const GROWN: f64 = 1.5;
 pub enum Delta {
     /// Only in the new report.
     New,
-    /// In both; the new bracket of a place lies wholly on the worse side of the old, or a place is new, or it fails and did not.
+    /// In both; the new bracket of a place lies wholly on the worse side of the old, or a place is new, or it fails and did not. Or in the old report
+    /// alone, between bodies that are one now.
     Worse,
-    /// Only in the old report, and its check gave no answer in the new, or one by other limits: nobody knows.
+    /// Only in the old report, and its check gave no answer in the new, or one by other limits, or there are fewer bodies and a report lists none of them:
+    /// nobody knows.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
     /// In both; the new bracket of a place lies wholly on the better side of the old, or a place is gone, or it failed and only warns, and
     /// none is worse or new.
     Better,
-    /// Only in the old report, and its check gave an answer in the new by the same limits.
+    /// Only in the old report, and its check gave an answer in the new by the same limits, and it was not between bodies that are one now.
     Fixed,
 }
 
@@ -66,6 +68,30 @@ pub struct Change {
     /// Places of the new finding that are of no old one, where others are.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub new_places_mm: Vec<Axis3>,
+    /// Numbers of the old part's bodies that the old finding was between and that are one now.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub one_body: Vec<u64>,
+}
+
+impl Change {
+    /// The same, where bodies that the old finding was between are one now: that is worse.
+    fn joining(self, bodies: Option<Vec<u64>>) -> Self {
+        match bodies {
+            Some(one_body) => Change { delta: Delta::Worse, one_body, ..self },
+            None => self,
+        }
+    }
+
+    /// The state that `--fail-on new` goes by: of what is new or worse, or was accepted, and is not accepted now; `None` for anything else.
+    ///
+    /// A gap between bodies that are one now fails where gaps have a limit to fail by: nothing is narrower.
+    pub fn news(&self) -> Option<State> {
+        let was_accepted = self.old.as_ref().is_some_and(|f| f.accepted.is_some());
+        let is_news = matches!(self.delta, Delta::New | Delta::Worse) || was_accepted;
+        let told = self.new.as_ref().filter(|f| is_news && f.counts()).map(|f| f.state);
+        let joined = self.old.as_ref().filter(|f| !self.one_body.is_empty() && f.counts());
+        told.max(joined.map(|f| if f.fail.is_some() { State::Fail } else { State::Warn }))
+    }
 }
 
 /// The difference of two reports.
@@ -75,6 +101,8 @@ pub struct Comparison {
     pub tolerance_mm: f64,
     /// What was judged differently, in words: the process, and each limit that is not the same.
     pub conditions: Vec<String>,
+    /// How many bodies there were, and are.
+    pub bodies: [u64; 2],
     /// New first, then worse, unchecked, same, better, fixed; within these worst first.
     pub changes: Vec<Change>,
 }
@@ -85,13 +113,42 @@ impl Comparison {
         self.changes.iter().filter(|c| c.delta == delta).count()
     }
 
-    /// Whether `--fail-on new` fails: something that fails and that nobody accepts is new, has become worse, or was
-    /// accepted before.
+    /// The worst state of what is news: what the exit code goes by under `--fail-on new`.
+    pub fn worst_news(&self) -> Option<State> {
+        self.changes.iter().filter_map(Change::news).max()
+    }
+
+    /// Whether something that fails and that nobody accepts is new, has become worse, or was accepted before.
     pub fn has_new_failure(&self) -> bool {
-        let was_accepted = |c: &Change| c.old.as_ref().is_some_and(|f| f.accepted.is_some());
-        let bad = |c: &Change| matches!(c.delta, Delta::New | Delta::Worse) || was_accepted(c);
-        let counts = |f: &Finding| f.counts() && f.state == State::Fail;
-        self.changes.iter().any(|c| bad(c) && c.new.as_ref().is_some_and(counts))
+        self.worst_news() == Some(State::Fail)
+    }
+
+    /// Whether nothing is otherwise than before.
+    pub fn is_same(&self) -> bool {
+        self.count(Delta::Same) == self.changes.len() && self.bodies[0] == self.bodies[1]
+    }
+
+    /// The change that a finding of the new report is.
+    pub fn of(&self, finding: &Finding) -> Option<&Change> {
+        self.changes.iter().find(|c| c.new.as_ref() == Some(finding))
+    }
+
+    /// The number of bodies before and now, where that changed: `bodies 2 → 1`.
+    pub fn bodies_words(&self) -> Option<String> {
+        let [old, new] = self.bodies;
+        (old != new).then(|| format!("bodies {} → {}", phrase::thousands(old), phrase::thousands(new)))
+    }
+
+    /// What a report repeats of it.
+    pub fn told(&self) -> BaselineReport {
+        let words = [Some(self.words()), self.bodies_words()];
+        let of = |c: &Change| ChangeReport { delta: c.delta.word().into(), check: c.check.clone(), words: from_to(c) };
+        BaselineReport {
+            words: words.into_iter().flatten().collect::<Vec<_>>().join("; "),
+            bodies: self.bodies,
+            judged_otherwise: self.conditions.clone(),
+            changes: self.changes.iter().filter(|c| c.delta != Delta::Same).map(of).collect(),
+        }
     }
 
     /// The counts as words: `1 new, 2 same`; `no findings in either` for none.
@@ -126,6 +183,7 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
     let taken: Vec<Finding> = before.iter().map(|(_, f)| f.moved(by)).collect();
     let taken: Vec<Named> = before.iter().zip(&taken).map(|((check, _), f)| (*check, f)).collect();
     let matched = Matched::of(&taken, &after, tolerance_mm);
+    let bodies = Bodies::of(&old.part, &new.part, by, tolerance_mm);
     let mut changes = Vec::new();
     let mut told = vec![false; before.len()];
     for (j, &(check, f)) in after.iter().enumerate() {
@@ -136,20 +194,17 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
         told[i] = true;
         let new_places_mm = matched.new.alone(j).map(|s| s.at_mm).collect();
         let delta = became(&matched, (i, before[i].1), (j, f));
-        changes.push(Change { new_places_mm, ..change(delta, check, Some(before[i].1), Some(f)) });
+        let one_body = if matched.old.alone(i).next().is_some() { bodies.now_one(before[i].1) } else { None };
+        changes.push(Change { new_places_mm, ..change(delta, check, Some(before[i].1), Some(f)) }.joining(one_body));
     }
     for (i, &(check, f)) in before.iter().enumerate().filter(|(i, _)| !told[*i]) {
         if let Some(j) = matched.old.most(i) {
-            let deltas = matched.old.with(i, &matched.new).map(|(s, t)| moved(f, bracket(s), bracket(t)));
-            changes.push(change(overall(deltas), check, Some(f), Some(after[j].1)));
+            changes.push(change(joined(&matched, i, f), check, Some(f), Some(after[j].1)));
             continue;
         }
-        let answered = new
-            .checks
-            .iter()
-            .any(|c| c.name == check && !matches!(c.state, State::NotRun | State::NotApplicable | State::Error))
-            && !other_limits(old, new).iter().any(|key| key.split(['.', '/']).next() == Some(check));
-        changes.push(change(if answered { Delta::Fixed } else { Delta::Unchecked }, check, Some(f), None));
+        let known = is_answered(old, new, check) && !bodies.may_be_one(f);
+        let delta = if known { Delta::Fixed } else { Delta::Unchecked };
+        changes.push(change(delta, check, Some(f), None).joining(bodies.now_one(f)));
     }
     changes.sort_by(|a, b| {
         let of = |c: &Change| c.new.clone().or(c.old.clone());
@@ -158,7 +213,15 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
             _ => Ordering::Equal,
         })
     });
-    Comparison { tolerance_mm, conditions: conditions(old, new), changes }
+    let bodies = [old.part.bodies, new.part.bodies];
+    Comparison { tolerance_mm, conditions: conditions(old, new), bodies, changes }
+}
+
+/// Whether a check gave an answer in the new report, by the limits of the old.
+fn is_answered(old: &Report, new: &Report, check: &str) -> bool {
+    let ran = |state: State| !matches!(state, State::NotRun | State::NotApplicable | State::Error);
+    new.checks.iter().any(|c| c.name == check && ran(c.state))
+        && !other_limits(old, new).iter().any(|key| key.split(['.', '/']).next() == Some(check))
 }
 
 /// How far a part was moved as a whole: not at all where the two boxes differ in size by more than files are rounded.
@@ -226,6 +289,7 @@ pub fn text(comparison: &Comparison, palette: Palette) -> String {
     for said in &comparison.conditions {
         out.push_str(&format!("judged otherwise: {said}\n"));
     }
+    out.extend(comparison.bodies_words().map(|said| format!("{said}\n")));
     out.push_str(&format!("compared with the baseline: {}\n", comparison.words()));
     out
 }
@@ -235,6 +299,13 @@ pub fn from_to(c: &Change) -> String {
     let value = |f: &Finding| phrase::measured(f.value, f.low, f.high, &f.unit);
     let at = |f: &Finding| format!("at {}", phrase::point(f.at_mm));
     match (&c.old, &c.new) {
+        (Some(a), _) if !c.one_body.is_empty() => {
+            let list: Vec<String> = c.one_body.iter().take(8).map(u64::to_string).collect();
+            let (last, first) =
+                list.split_last().map_or((String::new(), String::new()), |(l, f)| (l.clone(), f.join(", ")));
+            let others = if c.one_body.len() > 8 { " and others" } else { "" };
+            format!("{} {}: bodies {first} and {last}{others} are one body now", value(a), at(a))
+        }
         (Some(a), Some(b)) if !c.new_places_mm.is_empty() => {
             let (fresh, first) = (c.new_places_mm.len(), c.new_places_mm.first().map_or(b.at_mm, |p| *p));
             let at = phrase::point(first);
@@ -267,106 +338,13 @@ fn listed(report: &Report) -> Vec<(&str, &Finding)> {
     report.checks.iter().flat_map(of).collect()
 }
 
-/// How far values may part that differ by the rounding of files alone.
-///
-/// Lengths are off by a file's resolution, at most 1e-4 mm. That moves an angle, an area or a volume 0.2 mm across by a thousandth, and
-/// larger ones by less. Counts, and ratios that stand for one, are told apart.
-fn rounding(unit: &str, values: [f64; 4]) -> f64 {
-    let largest = values.into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    match unit {
-        "mm" => 1e-4,
-        "1" | "" => (1e-4 * largest).clamp(1e-6, 0.5),
-        _ => (1e-3 * largest).max(1e-6),
-    }
-}
-
-/// What a pair of brackets in the unit of a finding says: they must part for anything but `Same`.
-fn moved(of: &Finding, old: [f64; 2], new: [f64; 2]) -> Delta {
-    let slack = rounding(&of.unit, [old[0], old[1], new[0], new[1]]);
-    let (below, above) = (new[1] < old[0] - slack, new[0] > old[1] + slack);
-    match (of.sense, below, above) {
-        (Sense::Min, true, _) | (Sense::Max, _, true) => Delta::Worse,
-        (Sense::Min, _, true) | (Sense::Max, true, _) => Delta::Better,
-        _ => Delta::Same,
-    }
-}
-
-fn bracket(s: &Spot) -> [f64; 2] {
-    [s.low, s.high]
-}
-
-/// The worst of some, or else the best.
-fn overall(deltas: impl Iterator<Item = Delta>) -> Delta {
-    deltas.fold(Delta::Same, |all, d| match (all, d) {
-        (Delta::Worse, _) | (_, Delta::Worse) => Delta::Worse,
-        (Delta::Better, _) | (_, Delta::Better) => Delta::Better,
-        _ => Delta::Same,
-    })
-}
-
-/// What became of the finding that most places of a new one were of.
-fn became(matched: &Matched, (i, a): (usize, &Finding), (j, b): (usize, &Finding)) -> Delta {
-    let [alone_old, alone_new] = [matched.old.alone(i).count(), matched.new.alone(j).count()];
-    // What a finding counts and does not place.
-    let unplaced = |f: &Finding| f.count.saturating_sub(f.places.len().max(1) as u64);
-    let come = alone_new > 0 || unplaced(b) > unplaced(a);
-    let gone = alone_old > 0 || unplaced(b) < unplaced(a);
-    let counted = [(come, Delta::Worse), (gone, Delta::Better)].into_iter().filter(|c| c.0).map(|c| c.1);
-    // What all of it says, where it is the same one.
-    let whole = (!come && !gone && a.count == b.count).then(|| moved(b, [a.low, a.high], [b.low, b.high]));
-    let places = matched.new.with(j, &matched.old).map(|(new, old)| moved(b, bracket(old), bracket(new)));
-    overall(places.chain(counted).chain(whole).chain(spread(a, b)).chain(judged(a.state, b.state)))
-}
-
-/// What the areas of two findings say, where they are as many places and the area is not what is judged.
-fn spread(a: &Finding, b: &Finding) -> Option<Delta> {
-    let [old, new] = [a.area_mm2?, b.area_mm2?];
-    if a.count != b.count || b.unit == "mm2" {
-        return None;
-    }
-    let least = b.value.max(a.value).powi(2);
-    match (new > GROWN * old + least, old > GROWN * new + least) {
-        (true, _) => Some(Delta::Worse),
-        (_, true) => Some(Delta::Better),
-        _ => None,
-    }
-}
-
-/// What the verdicts say, by whatever limits: that one fails is news however little its value changed, and by tighter limits it need not have changed.
-fn judged(old: State, new: State) -> Option<Delta> {
-    match (old, new) {
-        (State::Warn | State::Undecided, State::Fail) => Some(Delta::Worse),
-        (State::Fail, State::Warn) => Some(Delta::Better),
-        _ => None,
-    }
-}
-
 fn change(delta: Delta, check: &str, old: Option<&Finding>, new: Option<&Finding>) -> Change {
-    Change { delta, check: check.into(), old: old.cloned(), new: new.cloned(), new_places_mm: Vec::new() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::check::{Basis, Bracket, Limits};
-
-    fn delta(old: f64, new: f64, unit: &str) -> Delta {
-        let limits = Limits { fail: Some(new + 1.0), warn: None, sense: Sense::Min };
-        let of = Finding::judged("AM101", "wall", Bracket::exact(new), Basis::Exact, limits, unit, 0.0);
-        moved(&of, [old; 2], [new; 2])
-    }
-
-    #[test]
-    fn what_files_round_is_no_change() {
-        for (old, new, unit) in
-            [(0.444445, 0.44439, "mm"), (40.0, 39.97, "deg"), (250.0, 249.9, "mm2"), (15.0, 14.9999, "1")]
-        {
-            assert_eq!(delta(old, new, unit), Delta::Same, "{old} {new} {unit}");
-        }
-        for (old, new, unit) in
-            [(0.4444, 0.4441, "mm"), (40.0, 39.9, "deg"), (250.0, 249.0, "mm2"), (9e9, 9e9 - 1.0, "1")]
-        {
-            assert_eq!(delta(old, new, unit), Delta::Worse, "{old} {new} {unit}");
-        }
+    Change {
+        delta,
+        check: check.into(),
+        old: old.cloned(),
+        new: new.cloned(),
+        new_places_mm: Vec::new(),
+        one_body: Vec::new(),
     }
 }

@@ -1,22 +1,26 @@
 //! The report as JUnit XML: one test case for each check.
 
+use super::baseline::{self, Change, Comparison, Delta};
 use super::markup::{Markup, markup};
 use super::phrase::{self, Numbered};
 use super::schema::{CheckReport, Report};
 use crate::check::State;
 
-/// The report as JUnit XML, with what counts as failing beside a check that fails: warnings, or what is undecided.
+/// The report as JUnit XML, with what counts as failing beside a check that fails: warnings, or what is undecided. With a comparison only what is new or
+/// worse counts.
 ///
 /// A check that counts as failing is a failure; undecided, not run and not applicable are skipped with the reason, and so is one
 /// whose findings are all accepted; one that broke
-/// down is an error; a warning passes and says what it found in `system-out`. No times: the same input gives the same
-/// bytes.
-pub fn write(report: &Report, failing: &[State]) -> String {
+/// down is an error; a warning passes and says what it found in `system-out`. Beside a comparison a check that fails by what the baseline had as well is
+/// skipped, and every finding says whether it was there before. No times: the same input gives the same bytes.
+pub fn write(report: &Report, failing: &[State], since: Option<&Comparison>) -> String {
     let findings = phrase::numbered(report);
-    let cases: Vec<Case> = report.checks.iter().map(|c| Case::of(c, failing)).collect();
+    let counting = Counting { failing, since };
+    let cases: Vec<Case> = report.checks.iter().map(|c| Case::of(c, &counting)).collect();
     let count = |case: Case| cases.iter().filter(|c| **c == case).count();
     let [failures, errors, skipped] = [Case::Failure, Case::Error, Case::Skipped].map(count);
-    let cases = Markup::all(report.checks.iter().zip(&cases).map(|(c, told)| case(report, c, *told, &findings)));
+    let cases =
+        Markup::all(report.checks.iter().zip(&cases).map(|(c, told)| case(report, c, *told, (&findings, &counting))));
     markup!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"amcheck\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n\
          <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\">\n{}</testsuite>\n</testsuites>\n",
@@ -42,14 +46,65 @@ enum Case {
     Skipped,
 }
 
+/// What counts as a failure.
+struct Counting<'a> {
+    /// States beside *fail*.
+    failing: &'a [State],
+    /// With a comparison only what is news.
+    since: Option<&'a Comparison>,
+}
+
+impl Counting<'_> {
+    fn is_failing(&self, c: &CheckReport) -> bool {
+        match self.since {
+            Some(_) => self.news(c).next().is_some(),
+            None => {
+                let open = c.state == State::Warn && !c.is_decided();
+                self.has(c.state) || open && self.failing.contains(&State::Undecided)
+            }
+        }
+    }
+
+    fn has(&self, state: State) -> bool {
+        state == State::Fail || self.failing.contains(&state)
+    }
+
+    /// What of a check is new or worse, and counts.
+    fn news<'s>(&'s self, c: &'s CheckReport) -> impl Iterator<Item = &'s Change> {
+        let all = self.since.into_iter().flat_map(|s| &s.changes);
+        all.filter(|change| change.check == c.name && change.news().is_some_and(|state| self.has(state)))
+    }
+
+    /// The findings of a check as lines, what counts as news first; beside a comparison each with what it was before.
+    fn lines(&self, c: &CheckReport, findings: &[Numbered]) -> Vec<String> {
+        let joined = self.news(c).filter(|change| change.new.is_none());
+        let joined = joined.map(|change| format!("{}: {}", change.delta.word(), baseline::from_to(change)));
+        let mut own: Vec<(bool, String)> =
+            findings.iter().filter(|n| n.check.name == c.name).map(|n| self.line(n)).collect();
+        own.sort_by_key(|(is_news, _)| !is_news);
+        joined.chain(own.into_iter().map(|(_, line)| line)).collect()
+    }
+
+    /// A finding as a line, and whether it counts as news.
+    fn line(&self, n: &Numbered) -> (bool, String) {
+        let change = self.since.and_then(|s| s.of(n.finding));
+        let is_news = change.and_then(Change::news).is_some_and(|state| self.has(state));
+        let before = match change.map(|c| c.delta) {
+            Some(delta @ (Delta::New | Delta::Worse)) => format!("{}: ", delta.word()),
+            Some(_) if is_news => "was accepted before: ".into(),
+            Some(_) => "was there before: ".into(),
+            None => String::new(),
+        };
+        (is_news, before + &line(n))
+    }
+}
+
 impl Case {
-    fn of(c: &CheckReport, failing: &[State]) -> Self {
-        let counts_as_failing = failing.contains(&c.state)
-            || failing.contains(&State::Undecided) && c.state == State::Warn && !c.is_decided();
+    fn of(c: &CheckReport, counting: &Counting) -> Self {
         match c.state {
-            State::Fail => Case::Failure,
             State::Error => Case::Error,
-            _ if counts_as_failing => Case::Failure,
+            _ if counting.is_failing(c) => Case::Failure,
+            State::Fail => Case::Skipped,
             State::Pass if only_accepted(c) => Case::Skipped,
             State::Pass | State::Warn => Case::Passed,
             State::Undecided | State::NotRun | State::NotApplicable => Case::Skipped,
@@ -62,8 +117,8 @@ fn only_accepted(c: &CheckReport) -> bool {
     c.state == State::Pass && c.findings.iter().any(|f| f.accepted.is_some())
 }
 
-fn case(report: &Report, c: &CheckReport, told: Case, findings: &[Numbered]) -> Markup {
-    let own: Vec<String> = findings.iter().filter(|n| n.check.name == c.name).map(line).collect();
+fn case(report: &Report, c: &CheckReport, told: Case, (findings, counting): (&[Numbered], &Counting)) -> Markup {
+    let own = counting.lines(c, findings);
     let first = own.first().cloned().unwrap_or_default();
     let why = c.why.clone().unwrap_or_else(|| first.clone());
     let body = match (told, c.state) {

@@ -5,6 +5,7 @@
 
 pub mod badge;
 pub mod baseline;
+mod became;
 mod chart;
 pub mod conclusion;
 mod exhibit;
@@ -17,6 +18,7 @@ pub mod markdown;
 pub mod markup;
 mod matched;
 pub mod mount;
+mod one_body;
 pub mod orient;
 pub mod phrase;
 pub mod render;
@@ -28,6 +30,6 @@ pub mod thickness;
 
 pub use exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
-    Axis3, CheckReport, GridReport, LimitReport, PartReport, ProcessReport, RefinedReport, Report, SCHEMA, Tool,
-    Verdict, WorstReport,
+    Axis3, BaselineReport, BodyReport, ChangeReport, CheckReport, GridReport, LimitReport, PartReport, ProcessReport,
+    RefinedReport, Report, SCHEMA, Tool, Verdict, WorstReport,
 };

@@ -3,6 +3,7 @@
 //! A part has no lines, and alert lists ask for one: every result names line 1 of the part's file, and says its place in
 //! millimetres in the message and the properties. The file is named as it was given, for lists of alerts find it from the folder the tool ran in.
 
+use super::baseline::{self, Change, Comparison, Delta};
 use super::phrase::{self, Numbered};
 use super::schema::Report;
 use crate::check::State;
@@ -15,9 +16,12 @@ const MOST: usize = 25_000;
 
 /// The report on the part at a path as SARIF text with a line feed at its end; results worst first, at most 25,000.
 ///
+/// Beside a baseline every result says whether it is new, unchanged or updated, and what was between bodies that are one now is a result of its own. What is
+/// gone is not told: lists of alerts close what they are no longer told, and would take it for another alert.
+///
 /// A path that starts at a root or climbs above the folder the tool ran in names nothing in a list of alerts: of such a part the file's name
 /// stands alone.
-pub fn write(report: &Report, part: &Path) -> String {
+pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> String {
     let file = reference(part).unwrap_or_else(|| encoded(&report.part.file));
     let findings = phrase::numbered(report);
     let rules: Vec<Value> = report
@@ -28,7 +32,10 @@ pub fn write(report: &Report, part: &Path) -> String {
                 "help": {"text": format!("amcheck explain {}", c.name)}})
         })
         .collect();
-    let results: Vec<Value> = findings.iter().take(MOST).map(|n| result(report, n, &file)).collect();
+    let told = findings.iter().map(|n| since(result(report, n, &file), comparison.and_then(|c| c.of(n.finding))));
+    let one_body = comparison.into_iter().flat_map(|c| &c.changes).filter(|c| c.news().is_some() && c.new.is_none());
+    let joined = one_body.filter_map(|c| joined(report, c, &file));
+    let results: Vec<Value> = joined.chain(told).take(MOST).collect();
     let silent: Vec<Value> = report
         .checks
         .iter()
@@ -74,10 +81,7 @@ fn result(report: &Report, n: &Numbered, file: &str) -> Value {
         "ruleIndex": rule,
         "level": level,
         "message": {"text": text.trim()},
-        "locations": [{"physicalLocation": {
-            "artifactLocation": {"uri": file, "index": 0},
-            "region": {"startLine": 1}
-        }}],
+        "locations": [location(file)],
         "partialFingerprints": {"amcheck/v1": f.fingerprint},
         "properties": {
             "state": f.state.word(), "value": report_digits(f.value), "low": report_digits(f.low),
@@ -92,6 +96,40 @@ fn result(report: &Report, n: &Numbered, file: &str) -> Value {
         }
     }
     result
+}
+
+/// A result with what it was in the baseline, where it was compared with one.
+fn since(mut result: Value, change: Option<&Change>) -> Value {
+    if let Some(change) = change {
+        result["baselineState"] = match change.delta {
+            Delta::New => "new",
+            Delta::Worse | Delta::Better => "updated",
+            Delta::Same | Delta::Unchecked | Delta::Fixed => "unchanged",
+        }
+        .into();
+    }
+    result
+}
+
+/// What was between bodies that are one now, which no finding of the report tells.
+fn joined(report: &Report, change: &Change, file: &str) -> Option<Value> {
+    let f = change.old.as_ref()?;
+    let rule = report.checks.iter().position(|c| c.name == change.check)?;
+    let level = if change.news() == Some(State::Fail) { "error" } else { "warning" };
+    let result = json!({
+        "ruleId": f.code,
+        "ruleIndex": rule,
+        "level": level,
+        "message": {"text": phrase::sentence(&baseline::from_to(change))},
+        "locations": [location(file)],
+        "partialFingerprints": {"amcheck/v1": f.fingerprint},
+    });
+    Some(since(result, Some(change)))
+}
+
+/// Line 1 of the part's file: it has no lines, and lists of alerts ask for one.
+fn location(file: &str) -> Value {
+    json!({"physicalLocation": {"artifactLocation": {"uri": file, "index": 0}, "region": {"startLine": 1}}})
 }
 
 /// A path as a relative reference (RFC 3986), if it leads down from where it starts.

@@ -2,9 +2,12 @@
 
 use super::thickness::ThicknessReport;
 use crate::check::{Bracket, Budget, Finding, Sense, State};
+use crate::error::Result;
 use crate::geometry::vector::{bounds, corners_of};
 use crate::notice::Notice;
+use crate::part::Part;
 use crate::process::{Bound, LimitBasis, Process, rule};
+use crate::units::report_digits;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -32,6 +35,29 @@ pub struct Tool {
     pub version: String,
 }
 
+/// One body of the part, in the frame of the input file.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BodyReport {
+    pub box_mm: [Axis3; 2],
+    pub volume_mm3: f64,
+}
+
+/// Most bodies that a report lists one by one.
+const MOST_BODIES: usize = 1000;
+
+impl BodyReport {
+    /// The bodies of a part that has several; none of one that has too many to list.
+    pub fn each(part: &Part) -> Vec<Self> {
+        let bodies = &part.health().bodies;
+        if !(2..=MOST_BODIES).contains(&bodies.len()) {
+            return Vec::new();
+        }
+        let boxes = part.body_boxes_in_file().into_iter().map(|b| b.map(|corner| corner.map(report_digits)));
+        let volumes = bodies.iter().map(|b| report_digits(b.volume_mm3));
+        boxes.zip(volumes).map(|(box_mm, volume_mm3)| BodyReport { box_mm, volume_mm3 }).collect()
+    }
+}
+
 /// The part as it was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PartReport {
@@ -40,6 +66,9 @@ pub struct PartReport {
     pub sha256: String,
     pub triangles: u64,
     pub bodies: u64,
+    /// Each of them in the order of their numbers, where there are several and not too many to list.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub each_body: Vec<BodyReport>,
     pub box_mm: [Axis3; 2],
     pub volume_mm3: Bracket,
     pub area_mm2: f64,
@@ -53,6 +82,31 @@ pub struct PartReport {
 }
 
 impl PartReport {
+    /// A part with its file's name and digest, and its unit with how that is known.
+    ///
+    /// # Errors
+    /// As [`Part::solid`].
+    pub fn of(part: &Part, (file, sha256): (&str, &str), (units, units_from): (&str, &str)) -> Result<Self> {
+        let solid = part.solid()?;
+        let (low, high) = (solid.inner.volume().as_mm3(), solid.outer.volume().as_mm3());
+        let value = if part.is_plain() { part.mesh().signed_volume() } else { solid.density.volume().as_mm3() };
+        let (lo, hi) = bounds(part.mesh().vertices.iter().map(|&p| part.to_file(p))).unwrap_or_default();
+        Ok(PartReport {
+            file: file.into(),
+            sha256: sha256.into(),
+            triangles: part.health_as_read().facet_body.len() as u64,
+            bodies: part.health().bodies.len() as u64,
+            each_body: BodyReport::each(part),
+            box_mm: [lo, hi].map(|corner| corner.map(report_digits)),
+            volume_mm3: Bracket::new(value, low, high).rounded(),
+            area_mm2: report_digits(part.mesh().area()),
+            units: units.into(),
+            units_from: units_from.into(),
+            watertight: part.health_as_read().is_watertight(),
+            pose: part.pose().map(|row| row.map(report_digits)),
+        })
+    }
+
     /// A place of the input frame in the frame of the build, millimetres.
     pub fn posed(&self, at_mm: Axis3) -> Axis3 {
         [0, 1, 2].map(|r| {
@@ -236,6 +290,29 @@ impl ProcessReport {
     }
 }
 
+/// What a comparison with an earlier report says, as a report repeats it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BaselineReport {
+    /// How many findings became what, and how many bodies there were and are where that differs: `1 new, 2 same; bodies 2 → 1`.
+    pub words: String,
+    /// Bodies before and now.
+    pub bodies: [u64; 2],
+    /// What was judged differently.
+    pub judged_otherwise: Vec<String>,
+    /// Everything that is not the same, new first.
+    pub changes: Vec<ChangeReport>,
+}
+
+/// One finding that is not what it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChangeReport {
+    /// `new`, `worse`, `unchecked`, `better` or `fixed`.
+    pub delta: String,
+    pub check: String,
+    /// Values before and after, and the place.
+    pub words: String,
+}
+
 /// Everything amcheck says about a part. Same input, same bytes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -253,6 +330,9 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub thickness: Option<ThicknessReport>,
     pub warnings: Vec<Notice>,
+    /// What changed since an earlier report, where one was given.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub baseline: Option<BaselineReport>,
 }
 
 impl Report {

@@ -344,6 +344,7 @@ pub fn report(file: &str) -> Report {
             sha256: "9f".repeat(32),
             triangles: 101_806,
             bodies: 1,
+            each_body: Vec::new(),
             box_mm: [[-28.0, -18.0, 0.0], [28.0, 18.0, 26.0]],
             volume_mm3: Bracket::new(11_422.6, 11_420.1, 11_425.0),
             area_mm2: 9_873.25,
@@ -381,6 +382,7 @@ pub fn report(file: &str) -> Report {
                 .counted(2)
                 .at([1.0, 2.0, 3.0]),
         ],
+        baseline: None,
     }
 }
 

@@ -11,15 +11,20 @@ use crate::units::{short, told};
 pub fn banner(c: &Context) -> Markup {
     let state = phrase::verdict_state(c.report.verdict);
     let counts: Vec<String> = phrase::counts(c.report).into_iter().map(|(_, _, words)| words).collect();
+    let since = c.report.baseline.as_ref().map_or(Markup::default(), |b| {
+        let otherwise = if b.judged_otherwise.is_empty() { "" } else { "; judged otherwise" };
+        markup!("<p>Against the baseline: {}{}</p>", b.words, otherwise)
+    });
     markup!(
         "<section class=\"banner {}\" aria-label=\"Verdict\"><h1><span class=\"state {}\"><span aria-hidden=\"true\">{}</span> {}</span> \
-         <span class=\"counts\">{}</span></h1><p>{}</p></section>\n",
+         <span class=\"counts\">{}</span></h1><p>{}</p>{}</section>\n",
         state.word(),
         state.word(),
         state.glyph(),
         phrase::headline(c.report.verdict),
         counts.join(" · "),
-        c.report.summary
+        c.report.summary,
+        since
     )
 }
 
