@@ -317,10 +317,12 @@ fn lie_apart(findings: &[Finding]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::void::tests::turned;
     use super::*;
     use crate::geometry::union::united;
     use crate::geometry::{TriangleMesh, cuboid};
     use crate::part::Up;
+    use crate::random::Lcg;
 
     #[test]
     fn places_that_count_the_same_have_no_sum() {
@@ -408,6 +410,25 @@ mod tests {
         let detail = found.findings.iter().find(|f| f.kind == "embossed-detail").unwrap();
         assert!(detail.message.ends_with("; others beside, down to 0.3 mm, are finer still"), "{}", detail.message);
         assert!(detail.fix.contains("enlarge it 2 times"), "{}", detail.fix);
+    }
+
+    #[test]
+    fn strokes_that_stand_apart_have_room_whatever_their_pose() {
+        let mut rng = Lcg(5);
+        let mut told = 0;
+        for case in 0..16 {
+            let strokes = cuboid([3.0, 3.0, 2.9], [9.0, 3.3, 3.5]).joined(&cuboid([3.0, 5.8, 2.9], [9.0, 6.275, 3.5]));
+            let mesh = united(&cuboid([0.0; 3], [12.0, 9.0, 3.0]).joined(&strokes), 1e-6).unwrap();
+            let turned = if case == 0 { mesh } else { turned(&mesh, || rng.unit()) };
+            let part = Part::new(turned, Up::PlusZ, 1e-6, 3.0).unwrap();
+            let (process, context) = (Process::named("lpbf").unwrap(), Context { refine: 1_000_000, spacing_mm: 0.1 });
+            let Ok(Outcome::Measured(found)) = LostFeature.run(&part, &process, &context) else { panic!() };
+            for f in found.findings.iter().filter(|f| f.kind == "embossed-detail") {
+                assert!(f.fix.contains("there is room for it"), "{case}: {}", f.fix);
+                told += 1;
+            }
+        }
+        assert!(told >= 12, "{told}");
     }
 
     #[test]

@@ -14,6 +14,8 @@ const FACING: f64 = 0.9;
 /// So much further than on along a plane they are followed to it, and so many limits.
 const BENT: f64 = 1.5;
 const ROUND: f64 = 0.5;
+/// A line across a ball that is longer or shorter than it by this share is none across the stroke.
+const AT_ITS_END: f64 = 0.05;
 /// What lies nearer than this share of the limit is the stroke's own side.
 const OWN: f64 = 0.01;
 
@@ -27,7 +29,12 @@ pub fn has_room(stroke: &Stroke, detail: &Detail, limit: f64) -> bool {
     let room = Room { limit };
     // At the level of the stroke's own place: a ball may lie in the plane of what it stands on.
     let level = |p: Vec3| along(p, stroke.up, dot(sub(stroke.centre, p), stroke.up));
-    let mut balls = detail.places.iter().map(|t| Stroke { centre: level(t.centre), between: t.direction(), ..*stroke });
+    let mut balls = detail.places.iter().filter_map(|t| {
+        let ball = Stroke { centre: level(t.centre), between: t.direction(), ..*stroke };
+        // Beside an end of the stroke a line through it meets that end.
+        let wide = ball.reach(ball.centre).iter().sum::<f64>();
+        ((wide - t.diameter).abs() < AT_ITS_END * t.diameter).then_some(ball)
+    });
     room.is_along(stroke) && balls.all(|ball| room.is_at(&ball))
 }
 
