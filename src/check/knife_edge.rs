@@ -44,6 +44,9 @@ static META: Meta = Meta {
     source: "Limits: see the profile.",
 };
 
+/// Where an edge is, and what cutting it back to a wall, and to a thicker one, has shown.
+type Tried = ([f64; 3], [Cut; 2]);
+
 impl Check for KnifeEdge {
     fn meta(&self) -> &'static Meta {
         &META
@@ -72,7 +75,7 @@ impl Check for KnifeEdge {
         let chosen = |c: &Crease| c.angle < widest && is_deep(c);
         let lines = ridges(&found, chosen);
         let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
-        let (mut findings, cuts): (Vec<Finding>, Vec<([f64; 3], [Cut; 2])>) = lines
+        let (mut findings, cuts): (Vec<Finding>, Vec<Tried>) = lines
             .par_iter()
             .filter(long)
             .filter_map(|r| sharp(part, context, &found, r, (limits, [wall, thin])))
