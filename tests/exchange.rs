@@ -2,7 +2,7 @@
 
 mod sample;
 
-use amcheck::check::{Finding, Spot, State};
+use amcheck::check::{Finding, Sense, Spot, State};
 use amcheck::report::baseline::{Comparison, Delta, compare, text};
 use amcheck::report::terminal::Palette;
 use amcheck::report::{BodyReport, Report, badge, json, junit, markdown, sarif};
@@ -19,6 +19,28 @@ fn a_report_is_the_same_as_itself() {
     let c = compare(&report, &report);
     assert_eq!((c.count(Delta::Same), c.changes.len()), (5, 5));
     assert!(!c.has_new_failure());
+}
+
+#[test]
+fn a_count_over_the_whole_mesh_is_the_same_wherever_it_is_told() {
+    let of = |at: [f64; 3], count: f64| {
+        let mut report = sample::report("a.stl");
+        let walls = self::at(&report, "thin-wall");
+        let mut f = report.checks[walls].findings[0].clone();
+        (f.code, f.kind, f.unit, f.sense) = ("AM001".into(), "overlapping-facets".into(), "1".into(), Sense::Max);
+        (f.value, f.low, f.high, f.count, f.fingerprint) = (count, count, count, 1, format!("{at:?}"));
+        (f.at_mm, f.box_mm, f.area_mm2) = (at, [at; 2], None);
+        f.places = vec![Spot { at_mm: at, box_mm: None, value: count, low: count, high: count }];
+        report.checks[walls].findings = vec![f];
+        report
+    };
+    let delta = |old: &Report, new: &Report| {
+        let changes = compare(old, new).changes;
+        changes.into_iter().find(|c| c.check == "thin-wall").map(|c| (c.delta, c.old.is_some() && c.new.is_some()))
+    };
+    let (here, there) = (of([1.0, 2.0, 3.0], 10.0), of([9.0, 8.0, 7.0], 10.0));
+    assert_eq!(delta(&here, &there), Some((Delta::Same, true)));
+    assert_eq!(delta(&here, &of([9.0, 8.0, 7.0], 12.0)), Some((Delta::Worse, true)));
 }
 
 #[test]

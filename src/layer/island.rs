@@ -213,8 +213,10 @@ mod tests {
 
     #[test]
     fn feet_that_begin_as_low_have_first_layers_of_their_own() {
-        // A stand, and beside it a bar on three feet that reach down as far as each other, joined to it above.
-        let mut mesh = cuboid([0.0; 3], [3.0, 3.0, 12.0]).joined(&cuboid([2.0, 0.0, 9.0], [20.0, 3.0, 12.0]));
+        // A stand with an arm, from which a bar hangs with three feet that reach down as far as each other.
+        let mut mesh = cuboid([0.0; 3], [3.0, 3.0, 15.0]).joined(&cuboid([2.0, 0.0, 13.0], [12.0, 3.0, 15.0]));
+        mesh = mesh.joined(&cuboid([10.0, 0.5, 9.5], [11.0, 2.5, 14.0]));
+        mesh = mesh.joined(&cuboid([5.0, 0.0, 9.0], [20.0, 3.0, 11.0]));
         for (x, wide) in [(6.0, 1.0), (10.0, 2.0), (15.0, 3.0)] {
             mesh = mesh.joined(&cuboid([x, 0.5, 4.0], [x + wide, 2.5, 10.0]));
         }

@@ -4,6 +4,7 @@ use crate::shapes::{facing, flask};
 use crate::{findings, judge_bytes, judge_mesh, process};
 use amcheck::analyze::Options;
 use amcheck::check::State;
+use amcheck::geometry::union::united;
 use amcheck::geometry::{TriangleMesh, cuboid};
 use amcheck::process::BUILTIN;
 use amcheck::units::Length;
@@ -89,6 +90,30 @@ fn what_the_plate_closes_is_told_whatever_the_way_out_is_without_it() {
         let [one] = closed[..] else { panic!("{neck}: {found:?}") };
         assert!(one.low <= truth && truth <= one.high && one.high - one.low < 0.01 * truth, "{neck} {truth}: {one:?}");
         assert_eq!(found.iter().any(|f| f.kind == "narrow-way-out"), neck < 3.0, "{neck}: {found:?}");
+    }
+}
+
+#[test]
+fn a_cup_over_the_plate_with_a_hole_in_its_side_is_closed_only_if_the_hole_is_too_narrow_for_any_part() {
+    // Walls of 3 mm around a room of 14 × 14 × 9 mm, one with a square hole in its middle; lpbf wants 3 mm, and fails below 2.
+    for (hole, told) in [(2.4, 0), (1.6, 1)] {
+        let (a, b) = (10.0 - 0.5 * hole, 10.0 + 0.5 * hole);
+        let (low, high) = (6.0 - 0.5 * hole, 6.0 + 0.5 * hole);
+        let boxes = [
+            [[0.0, 0.0, 9.0], [20.0, 20.0, 12.0]],
+            [[0.0, 0.0, 0.0], [20.0, 3.0, 12.0]],
+            [[0.0, 17.0, 0.0], [20.0, 20.0, 12.0]],
+            [[17.0, 0.0, 0.0], [20.0, 20.0, 12.0]],
+            [[0.0, 0.0, 0.0], [3.0, a, 12.0]],
+            [[0.0, b, 0.0], [3.0, 20.0, 12.0]],
+            [[0.0, 0.0, 0.0], [3.0, 20.0, low]],
+            [[0.0, 0.0, high], [3.0, 20.0, 12.0]],
+        ];
+        let all = boxes.map(|[lo, hi]| cuboid(lo, hi)).into_iter().reduce(|m, b| m.joined(&b)).expect("boxes");
+        let mut options = only("lpbf", &["AM301"]);
+        options.voxel = Some(Length::mm(0.2));
+        let found = findings(&judge_mesh(united(&all, 1e-6).expect("a cup"), &options), "AM301").to_vec();
+        assert_eq!(found.iter().filter(|f| f.kind == "on-plate").count(), told, "{hole}: {found:?}");
     }
 }
 
