@@ -18,8 +18,7 @@ const ROUNDS: usize = 3;
 const THICK: f64 = 1.0;
 /// How far a rib is drawn beyond the ceiling, so that it ends in what bounds it, millimetres.
 const BEYOND: f64 = 0.05;
-/// Where the ends of a rib are looked at: so far before them, and below the ceiling, as shares of its thickness and of a layer; and as far out as it is thick.
-const BEFORE: f64 = 0.1;
+/// So far below the ceiling the ends of a rib are looked at, in layers.
 const UNDER: f64 = 0.5;
 /// What rounding to hundredths may take from the end of a rib, millimetres; one that it would move is told as much longer and higher than it is measured.
 const ROUNDED: f64 = 0.01;
@@ -258,16 +257,17 @@ impl Trying<'_> {
     /// something, as the corner of a post, with a part of its thickness alone.
     fn footed(&self, rib: Rib) -> Option<Rib> {
         let way = rib.way();
+        // From before where a side that slants is met first.
+        let before = self.thick.min(0.5 * distance(rib.ends[0], rib.ends[1]));
         let end = |p: Vec3, out: Vec3| {
-            let from =
-                along(along(p, out, -BEFORE * self.thick), [0.0, 0.0, -1.0], UNDER * self.process.layer_height_mm);
+            let from = along(along(p, out, -before), [0.0, 0.0, -1.0], UNDER * self.process.layer_height_mm);
             let hits = [-0.49, 0.0, 0.49].map(|side| {
                 let at = along(from, [-way[1], way[0], 0.0], side * self.thick);
-                self.part.distance().first_hit(at, out, 0.0, (1.0 + BEFORE) * self.thick).map(|hit| hit.0)
+                self.part.distance().first_hit(at, out, 0.0, before + self.thick).map(|hit| hit.0)
             });
             match hits {
                 [None, None, None] => Some(p),
-                [Some(a), Some(b), Some(c)] => Some(along(p, out, (a.max(b).max(c) - BEFORE * self.thick).max(0.0))),
+                [Some(a), Some(b), Some(c)] => Some(along(p, out, (a.max(b).max(c) - before).max(0.0))),
                 _ => None,
             }
         };
