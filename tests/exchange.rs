@@ -18,7 +18,7 @@ fn a_report_is_the_same_as_itself() {
     let report = sample::report("a.stl");
     let c = compare(&report, &report);
     assert_eq!((c.count(Delta::Same), c.changes.len()), (5, 5));
-    assert!(!c.has_new_failure());
+    assert!(c.worst_news() != Some(State::Fail));
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn changes_are_matched_by_place_and_need_parted_brackets() {
             ("fixed", "trapped-volume"),
         ]
     );
-    assert!(c.has_new_failure());
+    assert!(c.worst_news() == Some(State::Fail));
     let back = compare(&new, &old);
     assert_eq!((back.count(Delta::Better), back.count(Delta::Fixed), back.count(Delta::New)), (1, 1, 2));
     let said = text(&c, Palette::Plain);
@@ -171,7 +171,7 @@ fn equal_places_are_compared_one_by_one() {
     let told = |old: &[f64], new: &[f64]| {
         let c = compare(&fins(old), &fins(new));
         let walls: Vec<&str> = c.changes.iter().filter(|c| c.check == "thin-wall").map(|c| c.delta.word()).collect();
-        (walls.join(" "), c.has_new_failure(), text(&c, Palette::Plain))
+        (walls.join(" "), c.worst_news() == Some(State::Fail), text(&c, Palette::Plain))
     };
     // As many as before, and another one.
     let (words, fails, said) = told(&[0.6, 2.0, 0.6], &[0.6, 0.6, 2.0]);
@@ -195,7 +195,7 @@ fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
     let fins = &mut new.checks[at(&old, "thin-wall")].findings;
     fins[0].count += 4;
     let c = compare(&old, &new);
-    assert!(c.count(Delta::Worse) == 1 && c.count(Delta::New) == 0 && c.has_new_failure());
+    assert!(c.count(Delta::Worse) == 1 && c.count(Delta::New) == 0 && c.worst_news() == Some(State::Fail));
     assert!(text(&c, Palette::Plain).contains("→ 5 places"), "{}", text(&c, Palette::Plain));
     assert_eq!(compare(&new, &old).count(Delta::Better), 1);
     // One of its places has a value of its own now, elsewhere.
@@ -215,7 +215,10 @@ fn more_places_are_worse_and_what_leaves_or_joins_a_finding_is_not_new() {
     // Beside all that there were it is another one, though one of them lies in its box.
     let mut beside = grouped.clone();
     beside.checks[at(&old, "thin-wall")].findings.push(left.clone());
-    assert!(compare(&grouped, &beside).count(Delta::New) == 1 && compare(&grouped, &beside).has_new_failure());
+    assert!(
+        compare(&grouped, &beside).count(Delta::New) == 1
+            && compare(&grouped, &beside).worst_news() == Some(State::Fail)
+    );
     new.checks[at(&old, "thin-wall")].findings.push(left);
     assert_eq!(compare(&grouped, &new).count(Delta::New), 0);
     assert_eq!(compare(&new, &grouped).count(Delta::Fixed), 0);
@@ -335,7 +338,9 @@ fn a_gap_between_bodies_that_are_one_now_is_worse_and_one_beside_a_body_that_is_
     let old = jointed(&[block, pin]);
     let became = |volume_mm3: f64| compare(&old, &jointed(&[BodyReport { volume_mm3, ..block }]));
     let welded = became(11_950.0);
-    assert!(welded.has_new_failure() && welded.count(Delta::Worse) == 1 && welded.count(Delta::Fixed) == 0);
+    assert!(
+        welded.worst_news() == Some(State::Fail) && welded.count(Delta::Worse) == 1 && welded.count(Delta::Fixed) == 0
+    );
     let said = text(&welded, Palette::Plain);
     assert!(said.contains("bodies 1 and 2 are one body now") && said.contains("bodies 2 → 1\n"), "{said}");
     let told = welded.told();
@@ -355,7 +360,10 @@ fn a_gap_between_bodies_that_are_one_now_is_worse_and_one_beside_a_body_that_is_
     let results = alerts(&new, "a.stl", Some(&welded))["runs"][0]["results"].as_array().unwrap().clone();
     assert_eq!((&results[0]["level"], &results[0]["baselineState"]), (&"error".into(), &"updated".into()));
     let removed = became(11_000.0);
-    assert_eq!((removed.count(Delta::Fixed), removed.has_new_failure(), removed.bodies), (1, false, [2, 1]));
+    assert_eq!(
+        (removed.count(Delta::Fixed), removed.worst_news() == Some(State::Fail), removed.bodies),
+        (1, false, [2, 1])
+    );
     // A report that lists no bodies does not tell which it was.
     let mut unlisted = old.clone();
     unlisted.part.each_body.clear();

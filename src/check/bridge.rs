@@ -270,8 +270,7 @@ fn advised(part: &Part, f: &Finding, remedies: &[Tried], below: &[([f64; 3], Sup
         Some(Remedy::Ribs(ribs)) => ribs.words(part, limit),
         Some(Remedy::Chamfer(Some(chamfer))) => chamfer.words(limit),
         Some(Remedy::Roof(Some(roof))) => roof.words(part, limit),
-        _ if f.kind == "horizontal-hole" => format!("narrow it to {length} mm, which holds itself"),
-        _ => format!("shorten it to {length} mm, which holds itself"),
+        _ => format!("no more than {length} mm holds itself"),
     };
     let others = match (f.count, tries.len()) {
         (1, _) | (_, 0) => String::new(),

@@ -308,8 +308,7 @@ impl<'a> Seeker<'a> {
             None => {
                 let needed = self.least.along(candidate.direction);
                 let round = if candidate.flat { "" } else { ", and of what is round somewhat more" };
-                let needed = rounded(needed);
-                format!("{verb} it to {needed} mm or more: less between flat sides is {} here{round}", self.kind())
+                format!("less than {} mm between flat sides is {} here{round}", rounded(needed), self.kind())
             }
         };
         Ok(f)

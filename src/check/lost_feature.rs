@@ -207,9 +207,10 @@ impl Lost<'_> {
             }
             _ => {
                 format!(
-                    "thicken by {} mm to the {} mm that the element is wide across it",
+                    "the element is {} mm wide across it, {} mm more than the {}",
+                    rounded(needed),
                     rounded(missing),
-                    rounded(needed)
+                    detail.noun()
                 )
             }
         };

@@ -40,7 +40,7 @@ pub fn words(remedy: &str, tries: &[Growth], places: usize) -> String {
     let (tried, works) = (tries.len(), tries.iter().flatten().count());
     let by = short((1e3 * most).round() / 1e3);
     match (works, tried == places && works == tried) {
-        _ if tried == 0 => format!("{remedy}: what is less than an element across is not printed as drawn"),
+        _ if tried == 0 => "what is less than an element across is not printed as drawn".into(),
         (0, _) => "grown by three cells on either side it is still not printed as drawn, checked on the cells".into(),
         (_, true) => format!("{remedy} by {by} mm: checked on the cells, it is printed as drawn then"),
         _ => format!(

@@ -139,7 +139,7 @@ impl Mouths<'_> {
             }
             (None, _) => format!("give it {needed} mouths of at least {ball} mm, far from each other"),
         };
-        f.fix += &format!("; or open one to {wide} mm");
+        f.fix += &format!("; one of {wide} mm is enough by itself");
     }
 }
 

@@ -410,6 +410,18 @@ mod tests {
     }
 
     #[test]
+    fn no_rib_is_put_that_a_part_of_its_thickness_alone_would_hold() {
+        // In the middle of the open side a post half as thick as the rib.
+        let post = cuboid([11.7, 5.95, 0.0], [12.3, 7.0, 9.0]);
+        let mesh = crate::geometry::union::united(&bench(18.0).joined(&post), 1e-6).unwrap();
+        assert_eq!(tried(mesh).0, Ribbing::NoPlace);
+        // One that is thicker than it holds all of it.
+        let post = cuboid([11.0, 5.95, 0.0], [13.0, 7.0, 9.0]);
+        let mesh = crate::geometry::union::united(&bench(18.0).joined(&post), 1e-6).unwrap();
+        assert!(tried(mesh).0.holds());
+    }
+
+    #[test]
     fn a_rib_over_a_step_is_as_tall_as_what_is_below_it() {
         let step = cuboid([2.5, 3.0, -1.0], [22.0, 6.0, 2.0]);
         let mesh = crate::geometry::union::united(&bench(18.0).joined(&step), 1e-6).unwrap();

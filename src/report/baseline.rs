@@ -118,11 +118,6 @@ impl Comparison {
         self.changes.iter().filter_map(Change::news).max()
     }
 
-    /// Whether something that fails and that nobody accepts is new, has become worse, or was accepted before.
-    pub fn has_new_failure(&self) -> bool {
-        self.worst_news() == Some(State::Fail)
-    }
-
     /// Whether nothing is otherwise than before.
     pub fn is_same(&self) -> bool {
         self.count(Delta::Same) == self.changes.len() && self.bodies[0] == self.bodies[1]
