@@ -22,6 +22,7 @@ pub mod primitive;
 pub mod ray;
 pub mod reduced_convolution;
 pub mod refine;
+mod rim;
 mod slab;
 pub mod solid;
 mod steiner;

@@ -5,8 +5,8 @@ use super::lattice::{Lattice, ceil_shift, span};
 use super::{fraction, shell, winding};
 use crate::error::Result;
 use crate::field::{Density, Field, Indicator};
+use crate::geometry::TriangleMesh;
 use crate::geometry::solid::{Doubt, Enclosure, InsideRule, Solid};
-use crate::geometry::{TriangleMesh, Winding};
 use crate::grid::Grid;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -20,7 +20,7 @@ use std::ops::Range;
 /// by the rounding. `density` is min(1, ∫ w) over each cube: exact but for f32 rounding, save where the surfaces of
 /// two overlapping bodies cut one cube, where it may count their overlap twice.
 ///
-/// With [`InsideRule::Winding`], S = { p : w(p) ≥ ½ } with the generalized winding number ([`Winding`]): probed off the
+/// With [`InsideRule::Winding`], S = { p : w(p) ≥ ½ } with the generalized winding number ([`crate::geometry::Winding`]): probed off the
 /// surface, counted through the facets where that adds up, and evaluated at every sample where it does not; `centres` is
 /// then an estimate. `inner` and `outer` hold for the facets, not for what closes the holes between them, and `density`
 /// counts facets where the row across them is complete and samples where it is not. [`Solid::doubt`] says how much of it
@@ -88,9 +88,9 @@ fn cast(mesh: &TriangleMesh, lattice: Lattice, grid: &Grid, rule: InsideRule) ->
         }
         InsideRule::Winding => {
             parts.mark_surface(&lattice, layers);
-            let (winding, crossings) = (Winding::new(mesh), Crossings::of(&lattice, winding::BUNDLE));
+            let crossings = Crossings::of(&lattice, winding::BUNDLE);
             let (shell, centres) = (parts.outer.words(), parts.centres.words_mut());
-            Some(winding::classify(&winding, &crossings, grid, shell, centres))
+            Some(winding::classify(mesh, &crossings, grid, shell, centres))
         }
     };
     parts.settle(rule, doubt)
@@ -135,8 +135,8 @@ pub fn enclose(mesh: &TriangleMesh, grid: &Grid, rule: InsideRule) -> Result<Enc
     match rule {
         InsideRule::Crossings => fill(&Crossings::of(&lattice, layers), layers, &mut centres)?,
         InsideRule::Winding => {
-            let (winding, crossings) = (Winding::new(mesh), Crossings::of(&lattice, winding::BUNDLE));
-            winding::classify(&winding, &crossings, grid, outer.words(), centres.words_mut());
+            let crossings = Crossings::of(&lattice, winding::BUNDLE);
+            winding::classify(mesh, &crossings, grid, outer.words(), centres.words_mut());
         }
     }
     let sets = inner.words_mut().par_iter_mut().zip(outer.words_mut()).zip(centres.words());

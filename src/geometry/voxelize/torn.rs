@@ -90,3 +90,31 @@ fn torn_surfaces_are_classified_like_every_sample_by_itself() {
         assert!(wrong * 2000 <= grid.samples(), "{n}: {wrong} of {}", grid.samples());
     }
 }
+
+/// A box without its largest face: half of what it encloses is in doubt, and none of that is looked at sample by sample.
+#[test]
+fn what_a_missing_face_leaves_in_doubt_is_counted_as_by_every_sample() {
+    let mut r = Lcg(31);
+    for (size, h) in [([12.0, 8.0, 3.0], 0.2), ([6.0, 6.0, 6.0], 0.15), ([20.0, 4.0, 2.0], 0.2)] {
+        let mut mesh = block([0.0; 3], size);
+        mesh.triangles.truncate(10);
+        let mesh = mesh.transformed(r.rotation(), r.point(-1.0, 1.0));
+        let (lo, hi) = mesh.bounds().unwrap();
+        let grid = Grid::covering(lo, hi, Length::mm(h), 2, r.point(-0.4, 0.4)).unwrap();
+        let solid = voxelize(&mesh, &grid, Winding).unwrap();
+        let (mut doubtful, mut inside, mut wrong) = (0u64, 0u64, 0u64);
+        for at in 0..grid.samples() {
+            let index = grid.index(at);
+            let w = winding(&mesh, grid.position(index));
+            let untouched = solid.inner.contains(index) || !solid.outer.contains(index);
+            doubtful += u64::from(untouched && (w - 0.5).abs() < 0.25);
+            inside += u64::from(w >= 0.5);
+            wrong += u64::from((w - 0.5).abs() > 0.01 && solid.centres.contains(index) != (w >= 0.5));
+        }
+        let doubt = solid.doubt.unwrap();
+        let counted = doubt.volume_mm3 / grid.sample_volume().as_mm3();
+        // Between two probes that are clear, and in short stretches beside the surface, nobody looks.
+        assert!((counted / doubtful as f64 - 1.0).abs() < 0.1, "{size:?} {counted} {doubtful}");
+        assert!(doubtful > inside / 5 && wrong * 2000 <= grid.samples() as u64, "{size:?} {doubtful} {inside} {wrong}");
+    }
+}

@@ -1,12 +1,14 @@
 //! Inside and outside of a surface that does not close, sample by sample where it must be.
 //!
-//! Off the surface the winding number is harmonic: bundles of rows that no facet touches are probed every few samples,
-//! and evaluated in full only between probes that differ or are in doubt. Through the shell the crossings of the row
-//! are counted from one known side to the other; where they do not add up, the samples are evaluated.
+//! Off the surface the winding number is harmonic: bundles of rows that no facet touches are probed every few samples. Between probes
+//! that differ or are in doubt they are halved until a part of them is told by its middle, for the rim of the surface bounds how much
+//! the number changes there. Through the shell the crossings of the row are counted from one known side to the other; where they do not
+//! add up, the samples are evaluated.
 
 use super::crossings::{Crossings, set_range};
-use crate::geometry::Doubt;
-use crate::geometry::Winding;
+use crate::geometry::rim::Rim;
+use crate::geometry::vector::{Vec3, norm};
+use crate::geometry::{Doubt, TriangleMesh, Winding};
 use crate::grid::Grid;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -19,25 +21,28 @@ const STRIDE: usize = 16;
 const TRUSTED: usize = 3;
 /// A winding number this near to one half does not tell inside from outside.
 const DOUBTFUL: f64 = 0.25;
+/// Samples that are evaluated one by one.
+const FEW: usize = 8;
 
 /// Sets the bits of the samples with winding number ≥ ½ and returns what was in doubt.
 ///
 /// `crossings` are those of the facets, [`BUNDLE`] layers to a slab, and `shell` the cubes that they touch.
 pub(super) fn classify(
-    winding: &Winding,
+    mesh: &TriangleMesh,
     crossings: &Crossings,
     grid: &Grid,
     shell: &[u64],
     centres: &mut [u64],
 ) -> Doubt {
     let [nx, ny, _] = grid.dims();
+    let (winding, rim) = (&Winding::new(mesh), &Rim::of(mesh));
     let words = nx.div_ceil(64);
     let slab = words * ny * BUNDLE;
     let slabs = centres.par_chunks_mut(slab).zip(shell.par_chunks(slab)).enumerate().with_max_len(1);
     let tally = slabs
         .map(|(at, (centres, shell))| {
             let first_row = at * BUNDLE * ny;
-            let mut slab = Slab { winding, grid, first_row, words, shell, centres, tally: Tally::default() };
+            let mut slab = Slab { winding, rim, grid, first_row, words, shell, centres, tally: Tally::default() };
             let mut known = vec![0u64; shell.len()];
             slab.bundles(&mut known);
             slab.free_runs(&known);
@@ -57,6 +62,7 @@ pub(super) fn classify(
 /// A few layers in the making.
 struct Slab<'a> {
     winding: &'a Winding,
+    rim: &'a Rim,
     grid: &'a Grid,
     first_row: usize,
     words: usize,
@@ -83,26 +89,88 @@ impl Slab<'_> {
         bit(&self.centres[self.bits(row)], i)
     }
 
-    /// The winding number at a sample, noted where no facet touches its cube: a touched one is uncertain by its sets already.
-    fn evaluate(&mut self, row: usize, i: usize) -> f64 {
+    fn index(&self, row: usize, i: usize) -> [usize; 3] {
         let ny = self.grid.dims()[1];
-        let touched = bit(&self.shell[self.bits(row)], i);
         let row = self.first_row + row;
-        let index = [i, row % ny, row / ny];
+        [i, row % ny, row / ny]
+    }
+
+    /// The winding number at a sample; of those seen, the one nearest to one half is kept, where no facet touches its cube: a touched one is
+    /// uncertain by its sets already.
+    fn evaluate(&mut self, row: usize, i: usize) -> f64 {
+        let index = self.index(row, i);
         let w = self.winding.at(self.grid.position(index));
-        if !touched {
-            self.tally.note(self.grid.offset(index), index, w);
+        if !bit(&self.shell[self.bits(row)], i) {
+            self.tally.see(self.grid.offset(index), w);
         }
         w
     }
 
-    /// Evaluates every sample of a range that is not in the shell, or every sample of it.
+    /// Evaluates every sample of a range, in the shell or not.
     fn evaluate_all(&mut self, row: usize, range: Range<usize>) {
         for i in range {
-            if self.evaluate(row, i) >= 0.5 {
-                let bits = self.bits(row);
+            let w = self.evaluate(row, i);
+            let bits = self.bits(row);
+            let touched = bit(&self.shell[bits.clone()], i);
+            if w >= 0.5 {
                 set_range(&mut self.centres[bits], i, i + 1);
             }
+            if !touched && is_doubtful(w) {
+                self.tally.doubt([self.index(row, i); 2], 1);
+            }
+        }
+    }
+
+    /// Decides a stretch of rows that no facet touches: at once where its middle leaves no other answer, else half by half.
+    fn settle(&mut self, rows: &[usize], range: Range<usize>) {
+        if rows.len() * range.len() <= FEW {
+            rows.iter().for_each(|&row| self.evaluate_all(row, range.clone()));
+            return;
+        }
+        let (middle, i) = (rows[rows.len() / 2], range.start + range.len() / 2);
+        let w = self.evaluate(middle, i);
+        let levels = [0.5 - DOUBTFUL, 0.5, 0.5 + DOUBTFUL];
+        let apart = levels.into_iter().map(|level| (w - level).abs()).fold(f64::INFINITY, f64::min);
+        // By as much as one evaluation may be off, its neighbours' may be as well.
+        let (from, radius) = self.about([middle, i], rows, &range);
+        if self.rim.change(from, radius) < apart {
+            if w >= 0.5 {
+                self.set_all(rows, range.clone());
+            }
+            if is_doubtful(w) {
+                let corners = self.corners(rows, &range);
+                self.tally.doubt(corners, (rows.len() * range.len()) as u64);
+            }
+        } else if range.len() >= rows.len() {
+            self.settle(rows, range.start..i);
+            self.settle(rows, i..range.end);
+        } else {
+            let (some, others) = rows.split_at(rows.len() / 2);
+            self.settle(some, range.clone());
+            self.settle(others, range);
+        }
+    }
+
+    /// Least and greatest indices of a stretch of rows.
+    fn corners(&self, rows: &[usize], range: &Range<usize>) -> [[usize; 3]; 2] {
+        let ends = rows.iter().flat_map(|&row| [self.index(row, range.start), self.index(row, range.end - 1)]);
+        ends.fold([[usize::MAX; 3], [0; 3]], |[lo, hi], at| {
+            [[0, 1, 2].map(|a| lo[a].min(at[a])), [0, 1, 2].map(|a| hi[a].max(at[a]))]
+        })
+    }
+
+    /// The place of a sample, and how far from it those of a stretch of rows lie at most.
+    fn about(&self, [row, i]: [usize; 2], rows: &[usize], range: &Range<usize>) -> (Vec3, f64) {
+        let from = self.grid.position(self.index(row, i));
+        let [lo, hi] = self.corners(rows, range).map(|index| self.grid.position(index));
+        let farthest = [0, 1, 2].map(|a| (from[a] - lo[a]).max(hi[a] - from[a]));
+        (from, norm(farthest))
+    }
+
+    fn set_all(&mut self, rows: &[usize], range: Range<usize>) {
+        for &row in rows {
+            let bits = self.bits(row);
+            set_range(&mut self.centres[bits], range.start, range.end);
         }
     }
 
@@ -139,12 +207,9 @@ impl Slab<'_> {
             // The last probe belongs to the next stretch, and to this one if there is none.
             let range = from..if to == free.end - 1 { free.end } else { to };
             if !clear || (before >= 0.5) != (behind >= 0.5) {
-                rows.iter().for_each(|&row| self.evaluate_all(row, range.clone()));
+                self.settle(rows, range.clone());
             } else if before >= 0.5 {
-                for &row in rows {
-                    let bits = self.bits(row);
-                    set_range(&mut self.centres[bits], range.start, range.end);
-                }
+                self.set_all(rows, range.clone());
             }
             if range.end == free.end {
                 return;
@@ -165,13 +230,10 @@ impl Slab<'_> {
                     let before = (gap.start > free.start).then(|| self.inside(row, gap.start - 1));
                     let behind = (gap.end < free.end).then(|| self.inside(row, gap.end));
                     match (before, behind) {
-                        (Some(a), Some(b)) if a != b => self.evaluate_all(row, gap),
+                        (Some(a), Some(b)) if a != b => self.settle(&[row], gap),
                         (None, None) => self.probe(&[row], row, gap),
                         _ if gap.len() > STRIDE => self.probe(&[row], row, gap),
-                        (Some(true), _) | (_, Some(true)) => {
-                            let bits = self.bits(row);
-                            set_range(&mut self.centres[bits], gap.start, gap.end);
-                        }
+                        (Some(true), _) | (_, Some(true)) => self.set_all(&[row], gap),
                         _ => {}
                     }
                 }
@@ -265,6 +327,10 @@ fn runs(bits: &[u64], n: usize, flip: u64) -> impl Iterator<Item = Range<usize>>
     })
 }
 
+fn is_doubtful(winding: f64) -> bool {
+    (winding - 0.5).abs() < DOUBTFUL
+}
+
 /// What a set of evaluations found; joined in any order it is the same.
 struct Tally {
     inside: u64,
@@ -286,16 +352,19 @@ impl Default for Tally {
 }
 
 impl Tally {
-    fn note(&mut self, at: usize, index: [usize; 3], winding: f64) {
+    /// A sample that was evaluated.
+    fn see(&mut self, at: usize, winding: f64) {
         let off = (winding - 0.5).abs();
-        if off < DOUBTFUL {
-            self.doubtful += 1;
-            self.lo = [0, 1, 2].map(|a| self.lo[a].min(index[a]));
-            self.hi = [0, 1, 2].map(|a| self.hi[a].max(index[a]));
-        }
         if off < self.worst || (off == self.worst && at < self.at) {
             (self.worst, self.at, self.winding) = (off, at, winding);
         }
+    }
+
+    /// So many samples between two corners that are in doubt.
+    fn doubt(&mut self, [lo, hi]: [[usize; 3]; 2], samples: u64) {
+        self.doubtful += samples;
+        self.lo = [0, 1, 2].map(|a| self.lo[a].min(lo[a]));
+        self.hi = [0, 1, 2].map(|a| self.hi[a].max(hi[a]));
     }
 
     fn joined(self, other: Tally) -> Tally {
