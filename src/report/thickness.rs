@@ -6,18 +6,23 @@ use crate::check::{Bracket, Limits, MapKind, MapWanted, Sense, limits_of};
 use crate::error::{Error, Result};
 use crate::field::Field;
 use crate::geometry::vector::{Vec3, norm};
-use crate::grid::Fitting;
+use crate::grid::{Fitting, Grid};
 use crate::medial::Side;
 use crate::medial::thickness::{Thickness, local_thickness};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Length, report_digits, short};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Samples that are mapped: the grid is as fine as they allow.
 const SAMPLES: u128 = 8_000_000;
 /// Bytes for each mapped sample: solid, distances, bounds and what is drawn of them.
 const BYTES_PER_SAMPLE: u128 = 36;
+/// What the bounds lie apart on a wall at most, in spacings: [`local_thickness`].
+const WALL: f64 = 2.0 * 1.7320508 + 2.0;
+/// Steps to a neighbour by which what only small balls are certain to reach lies beneath a surface: √3 spacings and one on the way.
+const BENEATH: usize = 2;
 /// Widths that volumes are counted below, in steps of 1, 2 and 5 from the spacing upwards.
 const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
 
@@ -86,7 +91,7 @@ fn fitting(extent: Vec3, spacing: Length, widest: Length) -> Result<Fitting> {
 /// normal, which others call thickness.
 ///
 /// τ(x) = 2·sup { r : x ∈ B(y, r) ⊂ S } lies between the bounds of [`local_thickness`] at every sample of a grid of the spacing, or of
-/// a coarser one with eight million samples; maps show the middle between the bounds. The ray's length at a surface point is how far the
+/// a coarser one with eight million samples; maps show the middle between the bounds, at the surface that of what lies beneath ([`middle`]). The ray's length at a surface point is how far the
 /// inward normal goes to the next surface: at a slanted or curved far side it is more than the ball.
 ///
 /// # Errors
@@ -106,16 +111,17 @@ pub fn thickness(
     let solid = part.window([-margin; 3], extent.map(|x| x + margin), fitting.spacing)?;
     let grid = *solid.centres.grid();
     let material = local_thickness(&solid, Side::Material, None)?;
-    let spread = Spread::of(&material);
+    let shown = middle(&material)?;
+    let spread = Spread::of(&material, &shown);
     let thickest = spread.map_or(widest.as_mm(), |s| s.most_mm.high);
     let material_below = below(&material, &widths(grid.h(), thickest, limits_of(process, "thin-wall")));
     let open_end = thickest.ceil();
-    let of_material = map(MapKind::Sampled, "Local thickness (largest ball)", open_end, Some(middle(material)?));
+    let of_material = map(MapKind::Sampled, "Local thickness (largest ball)", open_end, Some(shown));
     let along_ray = map(MapKind::Ray, "Thickness along the normal (ray)", open_end, None);
     let void = local_thickness(&solid, Side::Void, Some(widest))?;
     // Open space counts as wide as the widest gap, less rounding.
     let void_below = below(&void, &widths(grid.h(), 0.999 * widest.as_mm(), limits_of(process, "narrow-gap")));
-    let of_void = map(MapKind::Sampled, "Local gap (largest ball)", widest.as_mm(), Some(middle(void)?));
+    let of_void = map(MapKind::Sampled, "Local gap (largest ball)", widest.as_mm(), Some(middle(&void)?));
     let report = ThicknessReport {
         spacing_mm: report_digits(grid.h()),
         samples: grid.samples() as u64,
@@ -136,11 +142,38 @@ fn map(kind: MapKind, title: &'static str, open_end: f64, field: Option<Field<f3
     MapWanted { kind, title, unit: "mm", limits, open_end, facets: Vec::new(), field }
 }
 
-/// What maps show: the middle between the bounds.
-fn middle(t: Thickness) -> Result<Field<f32>> {
+/// What maps show: the middle between the bounds. Up to two samples beneath a surface none of the large balls is certain to reach; where the
+/// bounds lie farther apart than on a wall, the lower is that of a sample beneath, if balls hardly larger may reach that.
+///
+/// # Cost
+/// Looks about each such sample as often as [`BENEATH`].
+fn middle(t: &Thickness) -> Result<Field<f32>> {
     let grid = *t.low.grid();
-    let values = t.low.values().iter().zip(t.high.values()).map(|(l, h)| 0.5 * (l + h)).collect();
+    let (mut low, high) = (t.low.values().to_vec(), t.high.values());
+    let (hardly, on_a_wall) = (grid.h() as f32, (WALL * grid.h()) as f32);
+    let is_bare = |low: f32, at: usize| high[at] - low > on_a_wall;
+    let mut bare: Vec<usize> = (0..low.len()).into_par_iter().filter(|&at| is_bare(low[at], at)).collect();
+    for _ in 0..BENEATH {
+        let beneath = |&at: &usize| {
+            let near = around(&grid, at).filter(|&n| high[n] <= high[at] + hardly);
+            near.map(|n| low[n].min(high[at])).fold(low[at], f32::max)
+        };
+        let found: Vec<f32> = bare.par_iter().map(beneath).collect();
+        bare.iter().zip(&found).for_each(|(&at, &value)| low[at] = value);
+        bare.retain(|&at| is_bare(low[at], at));
+    }
+    let values = low.iter().zip(high).map(|(l, h)| 0.5 * (l + h)).collect();
     Field::from_values(grid, values, f32::NAN)
+}
+
+/// A sample and the 26 about it, as far as the grid goes.
+fn around(grid: &Grid, at: usize) -> impl Iterator<Item = usize> {
+    let (grid, index) = (*grid, grid.index(at));
+    (0..27usize).filter_map(move |n| {
+        let step = [n % 3, n / 3 % 3, n / 9];
+        let to = [0, 1, 2].map(|a| (index[a] + step[a]).wrapping_sub(1));
+        (0..3).all(|a| to[a] < grid.dims()[a]).then(|| grid.offset(to))
+    })
 }
 
 /// Widths of the series 1, 2, 5 between the spacing and the widest, and the limits among them.
@@ -169,19 +202,19 @@ fn below(t: &Thickness, widths: &[f64]) -> Vec<VolumeBelow> {
 }
 
 impl Spread {
-    /// The quantiles over all samples inside; `None` without any.
-    fn of(t: &Thickness) -> Option<Self> {
+    /// The quantiles over all samples inside, their values those of what maps show; `None` without any.
+    fn of(t: &Thickness, shown: &Field<f32>) -> Option<Self> {
         let sorted = |field: &Field<f32>| {
             let mut inside: Vec<f32> = field.values().iter().copied().filter(|v| v.is_finite()).collect();
             inside.sort_unstable_by(f32::total_cmp);
             inside
         };
-        let (low, high) = (sorted(&t.low), sorted(&t.high));
+        let (low, shown, high) = (sorted(&t.low), sorted(shown), sorted(&t.high));
         // Bounds that hold at every sample hold for every rank.
         let at = |share: f64| {
             let rank = (share * (low.len().saturating_sub(1)) as f64).round() as usize;
-            let (l, h) = (f64::from(*low.get(rank)?), f64::from(*high.get(rank)?));
-            Some(Bracket::new(0.5 * (l + h), l, h).rounded())
+            let [l, v, h] = [&low, &shown, &high].map(|of| of.get(rank).map(|x| f64::from(*x)));
+            Some(Bracket::new(v?, l?, h?).rounded())
         };
         Some(Spread { twentieth_mm: at(0.05)?, median_mm: at(0.5)?, most_mm: at(1.0)? })
     }
@@ -218,6 +251,29 @@ mod tests {
             maps.iter().map(|m| m.0.as_str()).collect::<Vec<_>>(),
             ["local-thickness", "ray-thickness", "local-gap"]
         );
+    }
+
+    /// Whichever way it leans: on both of its faces, away from the edges, the map shows how thick it is.
+    #[test]
+    fn on_the_faces_of_a_plate_the_map_shows_its_thickness() {
+        let process = Process::named("fdm").unwrap();
+        for degrees in [0.0f64, 15.0, 30.0, 45.0] {
+            let lean = [degrees.to_radians().sin(), 0.1, degrees.to_radians().cos()];
+            let mesh = Primitive::parse("box:12x10x3mm").unwrap().mesh(Length::mm(0.1));
+            let part = Part::new(mesh, Up::Along(lean), 1e-6, 0.0).unwrap();
+            let (_, maps) = thickness(&part, &process, Length::mm(0.2), Length::mm(2.0)).unwrap();
+            let field = maps[0].1.field.as_ref().unwrap();
+            let mut seen = 0;
+            for at in (0..field.grid().samples()).filter(|&at| field.values()[at].is_finite()) {
+                let p = part.to_file(field.grid().position(field.grid().index(at)));
+                if p[0].abs() < 3.5 && p[1].abs() < 2.5 {
+                    // Half of what the bounds lie apart: √3 + 1 spacings.
+                    assert!((field.values()[at] - 3.0).abs() < 0.55, "{degrees} {p:?} {}", field.values()[at]);
+                    seen += 1;
+                }
+            }
+            assert!(seen > 12_000, "{seen}");
+        }
     }
 
     #[test]
