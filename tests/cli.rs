@@ -246,8 +246,7 @@ fn the_command_to_type_next_judges_by_the_same() {
     let part = fixture("pin_060");
     let by = ["--up", "+x", "--limit", "thin-wall=0.8mm,1.2mm", "--tool", "end-mill-3", "--tool-from=-z"];
     let ran = s.run(&[&[part.as_str(), "--only", "thin-wall", "--refine", "1", "--format", "json"], &by[..]].concat());
-    let next =
-        "--up +x --limit 'thin-wall=0.8mm,1.2mm' --tool end-mill-3 --tool-from -z --only thin-wall --refine 512M";
+    let next = "--up +x --limit 'thin-wall=0.8mm,1.2mm' --tool end-mill-3 --tool-from -z --only thin-wall --refine 1M";
     assert!(ran.exit == 3 && ran.out.contains(next), "{}", ran.out);
 }
 

@@ -21,6 +21,16 @@ impl Budget {
         Budget { left: samples, ..Budget::default() }
     }
 
+    /// What is advised where a budget of so many samples did not do, in millions: four times as much.
+    ///
+    /// ```
+    /// use amcheck::check::Budget;
+    /// assert_eq!([64_000_000, 1].map(Budget::more_than), [256, 1]);
+    /// ```
+    pub fn more_than(samples: u64) -> u64 {
+        samples.saturating_mul(4).div_ceil(1_000_000)
+    }
+
     /// Notes looks that were taken, whatever is left.
     ///
     /// ```

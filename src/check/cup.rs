@@ -64,12 +64,14 @@ impl<'a> CupVents<'a> {
                     each.join("; ")
                 )
             }
-            [_] => format!(
-                "give it a hole of at least {} mm near the plate; one straight vent leaves {still} mm² closed",
-                short(VENT)
+            [vent] => format!(
+                "{}; a straight vent {}, which was tried, leaves {still} mm² closed",
+                no_vent(),
+                placed(part, vent)
             ),
             _ => format!(
-                "give it holes of at least {} mm near the plate, one for each room; {} straight vents leave {still} mm² closed",
+                "give it holes of at least {} mm near the plate, one for each room; the {} straight vents that were tried leave {still} \
+                 mm² closed",
                 short(VENT),
                 vents.len()
             ),

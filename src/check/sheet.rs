@@ -302,7 +302,7 @@ impl Sheets<'_> {
             "how thin they are is not known".into()
         };
         f.message = format!("{} places were not decided before the budget ended; {bound}", open.len());
-        f.fix = format!("run again with --refine {}M", (4 * self.context.refine).div_ceil(1_000_000));
+        f.fix = format!("run again with --refine {}M", Budget::more_than(self.context.refine));
         Some(f)
     }
 }

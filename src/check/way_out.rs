@@ -4,7 +4,7 @@ use super::finding::{Finding, State};
 use super::vent::Venting;
 use crate::geometry::vector::Vec3;
 use crate::part::Part;
-use crate::units::{bulk, hundredths, short};
+use crate::units::{bulk, enough, hundredths, short};
 
 /// What was tried for a chamber.
 pub(super) struct Tried {
@@ -42,6 +42,20 @@ impl Telling<'_> {
         f.fix = self.advice(f, &own);
     }
 
+    /// What would tell whether a way out is wide enough: half the spacing, unless one drawn at its limit would stay undecided then; that is
+    /// decided once it is wider by half its bracket.
+    fn deciding(&self, f: &Finding) -> String {
+        let (limit, half) = (f.fail.or(f.warn).unwrap_or(self.widest), 0.5 * (f.high - f.low));
+        let finer = format!("look again with --voxel {}mm", short(0.5 * self.spacing_mm));
+        if (f.value - limit).abs() > 0.5 * half {
+            return finer;
+        }
+        let [limit, enough] = [short(limit), enough(limit + half)];
+        format!(
+            "samples do not tell it from {limit} mm; one of {enough} mm is told to be wide enough: widen it, {finer}"
+        )
+    }
+
     fn advice(&self, f: &Finding, own: &[&Tried]) -> String {
         let more = if own.iter().any(|t| t.counts) { self.more.as_str() } else { "" };
         let working = || own.iter().filter_map(|t| t.venting.vent());
@@ -51,14 +65,34 @@ impl Telling<'_> {
         };
         let vent = vent.words(self.part);
         match (f.state, f.count) {
-            (State::Undecided, _) => {
-                format!("look again with --voxel {}mm, or drill {vent}", short(0.5 * self.spacing_mm))
-            }
+            (State::Undecided, _) => format!("{}, or drill {vent}", self.deciding(f)),
             (_, 1) => format!("drill {vent}; measured again, it is then wide enough{more}"),
             (_, n) => {
                 let works = working().count();
                 format!("drill {vent}; {works} of {n} such vents were measured again and are wide enough{more}")
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{Basis, Bracket, Limits, Sense};
+    use crate::geometry::cuboid;
+    use crate::part::Up;
+
+    #[test]
+    fn one_drawn_at_its_limit_is_told_how_wide_would_do() {
+        let part = Part::new(cuboid([0.0; 3], [9.0; 3]), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let telling = Telling { part: &part, spacing_mm: 0.1, widest: 5.0, more: String::new() };
+        let limits = Limits { fail: Some(5.0), warn: None, sense: Sense::Min };
+        let open = |value: f64| {
+            let bracket = Bracket::new(value, value - 0.3, value + 0.3);
+            Finding::judged("AM301", "chamber", bracket, Basis::Certified, limits, "mm", 0.0)
+        };
+        assert_eq!(telling.deciding(&open(4.8)), "look again with --voxel 0.05mm");
+        let told = telling.deciding(&open(4.9));
+        assert!(told.starts_with("samples do not tell it from 5 mm; one of 5.3 mm is told"), "{told}");
     }
 }

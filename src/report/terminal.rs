@@ -2,7 +2,7 @@
 
 use super::phrase::{self, Numbered};
 use super::schema::{CheckReport, RefinedReport, Report};
-use crate::check::{Basis, State};
+use crate::check::{Basis, Budget, State};
 use crate::error::{Error, byte_count, printable};
 use crate::units::short;
 
@@ -125,7 +125,7 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
     for (what, place, length) in outputs.written.iter().take(3) {
         lines.push(format!("{what:<8}{} ({})", printable(place), byte_count((*length).into())));
     }
-    lines.extend(next_command(findings, outputs));
+    lines.extend(next_command(report, findings, outputs));
     lines
 }
 
@@ -296,14 +296,14 @@ fn other_checks(report: &Report, palette: Palette) -> Vec<String> {
 }
 
 /// The command that helps most now: decide what is undecided, else explain the worst check.
-fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
+fn next_command(report: &Report, findings: &[Numbered], outputs: &Outputs) -> Option<String> {
     let worst = findings.first().filter(|n| n.finding.counts())?;
     // More samples decide what is bracketed, not what is estimated.
     let open = findings
         .iter()
         .find(|n| n.finding.state == State::Undecided)
         .filter(|open| worst.finding.state == State::Undecided && open.finding.basis != Basis::Estimated);
-    let command = match open.and_then(|open| Some((open, budget_that_helps(open.check)?))) {
+    let command = match open.and_then(|open| Some((open, budget_that_helps(report, open.check)?))) {
         Some((open, budget)) => {
             let by: String = outputs.judged_by.iter().map(|word| format!(" {}", quoted(word))).collect();
             format!("amcheck {}{by} --only {} --refine {budget}M", quoted(&outputs.part), printable(&open.check.name))
@@ -317,12 +317,12 @@ fn next_command(findings: &[Numbered], outputs: &Outputs) -> Option<String> {
 const NO_FINER: [&str; 2] = ["support-access", "tool-access"];
 
 /// Millions of samples with which a look would be taken that was not; `None` where samples are not what is lacking.
-fn budget_that_helps(check: &CheckReport) -> Option<u64> {
+fn budget_that_helps(report: &Report, check: &CheckReport) -> Option<u64> {
     match check.refined {
         _ if NO_FINER.contains(&check.name.as_str()) => None,
         Some(RefinedReport { samples, lacking: Some(lacking), .. }) => Some((samples + lacking).div_ceil(1_000_000)),
         Some(RefinedReport { too_large, .. }) if too_large > 0 => None,
-        _ => Some(512),
+        _ => Some(Budget::more_than(report.grid.refine_budget)),
     }
 }
 

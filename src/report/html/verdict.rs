@@ -91,8 +91,13 @@ fn how_sure(c: &Context) -> [String; 2] {
         ));
     }
     let count = |state| c.report.count(state);
-    let left =
-        [(c.report.undecided(), "undecided"), (count(State::NotRun), "not run"), (count(State::Error), "broke down")];
+    let undecided = count(State::Undecided);
+    let left = [
+        (undecided, "undecided"),
+        (c.report.undecided().saturating_sub(undecided), "of the warnings may be none"),
+        (count(State::NotRun), "not run"),
+        (count(State::Error), "broke down"),
+    ];
     for (n, words) in left.into_iter().filter(|l| l.0 > 0) {
         ground.push_str(&format!(", {n} {words}"));
     }
