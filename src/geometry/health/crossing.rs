@@ -76,6 +76,15 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
+    meetings_through(tree, |f, g| compared(f, g).then_some(Through::Inside), tolerance)
+}
+
+/// As [`meetings`]; `compared` says what counts as a crossing of the pair.
+pub fn meetings_through(
+    tree: &MeshDistance,
+    compared: impl Fn(u32, u32) -> Option<Through> + Sync,
+    tolerance: f64,
+) -> Meetings {
     let square = tolerance * tolerance;
     let hair = hair(tree.tree());
     // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
@@ -83,9 +92,8 @@ pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync,
         .map_init(Vec::new, |near, group| {
             let mut found = Tally::default();
             near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, near, |f, g| {
-                if compared(f, g) {
-                    let longest =
-                        cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, Through::Inside);
+                if let Some(through) = compared(f, g) {
+                    let longest = cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, through);
                     let longest = longest.map(|ends| Crossing::between([f, g], ends));
                     let largest = overlap_of(tree, [f, g], [tolerance, hair]);
                     found = found.and(Tally {

@@ -22,7 +22,7 @@ mod sides;
 mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
-pub use crossing::{Meetings, Through, crossing_pairs, meetings, neighbours, triangles_cross};
+pub use crossing::{Meetings, Through, crossing_pairs, meetings, meetings_through, neighbours, triangles_cross};
 pub use ghosts::without_ghosts;
 pub use measure::{Fault, Health, Hole};
 pub use needles::without_slivers;
