@@ -27,7 +27,7 @@ pub use crossing::{Meetings, Through, crossing_pairs, meetings, meetings_through
 pub use ghosts::without_ghosts;
 pub use measure::{Fault, Health, Hole};
 pub use needles::without_slivers;
-pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired};
+pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired, without_cracks};
 pub use rims::{Crack, cracks};
 pub use shells::Shell;
 pub use sides::{Sides, Spoken};
