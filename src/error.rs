@@ -121,7 +121,7 @@ pub enum Error {
     #[error("{problem}")]
     NoGeometry { problem: String, remedy: String },
 
-    /// The surface encloses nothing: the winding number is below one half everywhere.
+    /// The surface encloses nothing: beside too little of it are winding numbers those of a solid.
     #[error("the surface is not a solid: {problem}")]
     NotSolid { problem: String, at_mm: Option<[f64; 3]>, remedy: String },
 

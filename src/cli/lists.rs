@@ -34,7 +34,7 @@ const ERRORS: &[(&str, &str)] = &[
     ),
     (
         "E014",
-        "The surface encloses nothing: its winding number is below 1/2 everywhere. Close the holes first. Exit code 4.",
+        "The surface encloses nothing: beside too little of it are winding numbers those of a solid. Close the holes first. Exit code 4.",
     ),
     ("E020", "The question needs more memory than allowed; the message says how much, and what fits. Exit code 5."),
     ("E030", "A result could not be written; what was there before is untouched. Exit code 6."),

@@ -187,7 +187,8 @@ pub struct Estimate {
 /// integral over space multiply by h³.
 ///
 /// # Errors
-/// [`Error::Operand`] for different spacings or a background that is not zero.
+/// [`Error::Operand`] for different spacings, a background that is not zero, or values that are not finite or so great that sums of
+/// their products exceed f32.
 ///
 /// # Cost
 /// Three transforms of nA + nB − 1 samples a side; two spectra and the result.
@@ -232,6 +233,13 @@ fn overlay_fields(f: &Field<f32>, g: &Field<f32>, overlay: Overlay) -> Result<Es
     drop(spectrum);
     let mut values = vec![0f32; grid.samples()];
     plan.inverse(product, Window { start, dims }, &mut values, dims[0], |row, out| out.copy_from_slice(row))?;
+    if !values.iter().all(|v| v.is_finite()) {
+        return Err(Error::Operand {
+            operation: "convolution",
+            problem: "values that are not finite, or whose products sum to more than 32-bit floats hold".into(),
+            remedy: "scale the fields down, and the result up again".into(),
+        });
+    }
     let energy = |field: &Field<f32>| field.values().iter().map(|&v| f64::from(v).powi(2)).sum::<f64>();
     let mass = |field: &Field<f32>| field.values().iter().map(|&v| f64::from(v).abs()).sum::<f64>();
     let work = Workload {
@@ -390,5 +398,17 @@ mod tests {
                 assert!((f64::from(v) - f64::from(n)).abs() <= estimate.bound);
             }
         }
+    }
+
+    #[test]
+    fn fields_whose_products_exceed_floats_are_refused() {
+        let grid = Grid::new([0.0; 3], Length::mm(1.0), [2, 2, 2]).unwrap();
+        let field = |v: f32| Field::from_values(grid, vec![v; 8], 0.0).unwrap();
+        for (a, b) in [(3e38, 3e38), (1e30, 1e20), (f32::NAN, 1.0), (f32::INFINITY, 1.0)] {
+            let [both, turned] = [convolve_fields(&field(a), &field(b)), correlate_fields(&field(a), &field(b))];
+            assert!([both, turned].iter().all(|e| matches!(e, Err(Error::Operand { .. }))), "{a} {b}");
+        }
+        // Eight products of 10³⁶ are held.
+        assert!(convolve_fields(&field(1e18), &field(1e18)).is_ok());
     }
 }

@@ -93,7 +93,13 @@ fn too_large(what: &str, bytes: u64, limit: u64) -> Error {
 /// The error of an operating system that does not hand the file over.
 fn refused(path: &Path, reason: &std::io::Error) -> Error {
     let (reason, remedy) = match reason.kind() {
-        ErrorKind::NotFound => ("there is no such file".into(), near_name(path)),
+        ErrorKind::NotFound => match path.read_link() {
+            Ok(target) => (
+                format!("it is a link that leads to nothing: {}", shown(&target)),
+                "mend the link, or name the file itself".into(),
+            ),
+            Err(_) => ("there is no such file".into(), near_name(path)),
+        },
         ErrorKind::PermissionDenied => ("reading it is not permitted".into(), "change its permissions".into()),
         _ => (printable(&reason.to_string()), "check the path and the disk".into()),
     };
@@ -149,6 +155,20 @@ mod tests {
         assert!(fails("empty.stl", 1 << 20).to_string().contains("0 bytes"));
         assert!(fails("none/x.stl", 1 << 20).remedy().contains("directory"));
         std::fs::remove_dir_all(&dir).unwrap();
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_that_leads_to_nothing_is_told_as_that() {
+        let link = std::env::temp_dir().join(format!("amcheck-link-{}.stl", std::process::id()));
+        std::os::unix::fs::symlink("/nowhere/part.stl", &link).unwrap();
+        let error = read_path(&link, 1 << 20, Salvage::Refuse).unwrap_err();
+        std::fs::remove_file(&link).unwrap();
+        let (said, remedy) = (error.to_string(), error.remedy());
+        assert!(
+            said.contains("leads to nothing: /nowhere/part.stl") && remedy.contains("mend the link"),
+            "{said} {remedy}"
+        );
     }
 
     #[test]

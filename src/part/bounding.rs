@@ -2,7 +2,7 @@
 
 use super::Part;
 use crate::error::{Error, Result};
-use crate::geometry::health::{NO_LABEL, Role, Sides, Spoken, meetings, without_slivers};
+use crate::geometry::health::{NO_LABEL, Role, Sides, Spoken, Through, cracks, meetings_through, without_slivers};
 use crate::geometry::union::united;
 use crate::geometry::vector::{Vec3, along};
 use crate::geometry::{Health, MeshDistance, TriangleMesh};
@@ -13,8 +13,13 @@ use std::sync::OnceLock;
 
 /// A winding number that is clearly inside, just beside a facet.
 const ENCLOSED: f64 = 0.75;
-/// Share of a surface's area that must have enclosed material beside it; loose triangles have none.
+/// Share of a surface's area that must have enclosed material beside it; a sheet has none.
 const LEAST_ENCLOSED: f64 = 0.05;
+/// The same where most edges are open, and both winding numbers must be those of a solid: loose triangles have them beside less than a
+/// fifth of their area, however many there are, and solids with cracks beside nearly all of it.
+const LEAST_WHOLE: f64 = 0.5;
+/// The winding numbers of a solid, whole numbers, are off by no more beside facets that cracks part.
+const WHOLE: f64 = 0.1;
 /// A surface that is inside out or mixed shows its inside where the winding number says so.
 const INSIDE: f64 = 0.5;
 
@@ -60,16 +65,26 @@ impl Part {
                 remedy: "give the sheet a thickness and export the part again".into(),
             });
         }
-        // No facet has a neighbour: nothing needs to be searched to know that nothing is enclosed.
+        // No facet has a neighbour: loose triangles mostly, and their crossings need not be searched.
         if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
-            return Err(self.encloses_nothing());
+            self.enclosing(&self.beside().of_each())?;
         }
+        // Surfaces that are closed by themselves may cross through edges alone, as blocks do that are set off along a diagonal.
+        // Facets at cracks reach over each other by the width of the cracks, which are told as open edges.
+        let at_cracks = self.at_cracks();
+        let is_parted = |f: usize| at_cracks.get(f).is_some_and(|&cracked| cracked);
         let of_one_body = |f: u32, g: u32| {
-            let bodies = &self.health.facet_body;
-            bodies.get(f as usize) == bodies.get(g as usize)
+            let [of, on] = [f, g].map(|f| f as usize);
+            let (bodies, shells) = (&self.health.facet_body, &self.health.facet_shell);
+            let closed = |f: usize| self.health.shells.get(shells[f] as usize).is_some_and(|s| s.closed);
+            let through = match shells[of] != shells[on] && closed(of) && closed(on) {
+                true => Through::Edges,
+                false => Through::Inside,
+            };
+            (bodies[of] == bodies[on] && !(is_parted(of) && is_parted(on))).then_some(through)
         };
         let labelled = self.labelled();
-        self.meetings = meetings(&labelled, of_one_body, 2.0 * self.step);
+        self.meetings = meetings_through(&labelled, of_one_body, 2.0 * self.step);
         // A shell within the material of another meets nothing, and bounds nothing either.
         let meets = !self.is_plain() || self.health.count_of(Role::Swallowed) > 0;
         let labelled = if self.health.is_solid() && meets && self.unite() { self.labelled() } else { labelled };
@@ -83,11 +98,21 @@ impl Part {
         self.judge_each_facet(&labelled)
     }
 
+    /// Whether each facet has a corner at a crack; none are told of a closed surface.
+    fn at_cracks(&self) -> Vec<bool> {
+        if self.health.open_edges.count == 0 {
+            return Vec::new();
+        }
+        let mut ends = vec![false; self.mesh.vertices.len()];
+        cracks(&self.mesh).iter().flat_map(|crack| crack.ends).flatten().for_each(|v| ends[v as usize] = true);
+        self.mesh.triangles.iter().map(|t| t.iter().any(|&v| ends[v as usize])).collect()
+    }
+
     /// Decides by the winding number beside each facet.
     fn judge_each_facet(&mut self, labelled: &MeshDistance) -> Result<()> {
         let bodies = &self.health.facet_body;
-        let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
-        let beside = Sides { mesh: &self.mesh, winding: self.winding(), off };
+        let beside = self.beside();
+        let off = beside.off;
         let whole = self.health.is_solid() && bodies.iter().all(|&b| b != NO_LABEL);
         let sides = if whole {
             let spoken = beside.of_closed(labelled, 2.0 * self.step);
@@ -97,10 +122,8 @@ impl Part {
             beside.of_each()
         };
         let inside = |w: f64| w >= INSIDE;
-        let enclosed: f64 =
-            (0..sides.len()).filter(|&f| sides[f].0.max(sides[f].1) >= ENCLOSED).map(|f| self.mesh.facet_area(f)).sum();
-        if !self.health.is_solid() && enclosed < LEAST_ENCLOSED * self.mesh.area() {
-            return Err(self.encloses_nothing());
+        if !self.health.is_solid() {
+            self.enclosing(&sides)?;
         }
         let sound = self.health.is_solid();
         let mut turned = 0u64;
@@ -162,13 +185,38 @@ impl Part {
         Some(Notice::new("touching-bodies", text).counted(count).at(first.points[0].map(report_digits)))
     }
 
-    fn encloses_nothing(&self) -> Error {
-        Error::NotSolid {
-            problem: "nowhere beside its facets does the winding number clearly exceed 1/2, so it encloses nothing"
-                .into(),
+    /// Where the winding number is evaluated beside facets.
+    fn beside(&self) -> Sides<'_> {
+        let off = (20.0 * self.step).max(1e-5 * self.extent().into_iter().fold(0.0, f64::max));
+        Sides { mesh: &self.mesh, winding: self.winding(), off }
+    }
+
+    /// Refuses a surface with too little enclosed material beside it, by the winding numbers on both sides of each facet.
+    fn enclosing(&self, sides: &[(f64, f64)]) -> Result<()> {
+        let is_loose = 2 * self.health.open_edges.count > 3 * self.mesh.triangles.len() as u64;
+        let (least, told) = match is_loose {
+            true => (LEAST_WHOLE, "are the winding numbers the whole numbers of a solid"),
+            false => (LEAST_ENCLOSED, "does the winding number clearly exceed 1/2"),
+        };
+        let is_whole = |w: f64| (w - w.round()).abs() <= WHOLE;
+        let holds = |f: &usize| {
+            let (back, front) = sides[*f];
+            back.max(front) >= ENCLOSED && (!is_loose || is_whole(back) && is_whole(front))
+        };
+        let enclosed: f64 = (0..sides.len()).filter(holds).map(|f| self.mesh.facet_area(f)).sum();
+        let share = enclosed / self.mesh.area();
+        if share >= least {
+            return Ok(());
+        }
+        let beside = match share > 0.0 {
+            true => format!("beside {} % of its area only", short(report_digits(100.0 * share))),
+            false => "nowhere beside its facets".into(),
+        };
+        Err(Error::NotSolid {
+            problem: format!("{beside} {told}, so it encloses nothing"),
             at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
             remedy: "export a closed solid, or try again with --repair, which closes cracks".into(),
-        }
+        })
     }
 
     /// Says where a winding number does not tell inside from outside.
@@ -200,6 +248,7 @@ impl Part {
 mod tests {
     use super::*;
     use crate::geometry::Primitive;
+    use crate::geometry::vector::add;
     use crate::part::Up;
     use crate::units::Length;
 
@@ -232,6 +281,48 @@ mod tests {
             known += usize::from(part.before.inside[f].is_some());
         }
         assert!(2 * known > part.mesh().triangles.len(), "{known} of {}", part.mesh().triangles.len());
+    }
+
+    #[test]
+    fn loose_facets_are_a_solid_where_the_winding_number_says_so() {
+        use crate::random::Lcg;
+        let block = crate::geometry::cuboid([0.0; 3], [10.0; 3]);
+        // Each facet by itself, a little off the plane of its neighbours and turned: no two share an edge.
+        let mut random = Lcg(3);
+        let mut apart = |f: usize| block.corners(f).map(|p| add(p, random.point(-1e-3, 1e-3)));
+        let cracked = TriangleMesh::weld((0..12).map(&mut apart));
+        let part = Part::new(cracked, Up::PlusZ, 1e-6, 1.0).expect("a part");
+        assert_eq!((part.health_as_read().open_edges.count, part.health().bodies.len()), (36, 1));
+        assert!((0..12).all(|f| part.bounds_solid(f)));
+        assert_eq!(part.meetings().crossing.count, 0);
+        // One side of the block, and loose triangles, few and many.
+        let mut soup = |count: usize| -> Vec<[Vec3; 3]> {
+            (0..count)
+                .map(|_| {
+                    let at = random.point(0.0, 4.0);
+                    [0; 3].map(|_| add(at, random.point(-1.0, 1.0)))
+                })
+                .collect()
+        };
+        for loose in [vec![block.corners(0)], soup(10), soup(100), soup(1000), soup(4000)] {
+            let none = Part::new(TriangleMesh::weld(loose), Up::PlusZ, 1e-6, 1.0).map(|_| ());
+            let said = none.expect_err("no solid").to_string();
+            assert!(said.contains("are the winding numbers the whole numbers of a solid"), "{said}");
+        }
+    }
+
+    #[test]
+    fn voids_that_cross_are_judged_as_one() {
+        use crate::geometry::cuboid;
+        // Every edge that passes into the other void meets the middle of a face, on the edge between its two facets.
+        let voids = cuboid([2.0; 3], [6.0; 3]).joined(&cuboid([4.0; 3], [8.0; 3]));
+        let part = Part::new(cuboid([0.0; 3], [10.0; 3]).joined(&voids.flipped()), Up::PlusZ, 1e-6, 1.0);
+        let part = part.expect("a part");
+        assert!(part.is_united() && part.meetings().crossing.count > 0, "{:?}", part.meetings());
+        // 1000 less 64 + 64 − 8, and 600 of its own faces with 96 + 96 − 24 of the voids'.
+        assert!((part.health().volume_mm3() - 880.0).abs() < 1e-6, "{}", part.health().volume_mm3());
+        assert!((part.mesh().area() - 768.0).abs() < 1e-6, "{}", part.mesh().area());
+        assert_eq!((part.health().bodies.len(), part.health().count_of(Role::Cavity)), (1, 1));
     }
 
     #[test]

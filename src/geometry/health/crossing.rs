@@ -66,7 +66,8 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 ///
 /// Two facets cross if an edge of one has its ends on both sides of the other's plane and meets the other's inside, each
 /// by more than the tolerance. They lie on each other if the corners of each are within the tolerance of the other's plane
-/// and, seen along its normal, one covers more than the square of the tolerance of the other's inside. Facets that only touch,
+/// and, seen along its normal, one covers more than the square of the tolerance of the other's inside, wider than the step of f32
+/// coordinates at the mesh's longest side. Facets that only touch,
 /// or cross exactly through an edge, are not counted; where a surface passes through itself, other facets nearby then are.
 ///
 /// # Cost
@@ -75,17 +76,26 @@ fn greatest<T>(a: Option<T>, b: Option<T>, key: impl Fn(&T) -> (f64, [u32; 2])) 
 /// # Source
 /// T. Möller, A fast triangle-triangle intersection test, 1997, for the plane test first.
 pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync, tolerance: f64) -> Meetings {
+    meetings_through(tree, |f, g| compared(f, g).then_some(Through::Inside), tolerance)
+}
+
+/// As [`meetings`]; `compared` says what counts as a crossing of the pair.
+pub fn meetings_through(
+    tree: &MeshDistance,
+    compared: impl Fn(u32, u32) -> Option<Through> + Sync,
+    tolerance: f64,
+) -> Meetings {
     let square = tolerance * tolerance;
+    let hair = hair(tree.tree());
     // Facets whose boxes are farther apart than the tolerance neither cross nor lie on each other by more.
     let tally = groups(tree.tree())
         .map_init(Vec::new, |near, group| {
             let mut found = Tally::default();
             near_pairs(tree.tree(), &|f| tree.corners(f), group, tolerance, near, |f, g| {
-                if compared(f, g) {
-                    let longest =
-                        cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, Through::Inside);
+                if let Some(through) = compared(f, g) {
+                    let longest = cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, through);
                     let longest = longest.map(|ends| Crossing::between([f, g], ends));
-                    let largest = overlap_of(tree, f, g, tolerance);
+                    let largest = overlap_of(tree, [f, g], [tolerance, hair]);
                     found = found.and(Tally {
                         crossings: u64::from(longest.is_some()),
                         overlaps: u64::from(largest.is_some()),
@@ -103,6 +113,15 @@ pub fn meetings(tree: &MeshDistance, compared: impl Fn(u32, u32) -> bool + Sync,
         overlapping: Fault { count: tally.overlaps, at_mm: tally.largest.map(|o| o.middle) },
         overlap_mm2: tally.squares as f64 * square,
     }
+}
+
+/// The step of f32 coordinates at the longest side of all there is: needles no higher come of rounding, whatever digits they are written with.
+fn hair(tree: &Bvh) -> f64 {
+    let longest = tree.nodes().first().map_or(0.0, |root| {
+        let (lo, hi) = root.extent();
+        sub(hi, lo).into_iter().fold(0.0, f64::max)
+    });
+    f64::from(f32::EPSILON) * longest
 }
 
 /// What counts as a crossing of two facets.

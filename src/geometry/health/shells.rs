@@ -2,6 +2,7 @@
 
 use super::bodies::{NO_LABEL, Role};
 use super::boxes::{EMPTY, grown};
+use super::rims::cracks_of;
 use crate::geometry::edges::{EdgeTable, is_collapsed};
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};
@@ -9,7 +10,8 @@ use crate::geometry::{DisjointSets, TriangleMesh};
 /// One connected piece of the surface.
 ///
 /// Facets hang together over edges of exactly two facets; pieces that do not close so are joined with
-/// others of that kind that they meet along edges of more facets.
+/// others of that kind that they meet along edges of more facets, and with those that only a crack parts
+/// from them: see [`cracks`](super::cracks).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell {
     /// Number of facets.
@@ -33,7 +35,7 @@ pub struct Shell {
 /// The shells in order of their first facets, and the shell of every facet.
 ///
 /// # Cost
-/// O(facets), up to the inverse Ackermann function.
+/// O(facets), up to the inverse Ackermann function, and O(E log E) for E edges of one facet.
 pub(super) fn shells(mesh: &TriangleMesh, table: &EdgeTable) -> (Vec<Shell>, Vec<u32>) {
     let mut sets = DisjointSets::new(mesh.triangles.len());
     for edge in table.edges().filter(|e| e.sides.len() == 2) {
@@ -50,7 +52,15 @@ pub(super) fn shells(mesh: &TriangleMesh, table: &EdgeTable) -> (Vec<Shell>, Vec
         }
     }
     let (mut labels, count) = labelled(&mut sets, mesh);
-    let open = unbalanced(table, &labels, count);
+    let mut open = unbalanced(table, &labels, count);
+    if open.iter().filter(|o| **o).count() > 1 {
+        for crack in cracks_of(mesh, table) {
+            sets.join(crack.facets[0], crack.facets[1]);
+        }
+        let (joined, count) = labelled(&mut sets, mesh);
+        open = unbalanced(table, &joined, count);
+        labels = joined;
+    }
     for (f, &[a, b, c]) in mesh.triangles.iter().enumerate().filter(|(_, t)| is_collapsed(**t)) {
         let along = table.facet_along(a, b).or_else(|| table.facet_along(b, c));
         labels[f] = along.map_or(NO_LABEL, |g| labels[g]);
