@@ -89,10 +89,11 @@ impl Check for Island {
     }
 }
 
-/// A support down to what lies below an island's first layer, the part or the plate, in words: from the lowest point, as high as it
-/// has to be over the lowest and over the highest of it.
+/// A support down to what lies below an island's first layer, the part or the plate, in words: as high as it has to be where that comes
+/// nearest and where it is farthest.
 ///
-/// Looked for straight down from beside each corner of the first layer's underside.
+/// Looked for straight down from beside each corner of the first layer's underside, and measured from there: where the floor curves as the
+/// island does, it is higher beside the lowest point than below it.
 fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
     let z = island.lowest[2];
     let heights = island.underside.iter().flat_map(|&f| {
@@ -101,7 +102,7 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
         corners.map(move |c| {
             let from = along(along(c, sub(middle, c), BESIDE), normal, 2.0 * part.step());
             let met = part.distance().first_hit(from, [0.0, 0.0, -1.0], 0.0, f64::INFINITY);
-            z - met.map_or(0.0, |(s, _)| (from[2] - s).max(0.0))
+            met.map_or(from[2], |(s, _)| s.min(from[2]))
         })
     });
     let (least, most) = heights.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
@@ -117,7 +118,7 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::access::Up;
-    use crate::geometry::{cuboid, extruded};
+    use crate::geometry::{cuboid, extruded, revolved};
 
     #[test]
     fn what_floats_is_not_carried_by_a_lip_of_its_own() {
@@ -150,5 +151,27 @@ mod tests {
         // Half of it lies above the base, and half above the plate.
         assert!(words([10.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 to 7 mm under it"));
         assert!(words([4.0, 20.0, 2.0], 7.0).starts_with("put a support of 7 mm under it"));
+    }
+
+    #[test]
+    fn a_support_over_a_floor_that_curves_with_the_island_is_as_high_as_their_gap() {
+        // A ball of 5 mm in a socket about the same middle: straight down the gap is widest away from the lowest point.
+        for gap in [0.3, 1.0] {
+            let arc = |radius: f64, quarters: i32| {
+                (0..=16 * quarters)
+                    .map(move |n| (std::f64::consts::FRAC_PI_2 * f64::from(n) / 16.0).sin_cos())
+                    .map(move |(s, c)| [radius * s, 10.0 - radius * c])
+            };
+            let ball: Vec<[f64; 2]> = arc(5.0, 2).collect();
+            let socket: Vec<[f64; 2]> = [[0.0, 0.0], [9.0, 0.0], [9.0, 10.0]].into_iter().collect();
+            let hollow: Vec<[f64; 2]> = arc(5.0 + gap, 1).collect();
+            let socket: Vec<[f64; 2]> = socket.into_iter().chain(hollow.into_iter().rev()).collect();
+            let mesh = revolved(&ball, 64).joined(&revolved(&socket, 64));
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+            let [island] = &islands(part.mesh(), 0.1, 0.2, 1e-6)[..] else { panic!() };
+            let said = support(&part, island, 0.2);
+            let high: f64 = said.split(' ').nth(4).and_then(|w| w.parse().ok()).unwrap();
+            assert!(high >= gap - 1e-3 && high < gap + 0.01, "{gap}: {said}");
+        }
     }
 }
