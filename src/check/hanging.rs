@@ -3,7 +3,7 @@
 use crate::access::{self_holding, support_angle};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, add};
-use crate::layer::{Below, Bounding, Ceiling, Ground, Island, Measuring, Search, ceilings, share_below};
+use crate::layer::{Below, Bounding, Ceiling, Ground, Island, Measuring, Search, ceilings};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -167,6 +167,5 @@ pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
 
 /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
 pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
-    let under = below_in(part, process).beneath(facet);
-    1.0 - share_below(part.mesh().corners(facet as usize), &under)
+    below_in(part, process).hanging_share(facet)
 }

@@ -49,7 +49,7 @@ impl Check for Overhang {
         let wanted = needing_support(part, process);
         let mut needs = vec![false; part.mesh().triangles.len()];
         wanted.iter().for_each(|&f| needs[f as usize] = true);
-        let regions = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
+        let all = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
             if needs[f as usize] { hanging_share(part, process, f) } else { 0.0 }
         });
         let mut measured = Measured {
@@ -69,7 +69,7 @@ impl Check for Overhang {
             }),
             ..Measured::default()
         };
-        let worst = regions.iter().min_by(|a, b| a.least_angle.as_radians().total_cmp(&b.least_angle.as_radians()));
+        let worst = all.iter().min_by(|a, b| a.least_angle.as_radians().total_cmp(&b.least_angle.as_radians()));
         measured.worst = worst.map(|r| Worst {
             bracket: Bracket::exact(r.least_angle.as_degrees()),
             unit: "deg",
@@ -77,19 +77,19 @@ impl Check for Overhang {
         });
         // As `support` measures it, for each region by itself.
         let below: Vec<Option<f64>> = if process.prints_supports {
-            let groups: Vec<&[u32]> = regions.iter().map(|r| r.facets.as_slice()).collect();
+            let groups: Vec<&[u32]> = all.iter().map(|r| r.facets.as_slice()).collect();
             let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, context.spacing_mm);
             found.iter().map(|v| Some(report_digits(0.5 * (v.volume_mm3[0] + v.volume_mm3[1])))).collect()
         } else {
-            vec![None; regions.len()]
+            vec![None; all.len()]
         };
         // What is smaller than a dot of the process is gathered in one finding, and no part fails for it.
         let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
         let dot = process.element.width_mm * process.element.width_mm;
-        let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
+        let (specks, regions): (Vec<_>, Vec<_>) = all.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
         let supports = |r: &DownwardRegion| Supports::below(part, process, &r.facets);
         let (sealed, regions): (Vec<_>, Vec<_>) = regions.into_iter().partition(|(r, _)| supports(r) == Supports::Stay);
-        let turn = if wanted.is_empty() { None } else { better_turn(part, process, &wanted, limits) };
+        let turn = if all.is_empty() { None } else { better_turn(part, process, &all, limits) };
         for (list, kind, limits, equal) in
             [(regions, "slope", limits, 0.5), (sealed, "slope", limits, 0.5), (specks, "specks", of_specks, 90.0)]
         {
@@ -98,9 +98,9 @@ impl Check for Overhang {
                 volume_mm3: *volume_mm3,
                 ..finding(part, process, context, r, limits, kind)
             };
-            let mut all: Vec<Finding> = list.iter().map(one).collect();
-            all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
-            for mut f in group_equal(all, equal) {
+            let mut found: Vec<Finding> = list.iter().map(one).collect();
+            found.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+            for mut f in group_equal(found, equal) {
                 f.message = message(&f);
                 f.fix = fix(supports, &f, turn.as_deref());
                 measured.findings.push(f);
@@ -150,11 +150,12 @@ fn message(f: &Finding) -> String {
 }
 
 /// A turn that more than halves what hangs over, in words, with what hangs over then; none that makes what only warns fail.
-fn better_turn(part: &Part, process: &Process, wanted: &[u32], limits: Limits) -> Option<String> {
-    let now: f64 = wanted.iter().map(|&f| part.mesh().facet_area(f as usize)).sum();
+fn better_turn(part: &Part, process: &Process, regions: &[DownwardRegion], limits: Limits) -> Option<String> {
+    let now: f64 = regions.iter().map(|r| r.area_mm2).sum();
     let turn = part.least_hanging(&Question::of(process, part.step()))?;
     let fails = |flattest: Angle| limits.fail.is_some_and(|l| flattest.as_degrees() < l - 1e-6);
-    let becomes_worse = fails(turn.flattest) && !fails(flattest(part.mesh(), wanted));
+    let as_it_stands = flattest(part.mesh(), regions.iter().flat_map(|r| r.facets.iter().copied()));
+    let becomes_worse = fails(turn.flattest) && !fails(as_it_stands);
     (turn.hanging_mm2 < 0.5 * now && !becomes_worse).then(|| {
         let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {
