@@ -2,11 +2,11 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Witness};
-use super::hanging::is_carried;
+use super::hanging::islands_of;
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
 use crate::geometry::vector::{along, sub};
-use crate::layer::{Island as Start, islands};
+use crate::layer::Island as Start;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -46,11 +46,7 @@ impl Check for Island {
         let Some(limits) = limits_of(process, "island") else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let found: Vec<Start> =
-            islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
-                .into_iter()
-                .filter(|i| !is_carried(part, i, process.layer_height_mm))
-                .collect();
+        let found = islands_of(part, process);
         let mut measured = Measured {
             cover: format!(
                 "Every local minimum of the surface was judged, at layers of {} mm.",
@@ -118,6 +114,7 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::access::Up;
+    use crate::check::hanging::islands_turned;
     use crate::geometry::{cuboid, extruded, revolved};
 
     #[test]
@@ -126,15 +123,22 @@ mod tests {
         let outline =
             [[0.0, 2.0], [10.0, 2.0], [10.0, 6.0], [0.0, 6.0], [0.0, 2.15], [5.0, 2.15], [5.0, 2.1], [0.0, 2.1]];
         let caps = [[0, 1, 6], [0, 6, 7], [1, 5, 6], [1, 2, 5], [2, 4, 5], [2, 3, 4]];
+        let fdm = Process::named("fdm").unwrap();
         let block = extruded(&outline, &caps, 8.0);
         for (plate, is_held) in [([20.0, 0.0, 0.0], false), ([0.0, 0.0, 0.9], true)] {
             let plate = cuboid(plate, [plate[0] + 10.0, 8.0, plate[2] + 1.0]);
             let ground = cuboid([40.0, 0.0, 0.0], [50.0, 8.0, 1.0]);
             let part = Part::new(block.clone().joined(&plate).joined(&ground), Up::PlusZ, 1e-6, 2.0).unwrap();
-            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
-            let highest = found.last().unwrap();
-            assert!((highest.lowest[2] - 2.0).abs() < 1e-9);
-            assert_eq!(is_carried(&part, highest, 0.2), is_held, "{found:?}");
+            let found = islands_of(&part, &fdm);
+            let is_told = found.iter().any(|i| (i.lowest[2] - 2.0).abs() < 1e-9);
+            assert_eq!(is_told, !is_held, "{found:?}");
+            // Whichever way it was turned before it is stood up again.
+            let over = part.mesh().transformed([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], [0.0; 3]);
+            let over = Part::new(over, Up::PlusZ, 1e-6, 2.0).unwrap();
+            let again = islands_turned(&over, &fdm, [0.0, -1.0, 0.0]);
+            assert_eq!(again.len(), found.len(), "{again:?}");
+            let areas = |all: &[Start]| all.iter().map(|i| i.first_layer_area_mm2).sum::<f64>();
+            assert!((areas(&again) - areas(&found)).abs() < 1e-6, "{again:?}");
         }
     }
 
@@ -143,7 +147,7 @@ mod tests {
         let words = |base: [f64; 3], low: f64| {
             let mesh = cuboid([0.0; 3], base).joined(&cuboid([5.0, 5.0, low], [15.0, 15.0, low + 5.0]));
             let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
-            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
+            let found = islands_of(&part, &Process::named("fdm").unwrap());
             support(&part, &found[0], 0.2)
         };
         assert!(words([20.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 mm under it"));
@@ -168,7 +172,7 @@ mod tests {
             let socket: Vec<[f64; 2]> = socket.into_iter().chain(hollow.into_iter().rev()).collect();
             let mesh = revolved(&ball, 64).joined(&revolved(&socket, 64));
             let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
-            let [island] = &islands(part.mesh(), 0.1, 0.2, 1e-6)[..] else { panic!() };
+            let [island] = &islands_of(&part, &Process::named("fdm").unwrap())[..] else { panic!() };
             let said = support(&part, island, 0.2);
             let high: f64 = said.split(' ').nth(4).and_then(|w| w.parse().ok()).unwrap();
             assert!(high >= gap - 1e-3 && high < gap + 0.01, "{gap}: {said}");

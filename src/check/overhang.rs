@@ -2,11 +2,12 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::hanging::{Supports, hanging_share, needing_support, plate_z};
+use super::hanging::{Supports, hanging_share, islands_of, islands_turned, needing_support, plate_z};
 use super::place::{group_equal, locate, reported};
 use crate::access::{Question, flattest, support_angle, up_option};
 use crate::error::Result;
-use crate::layer::{DownwardRegion, downward_regions, support_volumes};
+use crate::geometry::vector::Vec3;
+use crate::layer::{DownwardRegion, Island, downward_regions, support_volumes};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Angle, report_digits, short};
@@ -149,7 +150,8 @@ fn message(f: &Finding) -> String {
     }
 }
 
-/// A turn that more than halves what hangs over, in words, with what hangs over then; none that makes what only warns fail.
+/// A turn that more than halves what hangs over, in words, with what hangs over then, and with what begins in mid-air if that is more; none
+/// that makes what only warns fail.
 fn better_turn(part: &Part, process: &Process, regions: &[DownwardRegion], limits: Limits) -> Option<String> {
     let now: f64 = regions.iter().map(|r| r.area_mm2).sum();
     let turn = part.least_hanging(&Question::of(process, part.step()))?;
@@ -159,11 +161,29 @@ fn better_turn(part: &Part, process: &Process, regions: &[DownwardRegion], limit
     (turn.hanging_mm2 < 0.5 * now && !becomes_worse).then(|| {
         let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {
-            left if left > 0.0 => format!("{} mm² hang over in all", short(left.ceil())),
+            left if left > 0.0 => format!("{} mm² hang over in all", upwards(left)),
             _ => "nothing hangs over".into(),
         };
-        format!("turn it with --up {up}: measured so, {then}")
+        format!("turn it with --up {up}: measured so, {then}{}", mid_air(part, process, turn.up))
     })
+}
+
+/// How much begins in mid-air of a part turned up so, in words, where it is more than as it stands: first layers of islands, as AM202 finds them.
+fn mid_air(part: &Part, process: &Process, up: Vec3) -> String {
+    let area = |all: Vec<Island>| all.iter().map(|i| i.first_layer_area_mm2).sum::<f64>();
+    let is_judged = !process.powder_supports && limits_of(process, "island").is_some();
+    let then = if is_judged { area(islands_turned(part, process, up)) } else { 0.0 };
+    let now = if then > 0.0 { area(islands_of(part, process)) } else { 0.0 };
+    // Turned by its rounding, an island is as large as it was.
+    match then > now * (1.0 + 1e-6) {
+        true => format!(" and {} mm² begin in mid-air, {} as it stands", upwards(then), upwards(now)),
+        false => String::new(),
+    }
+}
+
+/// An area in a sentence that must not be told as less than it is: whole square millimetres, hundredths of what is less than one.
+fn upwards(mm2: f64) -> String {
+    short(if mm2 < 1.0 { (100.0 * mm2).ceil() / 100.0 } else { mm2.ceil() })
 }
 
 fn fix(supports: Supports, f: &Finding, turn: Option<&str>) -> String {
@@ -181,4 +201,26 @@ fn fix(supports: Supports, f: &Finding, turn: Option<&str>) -> String {
     });
     let end = ways.pop().unwrap_or_default();
     format!("{}, or {end}", ways.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{cuboid, union::united};
+    use crate::part::Up;
+
+    #[test]
+    fn a_turn_after_which_more_begins_in_mid_air_says_so() {
+        // A plate with two prongs of 2 × 8 mm, 6 and 9 mm tall: upside down the shorter begins above the plate.
+        let prongs = cuboid([0.0, 0.0, 1.0], [2.0, 8.0, 8.0]).joined(&cuboid([18.0, 0.0, 1.0], [20.0, 8.0, 11.0]));
+        let mesh = united(&cuboid([0.0; 3], [20.0, 8.0, 2.0]).joined(&prongs), 1e-6).unwrap();
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+        let said = |process: &str, z: f64| mid_air(&part, &Process::named(process).unwrap(), [0.0, 0.0, z]);
+        for process in ["fdm", "sla", "lpbf"] {
+            assert_eq!(said(process, -1.0), " and 16 mm² begin in mid-air, 0 as it stands", "{process}");
+            assert_eq!(said(process, 1.0), "", "{process}");
+        }
+        // Loose powder holds it up.
+        assert_eq!(said("sls", -1.0), "");
+    }
 }
