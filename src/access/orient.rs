@@ -260,7 +260,7 @@ pub fn stood(
 
 fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u32> {
     let Some(angle) = q.support_angle else { return Vec::new() };
-    let plate_z = 0.5 * q.layer_mm;
+    let plate_z = q.plate_z();
     let floors = Floors::of(posed, facets);
     let below = Below::of((posed, &floors), facets, q.layer_mm, (plate_z, q.step_mm));
     let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
@@ -279,6 +279,18 @@ fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u3
     let mut wanted: Vec<u32> = facets_of(sure).chain(facets_of(told)).collect();
     wanted.sort_unstable();
     wanted
+}
+
+/// The facets among those that [`stood`] found of which some hangs over, each with that share of it in plan: less what of it lies on the plate
+/// or no more than a layer above other material.
+///
+/// # Cost
+/// The floors of the part, and a look below each of these facets.
+pub(super) fn shares(posed: &TriangleMesh, wanted: &[u32], facets: &impl Bounding, q: &Question) -> Vec<(u32, f64)> {
+    let floors = Floors::of(posed, facets);
+    let below = Below::of((posed, &floors), facets, q.layer_mm, (q.plate_z(), q.step_mm));
+    let shared = |&f: &u32| Some((f, below.hanging_share(f))).filter(|(_, share)| *share > 0.0);
+    wanted.par_iter().filter_map(shared).collect()
 }
 
 /// Marks the orientations that no other beats in everything.

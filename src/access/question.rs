@@ -70,6 +70,11 @@ impl Question {
         }
     }
 
+    /// Up to this height a layer lies on the plate: half a layer.
+    pub(super) fn plate_z(&self) -> f64 {
+        0.5 * self.layer_mm
+    }
+
     /// Whether a part that stands on z = 0 fits the machine and may stand so while it is printed.
     pub fn stands(&self, posed: &TriangleMesh, bounding: impl Fn(usize) -> bool) -> bool {
         self.fits(posed) && self.is_footed(posed, bounding)

@@ -1,9 +1,9 @@
 //! What hangs over in a process, and what of it holds itself: read by overhang, bridge, support and support-access.
 
-use crate::access::{self_holding, support_angle};
+use crate::access::{self_holding, standing, support_angle, upright};
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, add};
-use crate::layer::{Below, Bounding, Ceiling, Ground, Island, Measuring, Search, ceilings, share_below};
+use crate::geometry::vector::{Vec3, add, scale};
+use crate::layer::{Below, Bounding, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -41,13 +41,9 @@ impl Supports {
     }
 }
 
-/// What lies no more than a layer below a part's own facets, and the plate up to a height.
-fn below(part: &Part, layer_mm: f64, plate_z: f64) -> Below<'_, Part> {
-    Below::of((part.mesh(), part.floors()), part, layer_mm, (plate_z, part.step()))
-}
-
+/// What lies no more than a layer below a part's own facets, and the plate.
 fn below_in<'a>(part: &'a Part, process: &Process) -> Below<'a, Part> {
-    below(part, process.layer_height_mm, plate_z(process))
+    Below::of((part.mesh(), part.floors()), part, process.layer_height_mm, (plate_z(process), part.step()))
 }
 
 /// A ceiling alone, with ribs under it that hold it up.
@@ -108,24 +104,60 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     ceilings(&mesh, &hanging, Measuring { search, ..how }, &ground)
 }
 
-/// Whether other material lies no more than a layer below any of an island's underside, or around it.
+/// The islands of a part that nothing carries, as it stands, lowest first.
 ///
-/// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
-pub fn is_carried(part: &Part, island: &Island, layer_mm: f64) -> bool {
-    let ground = below(part, layer_mm, f64::NEG_INFINITY);
-    let rests = |f: u32| ground.floors_under(f).iter().any(|g| island.own_floors.binary_search(g).is_err());
-    let inside_another = |f: u32| {
-        let [a, b, c] = part.mesh().corners(f as usize);
+/// # Cost
+/// That of [`islands`], and a look below the first layer of each.
+pub fn islands_of(part: &Part, process: &Process) -> Vec<Island> {
+    begun(part, process, (part.mesh(), part.floors()), [0.0, 0.0, 1.0])
+}
+
+/// The islands that nothing carries of a part that stands with a direction of it up, in the frame of [`standing`], lowest first.
+///
+/// # Cost
+/// That of [`islands_of`], and the floors of the part.
+pub fn islands_turned(part: &Part, process: &Process, up: Vec3) -> Vec<Island> {
+    let mesh = standing(part.mesh(), &upright(up));
+    begun(part, process, (&mesh, &Floors::of(&mesh, part)), up)
+}
+
+fn begun(part: &Part, process: &Process, (mesh, floors): (&TriangleMesh, &Floors), up: Vec3) -> Vec<Island> {
+    let (layer_mm, step) = (process.layer_height_mm, part.step());
+    let below = Below::of((mesh, floors), part, layer_mm, (f64::NEG_INFINITY, step));
+    let carrying = Carrying { part, below, up };
+    islands(mesh, plate_z(process), layer_mm, step).into_iter().filter(|i| !carrying.carries(i)).collect()
+}
+
+/// What carries islands of a part that stands with a direction of it up.
+struct Carrying<'a> {
+    part: &'a Part,
+    below: Below<'a, Part>,
+    up: Vec3,
+}
+
+impl Carrying<'_> {
+    /// Whether other material lies no more than a layer below any of an island's underside, or around it.
+    ///
+    /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
+    fn carries(&self, island: &Island) -> bool {
+        let part = self.part;
+        let rests = |f: u32| self.below.floors_under(f).iter().any(|g| island.own_floors.binary_search(g).is_err());
+        let carried = |f: u32| part.is_covered(f) || rests(f) || !part.is_plain() && self.lies_in_another(f);
+        island.underside.iter().any(|&f| carried(f))
+    }
+
+    fn lies_in_another(&self, facet: u32) -> bool {
+        // The facets are the same, however the part stands.
+        let corners = self.part.mesh().corners(facet as usize);
+        let down = scale(self.up, -20.0 * self.part.step());
         let place = |i: usize, j: usize| {
             let [u, v] = [i, j].map(|n| 0.02 + 0.235 * n as f64);
+            let [a, b, c] = corners;
             [0, 1, 2].map(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]))
         };
         let mut places = (0..5).flat_map(|i| (0..5 - i).map(move |j| (i, j)));
-        let below = [0.0, 0.0, -20.0 * part.step()];
-        places.any(|(i, j)| part.winding().at(add(place(i, j), below)) >= 0.5)
-    };
-    let is_carried = |f: u32| part.is_covered(f) || rests(f) || !part.is_plain() && inside_another(f);
-    island.underside.iter().any(|&f| is_carried(f))
+        places.any(|(i, j)| self.part.winding().at(add(place(i, j), down)) >= 0.5)
+    }
 }
 
 /// Up to this height a layer lies on the plate: half a layer.
@@ -167,6 +199,5 @@ pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
 
 /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
 pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
-    let under = below_in(part, process).beneath(facet);
-    1.0 - share_below(part.mesh().corners(facet as usize), &under)
+    below_in(part, process).hanging_share(facet)
 }

@@ -2,11 +2,11 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Witness};
-use super::hanging::is_carried;
+use super::hanging::islands_of;
 use super::place::{group_equal, locate, reported};
 use crate::error::Result;
 use crate::geometry::vector::{along, sub};
-use crate::layer::{Island as Start, islands};
+use crate::layer::Island as Start;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -46,11 +46,7 @@ impl Check for Island {
         let Some(limits) = limits_of(process, "island") else {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
-        let found: Vec<Start> =
-            islands(part.mesh(), 0.5 * process.layer_height_mm, process.layer_height_mm, part.step())
-                .into_iter()
-                .filter(|i| !is_carried(part, i, process.layer_height_mm))
-                .collect();
+        let found = islands_of(part, process);
         let mut measured = Measured {
             cover: format!(
                 "Every local minimum of the surface was judged, at layers of {} mm.",
@@ -89,10 +85,11 @@ impl Check for Island {
     }
 }
 
-/// A support down to what lies below an island's first layer, the part or the plate, in words: from the lowest point, as high as it
-/// has to be over the lowest and over the highest of it.
+/// A support down to what lies below an island's first layer, the part or the plate, in words: as high as it has to be where that comes
+/// nearest and where it is farthest.
 ///
-/// Looked for straight down from beside each corner of the first layer's underside.
+/// Looked for straight down from beside each corner of the first layer's underside, and measured from there: where the floor curves as the
+/// island does, it is higher beside the lowest point than below it.
 fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
     let z = island.lowest[2];
     let heights = island.underside.iter().flat_map(|&f| {
@@ -101,7 +98,7 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
         corners.map(move |c| {
             let from = along(along(c, sub(middle, c), BESIDE), normal, 2.0 * part.step());
             let met = part.distance().first_hit(from, [0.0, 0.0, -1.0], 0.0, f64::INFINITY);
-            z - met.map_or(0.0, |(s, _)| (from[2] - s).max(0.0))
+            met.map_or(from[2], |(s, _)| s.min(from[2]))
         })
     });
     let (least, most) = heights.fold((f64::INFINITY, 0.0f64), |(least, most), h| (least.min(h), most.max(h)));
@@ -117,7 +114,8 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::access::Up;
-    use crate::geometry::{cuboid, extruded};
+    use crate::check::hanging::islands_turned;
+    use crate::geometry::{cuboid, extruded, revolved};
 
     #[test]
     fn what_floats_is_not_carried_by_a_lip_of_its_own() {
@@ -125,15 +123,22 @@ mod tests {
         let outline =
             [[0.0, 2.0], [10.0, 2.0], [10.0, 6.0], [0.0, 6.0], [0.0, 2.15], [5.0, 2.15], [5.0, 2.1], [0.0, 2.1]];
         let caps = [[0, 1, 6], [0, 6, 7], [1, 5, 6], [1, 2, 5], [2, 4, 5], [2, 3, 4]];
+        let fdm = Process::named("fdm").unwrap();
         let block = extruded(&outline, &caps, 8.0);
         for (plate, is_held) in [([20.0, 0.0, 0.0], false), ([0.0, 0.0, 0.9], true)] {
             let plate = cuboid(plate, [plate[0] + 10.0, 8.0, plate[2] + 1.0]);
             let ground = cuboid([40.0, 0.0, 0.0], [50.0, 8.0, 1.0]);
             let part = Part::new(block.clone().joined(&plate).joined(&ground), Up::PlusZ, 1e-6, 2.0).unwrap();
-            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
-            let highest = found.last().unwrap();
-            assert!((highest.lowest[2] - 2.0).abs() < 1e-9);
-            assert_eq!(is_carried(&part, highest, 0.2), is_held, "{found:?}");
+            let found = islands_of(&part, &fdm);
+            let is_told = found.iter().any(|i| (i.lowest[2] - 2.0).abs() < 1e-9);
+            assert_eq!(is_told, !is_held, "{found:?}");
+            // Whichever way it was turned before it is stood up again.
+            let over = part.mesh().transformed([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], [0.0; 3]);
+            let over = Part::new(over, Up::PlusZ, 1e-6, 2.0).unwrap();
+            let again = islands_turned(&over, &fdm, [0.0, -1.0, 0.0]);
+            assert_eq!(again.len(), found.len(), "{again:?}");
+            let areas = |all: &[Start]| all.iter().map(|i| i.first_layer_area_mm2).sum::<f64>();
+            assert!((areas(&again) - areas(&found)).abs() < 1e-6, "{again:?}");
         }
     }
 
@@ -142,7 +147,7 @@ mod tests {
         let words = |base: [f64; 3], low: f64| {
             let mesh = cuboid([0.0; 3], base).joined(&cuboid([5.0, 5.0, low], [15.0, 15.0, low + 5.0]));
             let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
-            let found = islands(part.mesh(), 0.1, 0.2, 1e-6);
+            let found = islands_of(&part, &Process::named("fdm").unwrap());
             support(&part, &found[0], 0.2)
         };
         assert!(words([20.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 mm under it"));
@@ -150,5 +155,27 @@ mod tests {
         // Half of it lies above the base, and half above the plate.
         assert!(words([10.0, 20.0, 2.0], 7.0).starts_with("put a support of 5 to 7 mm under it"));
         assert!(words([4.0, 20.0, 2.0], 7.0).starts_with("put a support of 7 mm under it"));
+    }
+
+    #[test]
+    fn a_support_over_a_floor_that_curves_with_the_island_is_as_high_as_their_gap() {
+        // A ball of 5 mm in a socket about the same middle: straight down the gap is widest away from the lowest point.
+        for gap in [0.3, 1.0] {
+            let arc = |radius: f64, quarters: i32| {
+                (0..=16 * quarters)
+                    .map(move |n| (std::f64::consts::FRAC_PI_2 * f64::from(n) / 16.0).sin_cos())
+                    .map(move |(s, c)| [radius * s, 10.0 - radius * c])
+            };
+            let ball: Vec<[f64; 2]> = arc(5.0, 2).collect();
+            let socket: Vec<[f64; 2]> = [[0.0, 0.0], [9.0, 0.0], [9.0, 10.0]].into_iter().collect();
+            let hollow: Vec<[f64; 2]> = arc(5.0 + gap, 1).collect();
+            let socket: Vec<[f64; 2]> = socket.into_iter().chain(hollow.into_iter().rev()).collect();
+            let mesh = revolved(&ball, 64).joined(&revolved(&socket, 64));
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+            let [island] = &islands_of(&part, &Process::named("fdm").unwrap())[..] else { panic!() };
+            let said = support(&part, island, 0.2);
+            let high: f64 = said.split(' ').nth(4).and_then(|w| w.parse().ok()).unwrap();
+            assert!(high >= gap - 1e-3 && high < gap + 0.01, "{gap}: {said}");
+        }
     }
 }

@@ -2,11 +2,12 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
-use super::hanging::{Supports, hanging_share, needing_support, plate_z};
+use super::hanging::{Supports, hanging_share, islands_of, islands_turned, needing_support, plate_z};
 use super::place::{group_equal, locate, reported};
 use crate::access::{Question, flattest, support_angle, up_option};
 use crate::error::Result;
-use crate::layer::{DownwardRegion, downward_regions, support_volumes};
+use crate::geometry::vector::Vec3;
+use crate::layer::{DownwardRegion, Island, downward_regions, support_volumes};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{Angle, report_digits, short};
@@ -49,7 +50,7 @@ impl Check for Overhang {
         let wanted = needing_support(part, process);
         let mut needs = vec![false; part.mesh().triangles.len()];
         wanted.iter().for_each(|&f| needs[f as usize] = true);
-        let regions = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
+        let all = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
             if needs[f as usize] { hanging_share(part, process, f) } else { 0.0 }
         });
         let mut measured = Measured {
@@ -69,7 +70,7 @@ impl Check for Overhang {
             }),
             ..Measured::default()
         };
-        let worst = regions.iter().min_by(|a, b| a.least_angle.as_radians().total_cmp(&b.least_angle.as_radians()));
+        let worst = all.iter().min_by(|a, b| a.least_angle.as_radians().total_cmp(&b.least_angle.as_radians()));
         measured.worst = worst.map(|r| Worst {
             bracket: Bracket::exact(r.least_angle.as_degrees()),
             unit: "deg",
@@ -77,19 +78,19 @@ impl Check for Overhang {
         });
         // As `support` measures it, for each region by itself.
         let below: Vec<Option<f64>> = if process.prints_supports {
-            let groups: Vec<&[u32]> = regions.iter().map(|r| r.facets.as_slice()).collect();
+            let groups: Vec<&[u32]> = all.iter().map(|r| r.facets.as_slice()).collect();
             let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, context.spacing_mm);
             found.iter().map(|v| Some(report_digits(0.5 * (v.volume_mm3[0] + v.volume_mm3[1])))).collect()
         } else {
-            vec![None; regions.len()]
+            vec![None; all.len()]
         };
         // What is smaller than a dot of the process is gathered in one finding, and no part fails for it.
         let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
         let dot = process.element.width_mm * process.element.width_mm;
-        let (specks, regions): (Vec<_>, Vec<_>) = regions.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
+        let (specks, regions): (Vec<_>, Vec<_>) = all.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
         let supports = |r: &DownwardRegion| Supports::below(part, process, &r.facets);
         let (sealed, regions): (Vec<_>, Vec<_>) = regions.into_iter().partition(|(r, _)| supports(r) == Supports::Stay);
-        let turn = if wanted.is_empty() { None } else { better_turn(part, process, &wanted, limits) };
+        let turn = if all.is_empty() { None } else { better_turn(part, process, &all, limits) };
         for (list, kind, limits, equal) in
             [(regions, "slope", limits, 0.5), (sealed, "slope", limits, 0.5), (specks, "specks", of_specks, 90.0)]
         {
@@ -98,9 +99,9 @@ impl Check for Overhang {
                 volume_mm3: *volume_mm3,
                 ..finding(part, process, context, r, limits, kind)
             };
-            let mut all: Vec<Finding> = list.iter().map(one).collect();
-            all.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
-            for mut f in group_equal(all, equal) {
+            let mut found: Vec<Finding> = list.iter().map(one).collect();
+            found.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
+            for mut f in group_equal(found, equal) {
                 f.message = message(&f);
                 f.fix = fix(supports, &f, turn.as_deref());
                 measured.findings.push(f);
@@ -149,20 +150,40 @@ fn message(f: &Finding) -> String {
     }
 }
 
-/// A turn that more than halves what hangs over, in words, with what hangs over then; none that makes what only warns fail.
-fn better_turn(part: &Part, process: &Process, wanted: &[u32], limits: Limits) -> Option<String> {
-    let now: f64 = wanted.iter().map(|&f| part.mesh().facet_area(f as usize)).sum();
+/// A turn that more than halves what hangs over, in words, with what hangs over then, and with what begins in mid-air if that is more; none
+/// that makes what only warns fail.
+fn better_turn(part: &Part, process: &Process, regions: &[DownwardRegion], limits: Limits) -> Option<String> {
+    let now: f64 = regions.iter().map(|r| r.area_mm2).sum();
     let turn = part.least_hanging(&Question::of(process, part.step()))?;
     let fails = |flattest: Angle| limits.fail.is_some_and(|l| flattest.as_degrees() < l - 1e-6);
-    let becomes_worse = fails(turn.flattest) && !fails(flattest(part.mesh(), wanted));
+    let as_it_stands = flattest(part.mesh(), regions.iter().flat_map(|r| r.facets.iter().copied()));
+    let becomes_worse = fails(turn.flattest) && !fails(as_it_stands);
     (turn.hanging_mm2 < 0.5 * now && !becomes_worse).then(|| {
         let up = up_option(part.direction_to_file(turn.up));
         let then = match turn.hanging_mm2 {
-            left if left > 0.0 => format!("{} mm² hang over in all", short(left.ceil())),
+            left if left > 0.0 => format!("{} mm² hang over in all", upwards(left)),
             _ => "nothing hangs over".into(),
         };
-        format!("turn it with --up {up}: measured so, {then}")
+        format!("turn it with --up {up}: measured so, {then}{}", mid_air(part, process, turn.up))
     })
+}
+
+/// How much begins in mid-air of a part turned up so, in words, where it is more than as it stands: first layers of islands, as AM202 finds them.
+fn mid_air(part: &Part, process: &Process, up: Vec3) -> String {
+    let area = |all: Vec<Island>| all.iter().map(|i| i.first_layer_area_mm2).sum::<f64>();
+    let is_judged = !process.powder_supports && limits_of(process, "island").is_some();
+    let then = if is_judged { area(islands_turned(part, process, up)) } else { 0.0 };
+    let now = if then > 0.0 { area(islands_of(part, process)) } else { 0.0 };
+    // Turned by its rounding, an island is as large as it was.
+    match then > now * (1.0 + 1e-6) {
+        true => format!(" and {} mm² begin in mid-air, {} as it stands", upwards(then), upwards(now)),
+        false => String::new(),
+    }
+}
+
+/// An area in a sentence that must not be told as less than it is: whole square millimetres, hundredths of what is less than one.
+fn upwards(mm2: f64) -> String {
+    short(if mm2 < 1.0 { (100.0 * mm2).ceil() / 100.0 } else { mm2.ceil() })
 }
 
 fn fix(supports: Supports, f: &Finding, turn: Option<&str>) -> String {
@@ -180,4 +201,26 @@ fn fix(supports: Supports, f: &Finding, turn: Option<&str>) -> String {
     });
     let end = ways.pop().unwrap_or_default();
     format!("{}, or {end}", ways.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{cuboid, union::united};
+    use crate::part::Up;
+
+    #[test]
+    fn a_turn_after_which_more_begins_in_mid_air_says_so() {
+        // A plate with two prongs of 2 × 8 mm, 6 and 9 mm tall: upside down the shorter begins above the plate.
+        let prongs = cuboid([0.0, 0.0, 1.0], [2.0, 8.0, 8.0]).joined(&cuboid([18.0, 0.0, 1.0], [20.0, 8.0, 11.0]));
+        let mesh = united(&cuboid([0.0; 3], [20.0, 8.0, 2.0]).joined(&prongs), 1e-6).unwrap();
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+        let said = |process: &str, z: f64| mid_air(&part, &Process::named(process).unwrap(), [0.0, 0.0, z]);
+        for process in ["fdm", "sla", "lpbf"] {
+            assert_eq!(said(process, -1.0), " and 16 mm² begin in mid-air, 0 as it stands", "{process}");
+            assert_eq!(said(process, 1.0), "", "{process}");
+        }
+        // Loose powder holds it up.
+        assert_eq!(said("sls", -1.0), "");
+    }
 }

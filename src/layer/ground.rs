@@ -1,6 +1,6 @@
 //! What of a part lies no more than a layer below its own surface, and what of that surface hangs over.
 
-use super::beneath::{Ground, lies_below};
+use super::beneath::{Ground, lies_below, share_below};
 use super::bridge::{Ceiling, FLAT, Measuring, ceilings};
 use super::downward::downward_facets;
 use super::floor::Floors;
@@ -117,6 +117,11 @@ impl<'a, B: Bounding> Below<'a, B> {
         });
         found.sort_unstable();
         found
+    }
+
+    /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
+    pub fn hanging_share(&self, facet: u32) -> f64 {
+        1.0 - share_below(self.mesh.corners(facet as usize), &self.beneath(facet))
     }
 
     /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.
