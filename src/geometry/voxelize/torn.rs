@@ -115,6 +115,8 @@ fn what_a_missing_face_leaves_in_doubt_is_counted_as_by_every_sample() {
         let counted = doubt.volume_mm3 / grid.sample_volume().as_mm3();
         // Between two probes that are clear, and in short stretches beside the surface, nobody looks.
         assert!((counted / doubtful as f64 - 1.0).abs() < 0.1, "{size:?} {counted} {doubtful}");
-        assert!(doubtful > inside / 5 && wrong * 2000 <= grid.samples() as u64, "{size:?} {doubtful} {inside} {wrong}");
+        // Stretches between the rim and what is known beside it are taken for like that.
+        let along_rim = 2.0 * (size[0] + size[1]) / h;
+        assert!(doubtful > inside / 5 && (wrong as f64) < 2.0 * along_rim, "{size:?} {doubtful} {inside} {wrong}");
     }
 }
