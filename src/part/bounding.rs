@@ -69,7 +69,6 @@ impl Part {
         if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
             self.enclosing(&self.beside().of_each())?;
         }
-        // Surfaces that are closed by themselves may cross through edges alone, as blocks do that are set off along a diagonal.
         // Facets at cracks reach over each other by the width of the cracks, which are told as open edges.
         let at_cracks = self.at_cracks();
         let is_parted = |f: usize| at_cracks.get(f).is_some_and(|&cracked| cracked);
@@ -77,6 +76,7 @@ impl Part {
             let [of, on] = [f, g].map(|f| f as usize);
             let (bodies, shells) = (&self.health.facet_body, &self.health.facet_shell);
             let closed = |f: usize| self.health.shells.get(shells[f] as usize).is_some_and(|s| s.closed);
+            // Surfaces that are closed by themselves may cross through edges alone, as blocks do that are set off along a diagonal.
             let through = match shells[of] != shells[on] && closed(of) && closed(on) {
                 true => Through::Edges,
                 false => Through::Inside,
