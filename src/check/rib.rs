@@ -43,6 +43,11 @@ impl Rib {
         [along(self.ends[0], self.way(), -by), along(self.ends[1], self.way(), by)]
     }
 
+    /// The ends as they are read: told, and rounded to hundredths.
+    fn read(&self, part: &Part) -> [Vec3; 2] {
+        self.told(part).map(|p| part.to_build(reported(part, p).map(in_hundredths)))
+    }
+
     /// The ends as they are told: longer and higher where rounding to hundredths would make it shorter or lower.
     fn told(&self, part: &Part) -> [Vec3; 2] {
         let ways = [self.way(), [0.0, 0.0, 1.0]].map(|way| part.direction_to_file(way));
@@ -168,7 +173,8 @@ impl Held {
         };
         let stands = if self.on_part { "on the part" } else { "on the plate" };
         let left = match self.span > 0.0 {
-            true => format!("no span is then longer than {} mm", plain(self.span)),
+            // Not told as less than it is.
+            true => format!("no span is then longer than {} mm", short((1e3 * self.span - 1e-4).ceil() / 1e3)),
             false => "nothing then spans freely".to_string(),
         };
         let closes = if self.closes {
@@ -274,9 +280,10 @@ impl Trying<'_> {
         Some(Rib { ends: [end(rib.ends[0], way.map(|x| -x))?, end(rib.ends[1], way)?] })
     }
 
-    /// The outline of a rib from above, as two triangles.
+    /// The outline of a rib from above, as two triangles: of the one that is put where the words say, which is what is measured again.
     fn in_plan(&self, rib: &Rib) -> [[Vec3; 3]; 2] {
-        let ([a, b], way) = (rib.longer(BEYOND), rib.way());
+        let read = Rib { ends: rib.read(self.part) };
+        let ([a, b], way) = (read.longer(BEYOND), read.way());
         let aside = [-0.5 * self.thick * way[1], 0.5 * self.thick * way[0], 0.0];
         let [p, q, r, s] = [along(a, aside, -1.0), along(b, aside, -1.0), along(b, aside, 1.0), along(a, aside, 1.0)];
         [[p, q, r], [p, r, s]]
@@ -349,6 +356,7 @@ fn in_hundredths(mm: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::access::upright;
     use crate::check::hanging::ceilings_of;
     use crate::geometry::{TriangleMesh, cuboid, extruded};
     use crate::part::Up;
@@ -396,6 +404,27 @@ mod tests {
             assert!(found.words(&part, 10.0).contains("on the plate"), "{}", found.words(&part, 10.0));
         }
         assert!(matches!(tried(bench(120.0)).0, Ribbing::TooMany));
+    }
+
+    #[test]
+    fn spans_beside_a_rib_are_those_beside_the_one_that_is_read() {
+        for aside in [0.0, 0.002, 0.013, 0.0249] {
+            let (found, part) = tried(bench(18.0).transformed(upright([0.0, 0.0, 1.0]), [aside, 0.0, 0.0]));
+            let Ribbing::Holds(held) = &found else { panic!("{aside}: {found:?}") };
+            let words = found.words(&part, 10.0);
+            let after = |mark: &str| {
+                let rest = words.split_once(mark).unwrap().1;
+                let number: String = rest.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
+                number.parse::<f64>().unwrap()
+            };
+            // In the frame of the file the left leg ends at 3 mm and so much beside.
+            let (left, middle) = (3.0 + aside, after(", from "));
+            let truth = (middle - 0.6 - left).max(left + 18.0 - middle - 0.6);
+            assert!(
+                (held.span - truth).abs() < 1e-6 && after("longer than ") >= truth - 1e-9,
+                "{aside} {truth}: {words}"
+            );
+        }
     }
 
     #[test]
