@@ -2,6 +2,7 @@
 
 use super::directions::directions;
 use super::line::{Chord, Crossing, Side, Turned, chords, foot, length};
+use super::outermost::Outermost;
 use super::reading::{Farthest, Found, Limits, Search, Spans};
 use super::section::Point;
 use super::walk::{Holds, Walk};
@@ -20,8 +21,15 @@ pub struct Plan {
     /// What is narrower is not seen.
     tiny: f64,
     anchors: Holds,
-    /// The anchors and the outermost strands between them; the anchors alone where there are none.
-    held: OnceCell<Option<Holds>>,
+    held: OnceCell<Held>,
+}
+
+/// What strands between the anchors do for a region.
+struct Held {
+    /// The anchors and the outermost strands between them; `None` where these are the anchors alone.
+    by: Option<Holds>,
+    /// Whether any line in the region's directions goes from anchor to anchor.
+    is_spanned: bool,
 }
 
 /// A square of the search.
@@ -215,12 +223,15 @@ impl Plan {
             return work;
         }
         let (mut all, mut some) = (f64::INFINITY, 0.0f64);
+        // Once it is known that no listed line goes from anchor to anchor, none has to be tried.
+        let is_bare = self.held.get().is_some_and(|held| !held.is_spanned);
+        let listed = if is_bare { &[][..] } else { &self.lines };
         // The shortest strand of the centre, or one square to the nearest anchor, cuts the search in other directions short.
         let own = match centre {
             Centre::Spanned(_, along) => Some(along),
             _ => self.anchors.square(x),
         };
-        for d in own.into_iter().chain(self.lines.iter().copied()) {
+        for d in own.into_iter().chain(listed.iter().copied()) {
             let (longest, whole, held) = self.strip(x, d, reach, all);
             work += held;
             some = some.max(longest);
@@ -320,11 +331,11 @@ impl Plan {
     /// What holds its places: its anchors, and the outermost strands between them.
     fn held(&self) -> &Holds {
         let found = self.held.get_or_init(|| {
-            let strands = self.outermost();
+            let Outermost { strands, is_spanned } = self.outermost();
             let by = || self.anchors.by().iter().copied().chain(strands.iter().copied()).collect();
-            (!strands.is_empty()).then(|| Holds::new(by()))
+            Held { by: (!strands.is_empty()).then(|| Holds::new(by())), is_spanned }
         });
-        found.as_ref().unwrap_or(&self.anchors)
+        found.by.as_ref().unwrap_or(&self.anchors)
     }
 
     /// The directions of the lines that are tried.
@@ -531,6 +542,15 @@ mod tests {
                 "{n}: {bridge:?}"
             );
             assert_eq!(spans.cantilever, None, "{n}");
+        }
+    }
+
+    #[test]
+    fn a_ledge_that_runs_round_reaches_as_far_as_it_is_wide() {
+        for n in [64, 256] {
+            let spans = ring(n, [2.0, 8.0], [true, false]).spans(ledge(0.4), Search::Measure);
+            assert_eq!(spans.bridge, None, "{n}");
+            holds(spans.cantilever, 6.0, 0.04);
         }
     }
 
