@@ -11,6 +11,13 @@ const CROSSED: usize = 8;
 /// A strand that another leaves no more than so many times what is not seen is covered by it.
 const COVERED: f64 = 16.0;
 
+/// What the strands from anchor to anchor cover, by what bounds it.
+pub(super) struct Outermost {
+    pub strands: Vec<Side>,
+    /// Whether there are any strands: anchors alone may bound what they cover.
+    pub is_spanned: bool,
+}
+
 impl Plan {
     /// The strands from anchor to anchor that bound what such strands cover: those beside a corner of the boundary that no strand on the
     /// other side of it covers.
@@ -19,8 +26,8 @@ impl Plan {
     ///
     /// # Cost
     /// O(directions · sides · (log + sides that a line meets)).
-    pub(super) fn outermost(&self) -> Vec<Side> {
-        let mut found = Vec::new();
+    pub(super) fn outermost(&self) -> Outermost {
+        let mut found = Outermost { strands: Vec::new(), is_spanned: false };
         for &d in self.lines() {
             let origin = self.sides().first().map_or([0.0; 2], |s| s.from);
             let mut turned: Vec<Turned> = self.sides().iter().map(|s| Turned::new(s, origin, d)).collect();
@@ -38,10 +45,11 @@ impl Plan {
                 }
                 at_hand.retain(|s| s.hi() >= beside[0]);
                 let strands = beside.map(|o| anchored(&at_hand, o, self.tiny()));
+                found.is_spanned |= strands.iter().any(|s| !s.is_empty());
                 for (own, other) in [(0, 1), (1, 0)] {
                     let bare = strands[own].iter().filter(|s| !is_covered(s, &strands[other], COVERED * self.tiny()));
                     let ends = bare.map(|s| s.map(|t| place(t, beside[own])));
-                    found.extend(ends.map(|[from, to]| Side { from, to, anchored: true }));
+                    found.strands.extend(ends.map(|[from, to]| Side { from, to, anchored: true }));
                 }
             }
         }

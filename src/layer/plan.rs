@@ -2,6 +2,7 @@
 
 use super::directions::directions;
 use super::line::{Chord, Crossing, Side, Turned, chords, foot, length};
+use super::outermost::Outermost;
 use super::reading::{Farthest, Found, Limits, Search, Spans};
 use super::section::Point;
 use super::walk::{Holds, Walk};
@@ -20,8 +21,15 @@ pub struct Plan {
     /// What is narrower is not seen.
     tiny: f64,
     anchors: Holds,
-    /// The anchors and the outermost strands between them; the anchors alone where there are none.
-    held: OnceCell<Option<Holds>>,
+    held: OnceCell<Held>,
+}
+
+/// What strands between the anchors do for a region.
+struct Held {
+    /// The anchors and the outermost strands between them; `None` where these are the anchors alone.
+    by: Option<Holds>,
+    /// Whether any line in the region's directions goes from anchor to anchor.
+    is_spanned: bool,
 }
 
 /// A square of the search.
@@ -38,6 +46,8 @@ pub(super) struct Cell {
 enum Centre {
     Outside,
     Inside([f64; 2]),
+    /// On a strand, in its direction, with its shortest way to an anchor.
+    Spanned(f64, Point),
 }
 
 /// Two sides along which strands run may each be off by a step at both ends along both axes: a strip between a strand and a side that is
@@ -67,10 +77,12 @@ impl Plan {
     ///
     /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
     /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: across anchored sides and
-    /// along free ones, those of the greatest length, and every 15° from the first of them. What is narrower than a few steps of the
+    /// along free ones, those of the greatest length, every 15° from the first of them, and those from x to its nearest anchored side and to
+    /// the nearest on its other side, for a groove that runs round is crossed in more directions than a list holds. What is narrower than a few steps of the
     /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
-    /// it, exact by looking on both sides of every corner between them, in the best direction.
+    /// it, exact by looking on both sides of every corner between them, in the best direction: a listed one or that of the centre's own strand,
+    /// for no place of the square needs a longer strand than the direction has in which all of it has strands.
     ///
     /// Where the way to the nearest anchor exceeds the limit of ledges by less than the bridge at x does that of bridges, x is part of a
     /// ledge beside that anchor, and its strand is no span: [`Found`] says which of the two a region is told as.
@@ -83,7 +95,7 @@ impl Plan {
     /// a longer one than the corners of what the square's sides leave of it, to a hold that all of it sees.
     ///
     /// # Cost
-    /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
+    /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side that it may meet count against
     /// what the search may spend, and what is open then stays in the bracket. The outermost strands are sought once, where a place has no
     /// bridge, at O(directions · sides · those that a line meets), and do not count.
     pub fn spans(&self, limits: Limits, search: Search) -> Spans {
@@ -99,10 +111,11 @@ impl Plan {
                     return found.told([0.0; 3], self.lo);
                 }
             }
-            let work: usize = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits)).sum();
+            let enough = found.enough(search);
+            let bounded = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits, enough[0]));
+            let work: usize = bounded.sum();
             left = left.saturating_sub(work as u64);
             found.pairs += work as u64;
-            let enough = found.enough(search);
             let is_open = |c: &Cell| (0..3).any(|n| c.high[n] > enough[n]) && c.half > 1e-4 * self.extent;
             let each = (work / cells.len().max(1)) as u64;
             let (open, done): (Vec<Cell>, Vec<Cell>) = cells.into_iter().partition(is_open);
@@ -139,7 +152,8 @@ impl Plan {
             if found.note(x, ends, walk.unwrap_or(Walk { least: most, most, anchor: x })) {
                 self.measure_middle(ends, limits, found);
             }
-            return Centre::Inside([most, 0.0]);
+            let long = length(ends[0], ends[1]).max(f64::MIN_POSITIVE);
+            return Centre::Spanned(most, [0, 1].map(|n| (ends[1][n] - ends[0][n]) / long));
         }
         let walk = self.walk(x, self.held());
         let from_held = self.farthest(walk);
@@ -171,14 +185,16 @@ impl Plan {
 
     /// The shortest line through a place from anchor to anchor.
     fn strand(&self, x: Point) -> Option<[Point; 2]> {
-        let along = |d: &Point| self.chord_at(x, *d).filter(|c| c.anchored).map(|c| (c, *d));
+        let along = |d: Point| self.chord_at(x, d).filter(|c| c.anchored).map(|c| (c, d));
         let long = |c: &Chord| c.t[1] - c.t[0];
-        let shortest = self.lines.iter().filter_map(along).min_by(|a, b| long(&a.0).total_cmp(&long(&b.0)));
+        let lines = self.lines.iter().copied().chain(self.anchors.across(x, self.tiny));
+        let shortest = lines.filter_map(along).min_by(|a, b| long(&a.0).total_cmp(&long(&b.0)));
         shortest.map(|(c, d)| c.t.map(|t| [x[0] + t * d[0], x[1] + t * d[1]]))
     }
 
-    /// Bounds a square; how many sides lines were held against.
-    fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits) -> usize {
+    /// Bounds a square; how many sides lines were held against. Where the strands in a direction are no longer than `enough`, no
+    /// other is tried.
+    fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits, enough: f64) -> usize {
         let ledge = limits.ledge;
         let mut work = 2 * self.sides.len();
         let reach = cell.half * std::f64::consts::SQRT_2;
@@ -190,6 +206,7 @@ impl Plan {
             Centre::Outside if met.is_empty() => return work,
             Centre::Outside => [0.0; 2],
             Centre::Inside(most) => most,
+            Centre::Spanned(most, _) => [most, 0.0],
         };
         let farthest = |from_centre: f64, holds: &Holds| {
             // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it; one that is no place
@@ -206,12 +223,23 @@ impl Plan {
             return work;
         }
         let (mut all, mut some) = (f64::INFINITY, 0.0f64);
-        for &d in &self.lines {
+        // Once it is known that no listed line goes from anchor to anchor, none has to be tried.
+        let is_bare = self.held.get().is_some_and(|held| !held.is_spanned);
+        let listed = if is_bare { &[][..] } else { &self.lines };
+        // The shortest strand of the centre, or one square to the nearest anchor, cuts the search in other directions short.
+        let own = match centre {
+            Centre::Spanned(_, along) => Some(along),
+            _ => self.anchors.square(x),
+        };
+        for d in own.into_iter().chain(listed.iter().copied()) {
             let (longest, whole, held) = self.strip(x, d, reach, all);
             work += held;
             some = some.max(longest);
             if whole {
                 all = all.min(longest);
+            }
+            if all <= enough {
+                break;
             }
         }
         let beyond_ledge = |reach: f64| if reach <= ledge { 0.0 } else { reach };
@@ -251,12 +279,12 @@ impl Plan {
             if known.is_finite() && (longest >= known || !whole) {
                 break;
             }
-            work += local.len();
             at_hand.retain(|s| s.hi() >= o);
             while let Some(s) = local.get(next).filter(|s| s.lo() < o) {
                 at_hand.push(*s);
                 next += 1;
             }
+            work += at_hand.len();
             crossings.clear();
             crossings.extend(at_hand.iter().filter_map(|s| s.met_by(o)));
             chords(&mut crossings, self.tiny, |c| {
@@ -303,11 +331,11 @@ impl Plan {
     /// What holds its places: its anchors, and the outermost strands between them.
     fn held(&self) -> &Holds {
         let found = self.held.get_or_init(|| {
-            let strands = self.outermost();
+            let Outermost { strands, is_spanned } = self.outermost();
             let by = || self.anchors.by().iter().copied().chain(strands.iter().copied()).collect();
-            (!strands.is_empty()).then(|| Holds::new(by()))
+            Held { by: (!strands.is_empty()).then(|| Holds::new(by())), is_spanned }
         });
-        found.as_ref().unwrap_or(&self.anchors)
+        found.by.as_ref().unwrap_or(&self.anchors)
     }
 
     /// The directions of the lines that are tried.
@@ -485,6 +513,45 @@ mod tests {
         assert_eq!((none.bridge, none.cantilever), (None, None));
         // Squares follow the length of the strip: those of the last round are a sixteenth of its width.
         holds(narrow.spans(ledge(0.0), Search::Measure).cantilever, 0.4, 0.1);
+    }
+
+    /// The corners of a circle about the origin, `n` of them.
+    fn circle(n: usize, radius: f64) -> Vec<Point> {
+        let corner = |i: usize| (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+        (0..n).map(corner).map(|(s, c)| [radius * c, radius * s]).collect()
+    }
+
+    /// What lies between two circles of `n` sides each, the inner and the outer one anchored or free.
+    fn ring(n: usize, radii: [f64; 2], anchored: [bool; 2]) -> Plan {
+        let [inner, outer] = radii.map(|r| circle(n, r));
+        let side = |c: &[Point], from: usize, to: usize, anchored| Side { from: c[from % n], to: c[to % n], anchored };
+        let sides =
+            (0..n).flat_map(|i| [side(&inner, i + 1, i, anchored[0]), side(&outer, i, i + 1, anchored[1])]).collect();
+        Plan::new(sides, 1e-9).unwrap()
+    }
+
+    #[test]
+    fn a_groove_that_runs_round_is_spanned_straight_across_however_many_sides_it_has() {
+        for n in [64, 256] {
+            let spans = ring(n, [5.0, 14.9], [true; 2]).spans(ledge(0.4), Search::Measure);
+            let bridge = spans.bridge.unwrap();
+            let least = 9.9 * (std::f64::consts::PI / n as f64).cos();
+            // Squares are left as they are within a percent.
+            assert!(
+                bridge.low > 0.99 * least && bridge.low <= 1.002 * 9.9 && bridge.high <= 1.011 * 9.9,
+                "{n}: {bridge:?}"
+            );
+            assert_eq!(spans.cantilever, None, "{n}");
+        }
+    }
+
+    #[test]
+    fn a_ledge_that_runs_round_reaches_as_far_as_it_is_wide() {
+        for n in [64, 256] {
+            let spans = ring(n, [2.0, 8.0], [true, false]).spans(ledge(0.4), Search::Measure);
+            assert_eq!(spans.bridge, None, "{n}");
+            holds(spans.cantilever, 6.0, 0.04);
+        }
     }
 
     #[test]

@@ -23,6 +23,33 @@ impl Holds {
         &self.by
     }
 
+    /// The direction square to the hold that is nearest as the crow flies.
+    pub fn square(&self, x: Point) -> Option<Point> {
+        self.nearest(x).map(|(_, _, s)| square_to(s))
+    }
+
+    /// The directions in which a place is likely to lie between two holds: to the nearest as the crow flies, or square to it from a place on it,
+    /// and to the nearest on the other side of the place.
+    pub fn across(&self, x: Point, tiny: f64) -> impl Iterator<Item = Point> {
+        let way = |far: f64, p: Point| [(p[0] - x[0]) / far, (p[1] - x[1]) / far];
+        let nearest = self.nearest(x).map(|(far, p, s)| if far > tiny { way(far, p) } else { square_to(s) });
+        // Within 60° of straight across: what lies aside is the next wall of a corner.
+        let is_opposite =
+            |d: Point, far: f64, p: Point| far > tiny && (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1] < -0.5 * far;
+        let opposite = |d: Point| {
+            let feet = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p));
+            feet.filter(|f| is_opposite(d, f.0, f.1)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(far, p)| way(far, p))
+        };
+        nearest.into_iter().chain(nearest.and_then(opposite))
+    }
+
+    /// The nearest hold that has a length, with its nearest point and how far away that is.
+    fn nearest(&self, x: Point) -> Option<(f64, Point, &Side)> {
+        let long = self.by.iter().filter(|s| s.from != s.to);
+        let feet = long.map(|s| (foot(x, s), s)).map(|(p, s)| (length(x, p), p, s));
+        feet.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     fn ways(&self, plan: &Plan) -> &Ways {
         self.ways.get_or_init(|| Ways::of(plan, self))
     }
@@ -172,6 +199,12 @@ impl Ways {
             None => Walk { least: near.0, most: f64::INFINITY, anchor: near.1 },
         })
     }
+}
+
+/// The direction square to a side that has a length.
+fn square_to(s: &Side) -> Point {
+    let long = length(s.from, s.to);
+    [(s.to[1] - s.from[1]) / long, (s.from[0] - s.to[0]) / long]
 }
 
 impl Holds {
