@@ -28,6 +28,11 @@ impl Notice {
         Notice::new("units-assumed", format!("{format} carries no unit; millimetres were assumed"))
     }
 
+    /// The same notice, said to be of what was read and not of what was made of it.
+    pub fn as_read(self) -> Self {
+        Notice { message: format!("as read: {}", self.message), ..self }
+    }
+
     /// The same notice with a count.
     pub fn counted(mut self, count: u64) -> Self {
         self.count = Some(count);

@@ -227,9 +227,7 @@ impl Job {
         let loses = self.to.loses(&made.mesh);
         let missing = self.missing(&made, spacing, make)?;
         let written = self.to.write(&made, &before)?;
-        // What was noticed of the operands may hold no longer of what is made of them.
-        let as_read = |n: Notice| Notice { message: format!("as read: {}", n.message), ..n };
-        let notices: Vec<Notice> = self.part.notices.into_iter().map(as_read).chain(loses).chain(missing).collect();
+        let notices: Vec<_> = self.part.notices.into_iter().map(Notice::as_read).chain(loses).chain(missing).collect();
         Ok(summary(&made, spacing, &notices, &(self.tell)(&made), &written))
     }
 

@@ -227,7 +227,7 @@ mod tests {
         let ball = ball.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0, 0.0, 5.0]);
         // Each facet by itself, off by two parts in a thousand of its size or less.
         let apart = |f: usize| {
-            let lift = 1e-3 * ball.facet_area(f).sqrt() * if f % 2 == 0 { 1.0 } else { -0.5 };
+            let lift = 1e-3 * ball.facet_area(f).sqrt() * if f.is_multiple_of(2) { 1.0 } else { -0.5 };
             ball.corners(f).map(|p| along(p, ball.normal(f), lift))
         };
         let loose = TriangleMesh::weld((0..ball.triangles.len()).map(apart));

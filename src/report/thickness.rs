@@ -91,7 +91,7 @@ fn fitting(extent: Vec3, spacing: Length, widest: Length) -> Result<Fitting> {
 /// normal, which others call thickness.
 ///
 /// τ(x) = 2·sup { r : x ∈ B(y, r) ⊂ S } lies between the bounds of [`local_thickness`] at every sample of a grid of the spacing, or of
-/// a coarser one with eight million samples; maps show the middle between the bounds, at the surface that of what lies beneath ([`middle`]). The ray's length at a surface point is how far the
+/// a coarser one with eight million samples; maps show the middle between the bounds, at the surface that of what lies beneath. The ray's length at a surface point is how far the
 /// inward normal goes to the next surface: at a slanted or curved far side it is more than the ball.
 ///
 /// # Errors
