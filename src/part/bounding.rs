@@ -20,6 +20,12 @@ const LEAST_ENCLOSED: f64 = 0.05;
 const LEAST_WHOLE: f64 = 0.5;
 /// The winding numbers of a solid, whole numbers, are off by no more beside facets that cracks part.
 const WHOLE: f64 = 0.1;
+/// How that is told.
+const WHOLE_NUMBERS: &str = "are the winding numbers the whole numbers of a solid";
+/// Loose triangles from so many on are looked at beside some first: that beside all takes as long as all pairs of them.
+const MANY_LOOSE: usize = 2000;
+/// So many of them: beside less than a fifth of them are the numbers whole, of a solid with cracks beside nearly all.
+const SAMPLED: usize = 8;
 /// A surface that is inside out or mixed shows its inside where the winding number says so.
 const INSIDE: f64 = 0.5;
 
@@ -67,6 +73,7 @@ impl Part {
         }
         // No facet has a neighbour: loose triangles mostly, and their crossings need not be searched.
         if self.health.open_edges.count == 3 * self.mesh.triangles.len() as u64 {
+            self.enclosing_by_some()?;
             self.enclosing(&self.beside().of_each())?;
         }
         // Facets at cracks reach over each other by the width of the cracks, which are told as open edges.
@@ -191,17 +198,31 @@ impl Part {
         Sides { mesh: &self.mesh, winding: self.winding(), off }
     }
 
+    /// Refuses many loose triangles that only few of some facets spread over them have the winding numbers of a solid beside them.
+    fn enclosing_by_some(&self) -> Result<()> {
+        if self.mesh.triangles.len() < MANY_LOOSE {
+            return Ok(());
+        }
+        let some = self.beside().of_some(SAMPLED);
+        let whole = some.iter().filter(|sides| is_whole(**sides)).count();
+        match 4 * whole > some.len() {
+            true => Ok(()),
+            false => {
+                Err(self.encloses_nothing(format!("beside {whole} of {} facets only {WHOLE_NUMBERS}", some.len())))
+            }
+        }
+    }
+
     /// Refuses a surface with too little enclosed material beside it, by the winding numbers on both sides of each facet.
     fn enclosing(&self, sides: &[(f64, f64)]) -> Result<()> {
         let is_loose = 2 * self.health.open_edges.count > 3 * self.mesh.triangles.len() as u64;
         let (least, told) = match is_loose {
-            true => (LEAST_WHOLE, "are the winding numbers the whole numbers of a solid"),
+            true => (LEAST_WHOLE, WHOLE_NUMBERS),
             false => (LEAST_ENCLOSED, "does the winding number clearly exceed 1/2"),
         };
-        let is_whole = |w: f64| (w - w.round()).abs() <= WHOLE;
-        let holds = |f: &usize| {
-            let (back, front) = sides[*f];
-            back.max(front) >= ENCLOSED && (!is_loose || is_whole(back) && is_whole(front))
+        let holds = |f: &usize| match is_loose {
+            true => is_whole(sides[*f]),
+            false => sides[*f].0.max(sides[*f].1) >= ENCLOSED,
         };
         let enclosed: f64 = (0..sides.len()).filter(holds).map(|f| self.mesh.facet_area(f)).sum();
         let share = enclosed / self.mesh.area();
@@ -212,11 +233,15 @@ impl Part {
             true => format!("beside {} % of its area only", short(report_digits(100.0 * share))),
             false => "nowhere beside its facets".into(),
         };
-        Err(Error::NotSolid {
-            problem: format!("{beside} {told}, so it encloses nothing"),
+        Err(self.encloses_nothing(format!("{beside} {told}")))
+    }
+
+    fn encloses_nothing(&self, told: String) -> Error {
+        Error::NotSolid {
+            problem: format!("{told}, so it encloses nothing"),
             at_mm: Some(self.to_file(self.health.open_edges.at_mm.unwrap_or_else(|| self.mesh.centroid(0)))),
             remedy: "export a closed solid, or try again with --repair, which closes cracks".into(),
-        })
+        }
     }
 
     /// Says where a winding number does not tell inside from outside.
@@ -242,6 +267,11 @@ impl Part {
             None => self.winding().at(along(self.mesh.centroid(f), self.mesh.normal(f), away)) >= INSIDE,
         }
     }
+}
+
+/// Whether the winding numbers on both sides of a facet are those of a solid, with material on one.
+fn is_whole((back, front): (f64, f64)) -> bool {
+    back.max(front) >= ENCLOSED && [back, front].iter().all(|w| (w - w.round()).abs() <= WHOLE)
 }
 
 #[cfg(test)]

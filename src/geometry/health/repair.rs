@@ -109,6 +109,9 @@ pub fn without_cracks(mesh: &TriangleMesh, health: &Health, tolerance_mm: f64) -
     }
     let mut closed = mesh.clone();
     let joined = close_cracks(&mut closed, tolerance_mm);
+    if joined == 0 {
+        return None;
+    }
     closed.triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
     let closed = without_idle_vertices(&closed);
     let health = Health::of(&closed);

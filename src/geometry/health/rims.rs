@@ -16,6 +16,11 @@ const ALONG: [f64; 2] = [0.25, 0.75];
 /// edge, and that is doubled where cracks widen towards corners.
 const TURNED: f64 = 0.05;
 
+/// Edges at whose ends others are counted before cracks are sought at all.
+const LOOKS: usize = 16;
+/// Edges that may have an end of another in their boxes, on average: a vertex of a mesh has six or so, where long slivers meet some hundreds.
+const MANY: usize = 1000;
+
 /// Two edges of one facet each, on both sides of a crack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Crack {
@@ -34,7 +39,7 @@ struct RimEdge {
 }
 
 /// The cracks of a mesh: along each runs an edge of one facet whose quarter and three-quarter points both lie nearer to other such edges,
-/// about parallel to it, than a hundredth of the shorter edge.
+/// about parallel to it, than a hundredth of the shorter edge. None are sought among edges that lie about anyhow.
 ///
 /// # Cost
 /// O(facets), and O(E log E) for E edges of one facet.
@@ -53,7 +58,21 @@ pub(super) fn cracks_of(mesh: &TriangleMesh, table: &EdgeTable) -> Vec<Crack> {
     let rims: Vec<RimEdge> = table.edges().filter_map(rim).collect();
     let boxes: Vec<(Vec3, Vec3)> = rims.iter().map(|r| bounds(r.ends).unwrap_or_default()).collect();
     let tree = Bvh::new(&boxes);
+    if is_tangled(&rims, &tree) {
+        return Vec::new();
+    }
     (0..rims.len()).into_par_iter().flat_map_iter(|n| beside(n, &rims, &tree)).collect()
+}
+
+/// Whether edges have very many others in their boxes, as those of triangles have that lie about anyhow: then none is sought beside all.
+fn is_tangled(rims: &[RimEdge], tree: &Bvh) -> bool {
+    let each = rims.len().div_ceil(LOOKS).max(1);
+    let looked: Vec<&RimEdge> = rims.iter().step_by(each).collect();
+    let mut met = 0;
+    for rim in &looked {
+        tree.in_box((rim.ends[0], rim.ends[0]), |_| met += 1);
+    }
+    met > MANY * looked.len()
 }
 
 /// The cracks along one edge; none where nothing runs along a part of it.

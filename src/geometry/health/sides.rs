@@ -29,6 +29,13 @@ impl Sides<'_> {
         (0..self.mesh.triangles.len()).into_par_iter().map(|f| self.beside(f)).collect()
     }
 
+    /// The same for at most so many facets, spread evenly over their order.
+    pub fn of_some(&self, count: usize) -> Vec<(f64, f64)> {
+        let each = self.mesh.triangles.len().div_ceil(count.max(1)).max(1);
+        let some: Vec<usize> = (0..self.mesh.triangles.len()).step_by(each).collect();
+        some.into_par_iter().with_max_len(1).map(|f| self.beside(f)).collect()
+    }
+
     /// The same for a closed surface, where one facet speaks for all that are joined to it and that nothing else touches.
     ///
     /// The winding number of a closed surface changes only across it. Two facets with a common edge have the same numbers on
