@@ -176,8 +176,8 @@ fn a_megabyte_of_loose_facets_is_refused_at_once() {
     }
     let [weld, refusal] = best.map(|s| 1e3 * s);
     println!("welded in {weld:.1} ms, refused in {refusal:.1} ms");
-    // Trying all pairs of facets or of edges takes thousands of times as long as welding them; sorts of both and looks at some do not.
-    assert!(refusal < 80.0 * weld, "{refusal} ms beside {weld} ms for welding");
+    // Trying all pairs of facets takes hundreds of times as long as welding them; a sort or two does not.
+    assert!(refusal < 30.0 * weld, "{refusal} ms beside {weld} ms for welding");
 }
 
 #[test]

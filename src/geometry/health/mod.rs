@@ -6,6 +6,7 @@
 mod bodies;
 mod boxes;
 mod caps;
+mod cracks;
 mod crossing;
 mod ghosts;
 mod measure;
@@ -17,18 +18,17 @@ mod overlap;
 pub(in crate::geometry) mod pairs;
 mod rays;
 mod repair;
-mod rims;
 mod shells;
 mod sides;
 mod turn;
 
 pub use bodies::{Body, NO_LABEL, Role};
+pub use cracks::{Crack, cracks};
 pub use crossing::{Meetings, Through, crossing_pairs, meetings, meetings_through, neighbours, triangles_cross};
 pub use ghosts::without_ghosts;
 pub use measure::{Fault, Health, Hole};
 pub use needles::without_slivers;
 pub use repair::{Repair, Repaired, TURNED, agreed, repair_tolerance, repaired, without_cracks};
-pub use rims::{Crack, cracks};
 pub use shells::Shell;
 pub use sides::{Sides, Spoken};
 pub use turn::turn_shells;

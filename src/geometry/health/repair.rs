@@ -104,7 +104,9 @@ pub fn repaired(mesh: &TriangleMesh, tolerance_mm: f64) -> Repaired {
 /// # Cost
 /// O(facets), and nothing where the edges are known to be closed.
 pub fn without_cracks(mesh: &TriangleMesh, health: &Health, tolerance_mm: f64) -> Option<(TriangleMesh, usize)> {
-    if health.open_edges.count == 0 {
+    // No piece of fewer than four facets closes: where most are such, they lie about.
+    let loose = health.shells.iter().filter(|shell| !shell.closed && shell.facets < 4).count();
+    if health.open_edges.count == 0 || 2 * loose > health.shells.len() {
         return None;
     }
     let mut closed = mesh.clone();

@@ -2,7 +2,7 @@
 
 use super::bodies::{NO_LABEL, Role};
 use super::boxes::{EMPTY, grown};
-use super::rims::cracks_of;
+use super::cracks::cracks_of;
 use crate::geometry::edges::{EdgeTable, is_collapsed};
 use crate::geometry::vector::{Vec3, cross, dot, norm, sub};
 use crate::geometry::{DisjointSets, TriangleMesh};

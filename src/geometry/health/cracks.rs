@@ -57,22 +57,19 @@ pub(super) fn cracks_of(mesh: &TriangleMesh, table: &EdgeTable) -> Vec<Crack> {
     };
     let rims: Vec<RimEdge> = table.edges().filter_map(rim).collect();
     let boxes: Vec<(Vec3, Vec3)> = rims.iter().map(|r| bounds(r.ends).unwrap_or_default()).collect();
-    let tree = Bvh::new(&boxes);
-    if is_tangled(&rims, &tree) {
+    if is_tangled(&rims, &boxes) {
         return Vec::new();
     }
+    let tree = Bvh::new(&boxes);
     (0..rims.len()).into_par_iter().flat_map_iter(|n| beside(n, &rims, &tree)).collect()
 }
 
 /// Whether edges have very many others in their boxes, as those of triangles have that lie about anyhow: then none is sought beside all.
-fn is_tangled(rims: &[RimEdge], tree: &Bvh) -> bool {
+fn is_tangled(rims: &[RimEdge], boxes: &[(Vec3, Vec3)]) -> bool {
     let each = rims.len().div_ceil(LOOKS).max(1);
-    let looked: Vec<&RimEdge> = rims.iter().step_by(each).collect();
-    let mut met = 0;
-    for rim in &looked {
-        tree.in_box((rim.ends[0], rim.ends[0]), |_| met += 1);
-    }
-    met > MANY * looked.len()
+    let ends = || rims.iter().step_by(each).map(|rim| rim.ends[0]);
+    let holds = |p: Vec3| move |(lo, hi): &&(Vec3, Vec3)| (0..3).all(|a| lo[a] <= p[a] && p[a] <= hi[a]);
+    ends().map(|p| boxes.iter().filter(holds(p)).count()).sum::<usize>() > MANY * ends().count()
 }
 
 /// The cracks along one edge; none where nothing runs along a part of it.
