@@ -22,7 +22,8 @@ impl Voids<'_> {
     ///
     /// A ball may have its middle in the cube of a sample whose clearance is less than its radius by two half diagonals. Where such
     /// samples lead out, the cubes at the throat are halved four times, and a sample is ruled out if every part lies so near to the surface
-    /// that no ball has its middle in it; then the next throat is looked at, for as many as there are. *Yes* is a proof; *no* says nothing.
+    /// that no ball has its middle in it; then the next throat is looked at, for as many as there are. A ball with a radius of less than two half
+    /// diagonals may have its middle in cubes that the part touches, too. *Yes* is a proof; *no* says nothing.
     ///
     /// # Cost
     /// For each throat a search for chambers, and a distance for each cube that is halved, up to [`MOST_ASKED`].
@@ -38,6 +39,9 @@ impl Voids<'_> {
         let squared = |r: f64| ((r.max(0.0) * r.max(0.0)).ceil() as u32).max(1);
         let least = squared(radius - 2.0 * HALF_DIAGONAL);
         let mut left = clearance.clone();
+        if radius < 2.0 * HALF_DIAGONAL {
+            self.open_touched(&mut left, least);
+        }
         let level = squared(radius + 2.0 * HALF_DIAGONAL).min(left.values()[start]);
         if level <= least {
             return Ok(false);
@@ -55,6 +59,14 @@ impl Voids<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// Gives the samples in whose cubes are both void and material a clearance.
+    fn open_touched(&self, left: &mut Field<u32>, least: u32) {
+        let grid = *left.grid();
+        let (outer, inner) = (&self.solid.outer, &self.solid.inner);
+        let touched = outer.iter().filter(|&at| !inner.contains(grid.index(at)));
+        touched.for_each(|at| left.values_mut()[at] = least);
     }
 
     /// The chamber that holds a sample, shut at a level of clearance; `None` if it is open there, or the budget does not allow a search.
@@ -163,5 +175,30 @@ mod tests {
             barred += usize::from(is_barred);
         }
         assert!(barred > 15, "{barred}");
+    }
+
+    #[test]
+    fn what_gets_out_of_a_hole_of_a_few_samples_is_not_stuck() {
+        let mut rng = Lcg(8);
+        let (mut asked, mut barred) = (0, 0);
+        for case in 0..60 {
+            let neck = 1.6 + 1.6 * rng.unit();
+            let ball = neck * (0.5 + 0.8 * rng.unit());
+            let h = (0.4 + 0.4 * rng.unit()) * neck;
+            let mesh = match case % 2 {
+                0 => flask(18.0, 12.0, neck),
+                _ => turned(&flask(18.0, 12.0, neck), || rng.unit()),
+            };
+            let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
+            let voids = Voids::of(&part).unwrap();
+            let clearance = voids.clearance().unwrap();
+            let chambers = voids.narrow(&clearance, ball, &mut voids.nothing()).unwrap();
+            let Some(chamber) = chambers.first() else { continue };
+            let is_barred = voids.is_barred(&clearance, chamber, ball, &mut Budget::of(1 << 26)).unwrap();
+            assert!(!is_barred || ball >= neck, "{case}: a ball of {ball} is not stuck in {neck}, h {h}");
+            asked += 1;
+            barred += usize::from(is_barred);
+        }
+        assert!(asked > 30 && barred > 3, "{asked} {barred}");
     }
 }
