@@ -54,6 +54,8 @@ pub(super) struct Wanted {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leading {
     Anywhere,
+    /// Not down to the plate, which closes what leads there.
+    OffThePlate,
     /// Not down to the plate, and not steeply up: what is above is not there yet while a cup sucks.
     Sideways,
 }
@@ -141,7 +143,12 @@ impl<'a> Bore<'a> {
         let on_axis = |n: usize| grid.sample_at(along(first, way, n as f64 * grid.h()));
         let end = (0..).take_while(|&n| on_axis(n).is_some()).last()?;
         let leads_down = way[2] < 0.0 && on_axis(end)?[2] == 0;
-        if wanted.leading == Leading::Sideways && (leads_down || way[2] > STEEP) {
+        let may_lead = match wanted.leading {
+            Leading::Anywhere => true,
+            Leading::OffThePlate => !leads_down,
+            Leading::Sideways => !leads_down && way[2] <= STEEP,
+        };
+        if !may_lead {
             return None;
         }
         let is_material = |n: &usize| on_axis(*n).is_some_and(|sample| solid.centres.contains(sample));
@@ -212,6 +219,15 @@ mod tests {
             let vent = shortest(&part, middle, wanted).unwrap();
             assert!(vent.words(&part).contains("towards +y through about 2 mm"), "{up:?}: {}", vent.words(&part));
         }
+        // A room whose floor is its thinnest wall, and the plate below that.
+        let room = cuboid([0.0; 3], [30.0; 3]).joined(&cuboid([8.0, 8.0, 2.0], [22.0, 22.0, 20.0]).flipped());
+        let part = cast(room, Up::PlusZ, 0.5);
+        let towards = |leading| {
+            let vent = shortest(&part, [15.0, 15.0, 11.0], Wanted { ball_mm: 3.0, wall_mm: 0.5, leading });
+            vent.unwrap().words(&part)
+        };
+        assert!(towards(Leading::Anywhere).contains("towards -z"), "{}", towards(Leading::Anywhere));
+        assert!(!towards(Leading::OffThePlate).contains("towards -z"), "{}", towards(Leading::OffThePlate));
         // A cup on the plate, from just above its floor of 2 mm: a vent of 4 mm would leave a tenth of it.
         let cup = cuboid([0.0; 3], [20.0; 3]).joined(&cuboid([2.0; 3], [18.0, 18.0, 18.0]).flipped());
         let part = cast(cup, Up::PlusZ, 0.1);

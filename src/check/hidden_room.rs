@@ -52,8 +52,9 @@ impl Voids<'_> {
         let levels: Vec<f64> = levels.take_while(|&r| r < samples(limit_mm) + 1.0).collect();
         let chambers = self.closed_at(clearance, &levels, &mut self.nothing())?;
         let rooms = chambers.into_iter().filter(|c| !rises(c)).filter_map(|chamber| {
-            let throat = self.place(chamber.throat?.at);
-            let (neck, _) = self.widest_about(throat, HALF_DIAGONAL * h, limit_mm);
+            // A way out that has no sample of its own is narrower than any room that has.
+            let throat = chamber.throat.map(|throat| self.place(throat.at));
+            let neck = throat.map_or(0.0, |at| self.widest_about(at, HALF_DIAGONAL * h, limit_mm).0);
             if neck >= limit_mm - self.part().tie() {
                 return None;
             }
@@ -104,5 +105,23 @@ mod tests {
             }
         }
         assert!(hidden > 8 && missed < 3, "{hidden} hidden, {missed} missed");
+    }
+
+    #[test]
+    fn a_room_whose_way_out_has_no_sample_is_found_wherever_it_lies() {
+        let mut rng = Lcg(93);
+        for case in 0..30 {
+            let mesh = turned(&flask(16.0, 6.5, 1.0), || rng.unit());
+            let part = part(mesh, 1.1333, [0, 1, 2].map(|_| rng.unit() - 0.5));
+            let voids = Voids::of(&part).unwrap();
+            let clearance = voids.clearance().unwrap();
+            let mut met = voids.nothing();
+            let mut told = voids.narrow(&clearance, 3.5, &mut met).unwrap();
+            told.extend(voids.small_rooms(&clearance, 3.5, &mut met).unwrap());
+            let found = voids.hidden_rooms(&clearance, (3.0, 3.5), &told.iter().collect::<Vec<_>>()).unwrap();
+            let all: Vec<&Trapped> = told.iter().chain(&found).collect();
+            let [one] = all[..] else { panic!("{case}: {}", all.len()) };
+            assert!(one.way_out_mm.low <= 1.0 && 1.0 <= one.way_out_mm.high, "{case}: {:?}", one.way_out_mm);
+        }
     }
 }

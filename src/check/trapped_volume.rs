@@ -107,6 +107,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         context,
         voids: &voids,
         wall_mm: least_wall(process).unwrap_or(context.spacing_mm),
+        leading: if plate_closes(process).is_some() { Leading::OffThePlate } else { Leading::Anywhere },
         mouths: limits_of(process, "trapped-volume.mouths").and_then(|l| l.warn.or(l.fail)).unwrap_or(1.0),
         measured: Measured::default(),
         shapes: Vec::new(),
@@ -135,7 +136,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         judge.narrow(&chambers, limits, widest)?;
         judge.small_rooms(&small, widest)?;
         // Where supports tie the part to the plate, it closes what is open below until the part is cut off.
-        if let Some(most) = limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports) {
+        if let Some(most) = plate_closes(process) {
             let standing = voids.above_plate(&clearance)?;
             // A way out that no part fails for is one.
             let least = limits.fail.unwrap_or(widest);
@@ -164,6 +165,11 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
     Ok(judge.measured)
 }
 
+/// Limits for what the plate closes, where supports tie the part to it.
+fn plate_closes(process: &Process) -> Option<Limits> {
+    limits_of(process, "trapped-volume.on-plate").filter(|_| process.prints_supports)
+}
+
 /// What findings are made with.
 struct Judge<'a> {
     part: &'a Part,
@@ -171,6 +177,8 @@ struct Judge<'a> {
     voids: &'a Voids<'a>,
     /// The wall that has to stay around a vent.
     wall_mm: f64,
+    /// Where a vent may lead.
+    leading: Leading,
     /// Ways out that the process asks of a hollow.
     mouths: f64,
     measured: Measured,
@@ -331,7 +339,7 @@ impl Judge<'_> {
     }
 
     fn wanted(&self, ball_mm: f64) -> Wanted {
-        Wanted { ball_mm, wall_mm: self.wall_mm, leading: Leading::Anywhere }
+        Wanted { ball_mm, wall_mm: self.wall_mm, leading: self.leading }
     }
 
     fn note(&mut self, f: Finding, at: Option<[f64; 3]>, unit: &'static str, rule: &'static str) {
@@ -351,13 +359,17 @@ impl Judge<'_> {
         }
         let h = short(self.context.spacing_mm);
         m.cover = match limit {
-            Some(limit) => format!(
-                "Every void of the mesh and of a grid of {h} mm was looked at; each as wide as {} mm lets a ball of that size out \
-                 unless it is listed, within {} mm. Narrower rooms were looked for down to {} mm.",
-                short(limit),
-                short((4.0 * HALF_DIAGONAL * self.context.spacing_mm * 100.0).ceil() / 100.0),
-                hundredths(self.voids.least_room_mm(limit).min(limit))
-            ),
+            Some(limit) => {
+                let (least, within) = (self.voids.least_room_mm(limit), 4.0 * HALF_DIAGONAL * self.context.spacing_mm);
+                let narrower = format!(" Narrower rooms were looked for down to {} mm.", hundredths(least));
+                format!(
+                    "Every void of the mesh and of a grid of {h} mm was looked at; each as wide as {} mm lets a ball of that size out \
+                     unless it is listed, within {} mm.{}",
+                    short(limit),
+                    short((within * 100.0).ceil() / 100.0),
+                    if least < limit { &narrower } else { "" }
+                )
+            }
             None => format!("Every closed shell of the mesh and every void of a grid of {h} mm was looked at."),
         };
         if *nooks > 0 {
