@@ -23,21 +23,25 @@ pub(super) const ROUNDING: f64 = 1e-5;
 /// O(samples of the window).
 pub(super) fn enclosed(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid) -> Result<Bracket> {
     let throat = chamber.throat.map_or(0.0, |t| f64::from(t.clearance).sqrt());
-    let wide = Filling::grown(chamber, clearance, solid, 2.0 + throat)?;
+    // Other void shows beside the farthest cubes that may be the chamber's, and so is looked for farther out by a diagonal.
+    let wide = Filling::grown(chamber, clearance, solid, 4.0 + throat)?;
+    let within = wide.balls(chamber, clearance, |c| (c.sqrt() + 2.0 + throat).powi(2))?.intersection(&wide.set)?;
     let sure = surely_its_own(&wide, chamber, clearance)?;
     let likely = wide.balls(chamber, clearance, |c| (c.sqrt() + 1.0).powi(2))?.difference(&wide.material()?)?;
     let sum = |set: &Indicator| void_above_plate(&wide, set);
     let free = wide.set.difference(&wide.touched()?)?;
     let grid = *sure.grid();
-    // By the plate, which caps the clearance, what is free may be the chamber's own.
-    let others = Indicator::from_predicate(grid, |at| {
+    // By the plate, which caps the clearance, what is free may be the chamber's own, but for what is straight below others.
+    let mut others = Indicator::from_predicate(grid, |at| {
         let index = grid.index(at);
         free.contains(index) && !sure.contains(index) && !wide.is_by_the_plate(index[2])
     });
+    spread_down(&wide, &mut others, |index| free.contains(index) && !sure.contains(index));
+    let others = others;
     let beside = |index: [usize; 3]| near(index, &others, |other| wide.is_above_plate(other));
-    let most = if chamber.throat.is_some() { wide.set.clone() } else { wide.set.difference(&others)? };
+    let most = if chamber.throat.is_some() { within.clone() } else { within.difference(&others)? };
     let own = match chamber.throat {
-        Some(_) => wide.set.intersection(&likely.union(&sure)?)?,
+        Some(_) => within.intersection(&likely.union(&sure)?)?,
         None => Indicator::from_predicate(grid, |at| {
             let index = grid.index(at);
             most.contains(index) && (free.contains(index) || !beside(index))
@@ -59,15 +63,20 @@ pub(super) fn enclosed(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid)
 fn surely_its_own(wide: &Filling, chamber: &Chamber, clearance: &Field<u32>) -> Result<Indicator> {
     let mut sure = wide.balls(chamber, clearance, |c| (c - 1.0).max(0.0))?;
     let touched = wide.touched()?;
-    let [nx, ny, nz] = sure.grid().dims();
+    spread_down(wide, &mut sure, |index| !touched.contains(index));
+    Ok(sure)
+}
+
+/// Adds to a set what is wanted straight below it by the plate.
+fn spread_down(wide: &Filling, set: &mut Indicator, wanted: impl Fn([usize; 3]) -> bool) {
+    let [nx, ny, nz] = set.grid().dims();
     for k in (0..nz.saturating_sub(1)).rev().filter(|&k| wide.is_by_the_plate(k)) {
         for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
-            if sure.contains([i, j, k + 1]) && !touched.contains([i, j, k]) {
-                sure.set([i, j, k], true);
+            if set.contains([i, j, k + 1]) && wanted([i, j, k]) {
+                set.set([i, j, k], true);
             }
         }
     }
-    Ok(sure)
 }
 
 /// Whether any of the 26 samples around one is in a set and as wanted.
@@ -93,7 +102,11 @@ pub(super) mod tests {
 
     /// A block of 20 mm a side with a square pocket from below.
     pub(in crate::check) fn pocket(wide: f64, deep: f64) -> TriangleMesh {
-        let (a, b) = (10.0, 0.5 * wide);
+        hollow([10.0, 0.5 * wide], deep)
+    }
+
+    /// A block 20 mm tall with a square pocket from below, both by half their sides.
+    fn hollow([a, b]: [f64; 2], deep: f64) -> TriangleMesh {
         let square = |r: f64, z: f64| [[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]];
         let mut facets = Vec::new();
         let mut strip = |p: [[f64; 3]; 4], q: [[f64; 3]; 4]| {
@@ -130,6 +143,21 @@ pub(super) mod tests {
             assert!((found.value / truth - 1.0).abs() < 1e-5, "{case}: {found:?} {truth}");
             assert!(found.low <= truth && truth <= found.high, "{case}: {found:?} {truth}");
             assert!(found.high - found.low < 1e-4 * truth, "{case}: {found:?} {truth}");
+        }
+    }
+
+    #[test]
+    fn a_shell_of_two_samples_holds_what_is_inside_it_alone() {
+        let mut rng = Lcg(15);
+        for case in 0..40 {
+            let (edge, wall) = (20.0, 0.4 + 0.6 * rng.unit());
+            let h = wall / (1.1 + 1.6 * rng.unit());
+            let [a, b] = [0.5 * edge, 0.5 * edge - wall];
+            let [found] = held(hollow([a, b], edge - wall), h, [0, 1, 2].map(|_| rng.unit() - 0.5))[..] else {
+                panic!("{case}: one chamber")
+            };
+            let truth = (2.0 * b).powi(2) * (edge - wall);
+            assert!(found.low <= truth && truth <= found.high, "{case}: {found:?} {truth}, wall {wall}, h {h}");
         }
     }
 
