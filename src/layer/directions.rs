@@ -43,15 +43,19 @@ pub(super) fn directions(sides: &[Side]) -> Vec<Point> {
         if turn > std::f64::consts::PI - ALIKE { 0.0 } else { turn }
     };
     groups.chunk_by_mut(equal).for_each(|same| same.sort_by(|a, b| turn(a).total_cmp(&turn(b))));
-    let turns = (0..TURNS).map(|n| (std::f64::consts::PI * n as f64 / TURNS as f64).sin_cos());
-    let turns = turns.map(|(s, c)| [c * first[0] - s * first[1], s * first[0] + c * first[1]]);
     let mut lines: Vec<Point> = Vec::new();
-    for d in groups.iter().take(ASKED).map(|g| g.2).chain(turns) {
+    for d in groups.iter().take(ASKED).map(|g| g.2).chain(turned(first, TURNS)) {
         if lines.iter().all(|e| (d[0] * e[1] - d[1] * e[0]).abs() > 1e-6) {
             lines.push(d);
         }
     }
     lines
+}
+
+/// So many directions over half a turn, from the first.
+pub(super) fn turned(first: Point, count: usize) -> Vec<Point> {
+    let turns = (0..count).map(|n| (std::f64::consts::PI * n as f64 / count as f64).sin_cos());
+    turns.map(|(s, c)| [c * first[0] - s * first[1], s * first[0] + c * first[1]]).collect()
 }
 
 #[cfg(test)]

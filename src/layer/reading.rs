@@ -162,6 +162,11 @@ impl Found {
         [0, 1, 2].map(|n| known[n].max(least[n]) * (1.0 + CLOSE) + 1e-9)
     }
 
+    /// The length beyond which a strand would be told as the region's bridge; a search that judges tells none.
+    pub fn told_beyond(&self, search: Search) -> f64 {
+        if search == Search::Judge { f64::INFINITY } else { self.low(0).max(search.of_no_interest()[0]) }
+    }
+
     /// The region's spans, with the bounds of all squares.
     pub fn told(self, closed: [f64; 3], at: Point) -> Spans {
         let Limits { ledge, bridge: limit } = self.limits;
