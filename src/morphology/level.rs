@@ -27,8 +27,8 @@ pub(super) struct Level {
 
 /// What is known of a level at a point beside it.
 pub(super) struct Seen {
-    /// `d − r` there, with its slope, where the side is certain.
-    pub(super) value: Option<(f64, Vec3)>,
+    /// `d − r` there, with its slope.
+    pub(super) value: (f64, Vec3),
     /// Outward normal of the level.
     pub(super) normal: Vec3,
 }
@@ -72,20 +72,18 @@ impl Level {
     }
 
     /// `d − r` at a point near the level, with its slope: the side is that of the level, or where the level is too near to
-    /// the mesh, that of the facet the point stands over.
-    fn value(&self, p: Vec3, n: &Nearest) -> Option<(f64, Vec3)> {
+    /// the mesh, that of the facet the point stands over or beside.
+    fn value(&self, p: Vec3, n: &Nearest) -> (f64, Vec3) {
         let r = self.r;
-        if r.abs() > 1.5 * self.near.h() {
-            return Some((r.signum() * n.distance - r, scale(sub(p, n.point), r.signum() / n.distance)));
-        }
-        let (height, facing) = self.height(p, n)?;
-        Some((height - r, facing))
-    }
-
-    /// `d − r` at a point that may stand beside its nearest facet.
-    pub(super) fn value_beside(&self, p: Vec3) -> Option<f64> {
-        let n = self.near.nearest(p)?;
-        Some(if self.near.mesh().is_behind(p, &n) { -n.distance } else { n.distance } - self.r)
+        let over = (r.abs() <= 1.5 * self.near.h()).then(|| self.height(p, n)).flatten();
+        let side = match over {
+            Some((height, facing)) if n.distance < ON_FACET * self.near.h() => return (height - r, facing),
+            Some((height, _)) => height.signum(),
+            None if r.abs() > 1.5 * self.near.h() => r.signum(),
+            None if self.near.is_inside(p, n) => -1.0,
+            None => 1.0,
+        };
+        (side * n.distance - r, scale(sub(p, n.point), side / n.distance))
     }
 
     /// How high a point is over the facet of its nearest point, and the outward normal there; none if it is beside the facet.

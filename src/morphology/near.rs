@@ -156,6 +156,11 @@ impl Near {
         }
     }
 
+    /// Whether a point is inside, whose nearest point is given.
+    pub(super) fn is_inside(&self, p: Vec3, nearest: &Nearest) -> bool {
+        if self.is_of_union() { self.deepest(p).is_some() } else { self.of.exact.is_behind(p, nearest) }
+    }
+
     /// The point nearest to one inside a union of bodies whose surfaces are near, of the body that holds it deepest.
     pub(super) fn deepest(&self, p: Vec3) -> Option<Nearest> {
         let bodies = self.of.bodies.as_ref()?;

@@ -104,8 +104,7 @@ impl Traced {
 
     /// The field at a point near the surface, as far as what was measured there tells.
     pub(super) fn value_at(&self, p: Vec3) -> Option<f64> {
-        let beside = || self.level.as_ref()?.value_beside(p);
-        self.seen(p).and_then(|seen| seen.value).map(|(value, _)| value).or_else(beside)
+        self.seen(p).map(|seen| seen.value.0)
     }
 
     /// Where an edge enters a union of bodies from its end outside, and the outward normal there.
@@ -129,7 +128,7 @@ impl Traced {
         let (mut note, mut last) = (None, None);
         for _ in 0..MOST_STEPS {
             let p = self.point_of(edge, t);
-            let Some(Seen { value: Some((s, slope)), normal }) = self.seen(p) else { break };
+            let Some(Seen { value: (s, slope), normal }) = self.seen(p) else { break };
             let newton = t - s / (self.values.grid().h() * slope[edge.axis]);
             let (before, at_low) = (t, (s > 0.0) == (a > 0.0));
             let (end, kept) = if at_low { (&mut low, &mut high) } else { (&mut high, &mut low) };
@@ -223,7 +222,7 @@ impl Sheets for Traced {
     fn onto(&self, p: Vec3) -> Vec3 {
         let on_wall = self.walls.as_ref().and_then(|walls| walls.project(p));
         let on_ball = || {
-            let (s, slope) = self.walls.as_ref()?.seen_pressed(p)?.value?;
+            let (s, slope) = self.walls.as_ref()?.seen_pressed(p)?.value;
             (s.abs() < 0.25 * self.values.grid().h()).then(|| along(p, slope, -s))
         };
         on_wall.or_else(on_ball).or_else(|| self.level.as_ref()?.project(p)).unwrap_or(p)

@@ -219,7 +219,7 @@ impl Walls {
         let first = self.centres.grid().continuous_index(p).map(|i| i.floor() as isize);
         let mut about = (0..8).map(|at| [0, 1, 2].map(|a| first[a] + (at >> a & 1)));
         let value = about.any(|index| self.pressed(index)).then(|| self.pressed_value(p))??;
-        Some(Seen { value: Some(value), normal: value.1 })
+        Some(Seen { value, normal: value.1 })
     }
 
     /// The samples that were measured to walls.
