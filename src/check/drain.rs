@@ -143,7 +143,10 @@ impl Judge<'_> {
         let Some(tilt) = best_tilt(self.voids, most)? else { return Ok(drill.into()) };
         let left = short(tilt.kept_mm3.round());
         if tilt.kept_mm3 >= 0.5 * kept {
-            return Ok(format!("{drill}; the {MEASURED_TILTS} most promising of 25 tilts keep {left} mm³ or more"));
+            let which = if most.is_finite() { ", those first that close little film," } else { "" };
+            return Ok(format!(
+                "{drill}; the {MEASURED_TILTS} most promising of 25 tilts{which} keep {left} mm³ or more"
+            ));
         }
         let angle = tilt.up[2].clamp(-1.0, 1.0).acos().to_degrees().round();
         let up = up_option(self.part.direction_to_file(tilt.up));

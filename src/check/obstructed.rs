@@ -9,7 +9,6 @@ use crate::geometry::triangle::closest_on_segments;
 use crate::geometry::vector::{Vec3, distance};
 use crate::medial::reflex::{ReflexEdge, reflex_edges};
 use crate::units::short;
-use std::ops::Add;
 
 /// So many patches of a piece are asked what holds the tools off.
 const MOST_ASKED: usize = 128;
@@ -44,26 +43,22 @@ impl Judged<'_> {
         corners.iter().any(|edge| distance(closest_on_segments(*edge, [at; 2]).0, at) <= within)
     }
 
-    /// The share of a piece that something else holds the tools off from than at its worst place, and how a middling patch of that share
+    /// The share of a piece that something else holds the tools off from than at its worst place, and how the worst patch of that share
     /// is: a floor by the holder, where its corners are by the cutter.
     pub(super) fn otherwise(&self, region: &Region, worst: &Obstructed) -> Option<(f64, Obstructed)> {
         let asked = region.patches.iter().step_by(region.patches.len().div_ceil(MOST_ASKED).max(1));
-        let (mut all, mut other) = (0.0, Vec::new());
+        let (mut all, mut theirs, mut other) = (0.0, 0.0, Vec::new());
         for &p in asked {
             let area = self.surface[p].area;
             all += area;
             let known = self.obstructed(p, |stops, _| stops).filter(|o| !o.by.is_empty() && o.by != worst.by);
-            other.extend(known.map(|o| (area, o)));
+            if let Some(o) = known.filter(|o| o.stops < worst.stops) {
+                theirs += area;
+                other.push(o);
+            }
         }
-        other.sort_by(|a, b| a.1.stops.total_cmp(&b.1.stops));
-        let theirs = other.iter().map(|o| o.0).fold(0.0, f64::add);
-        let mut nearer = 0.0;
-        let middling = other.into_iter().find(|o| {
-            nearer += o.0;
-            2.0 * nearer >= theirs
-        });
-        let (_, o) = middling.filter(|(_, o)| theirs >= LEAST_SHARE * all && o.stops < worst.stops)?;
-        Some((theirs / all, o))
+        let farthest = other.into_iter().max_by(|a, b| a.stops.total_cmp(&b.stops));
+        Some((theirs / all, farthest.filter(|_| theirs >= LEAST_SHARE * all)?))
     }
 
     /// How far the tool that comes nearest to a patch stops short, where the lattice says so much: exactly, where it is only drawn back.

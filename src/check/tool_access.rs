@@ -27,7 +27,7 @@ static META: Meta = Meta {
     name: "tool-access",
     title: "Surface that no tool can touch",
     what: "Finds surface that none of the listed tools can touch without running into the part, from any of the listed directions: \
-           its area, how far the best tool stops short of it, and what strikes where. The map shows that distance. Where powder holds the part up, also where it stays: on surface that no tool touches, \
+           its area, how far the best tool stops short of it at most, since only poses on a lattice are tried, and what strikes where. The map shows that distance. Where powder holds the part up, also where it stays: on surface that no tool touches, \
            no straight line of air leaves, and no way out wide enough comes near.",
     why: "What no tool reaches cannot be blasted, deburred, machined, tapped or measured, and powder on it stays.",
     how: "The part is turned so that a tool comes from above and cast; a coaxial tool, exact, is laid over the cubes slice by slice. \
@@ -301,7 +301,7 @@ impl Judged<'_> {
         let (tool, from, stops) = (&worst.tool, &worst.from, short(round(worst.stops)));
         f.message += &match &otherwise {
             Some((share, o)) => format!(
-                "; {} stops {} mm short of {} of it, from {}{}; at worst {tool} stops {stops} mm short, from {from}{}",
+                "; {} stops at most {} mm short of {} of it, from {}{}; at worst {tool} stops at most {stops} mm short, from {from}{}",
                 o.tool,
                 short(round(o.stops)),
                 if *share < 0.995 { format!("some {:.0} %", 100.0 * share) } else { "nearly all".into() },
@@ -309,11 +309,13 @@ impl Judged<'_> {
                 o.by,
                 worst.by
             ),
-            None => format!("; at worst {tool} stops {stops} mm short of it, from {from}{}", worst.by),
+            None => format!("; at worst {tool} stops at most {stops} mm short of it, from {from}{}", worst.by),
         };
         let stay = format!("let {} stay as printed", area(region.area));
         match (otherwise.and_then(|(_, o)| o.way), &worst.way) {
-            (Some(way), _) => f.fix = format!("{way}, and a wider one where it stops {stops} mm short, or {stay}"),
+            (Some(way), _) => {
+                f.fix = format!("{way}, and a wider one where it stops at most {stops} mm short, or {stay}")
+            }
             (None, Some(way)) => f.fix = format!("{way}, or {stay}"),
             (None, None) => {}
         }
