@@ -1,6 +1,7 @@
 //! `amcheck batch` and `amcheck merge`: many parts, one table.
 
 use super::args::Batch;
+use super::asked::options;
 use super::fail_on::FailOn;
 use super::judge::{self, FORMATS, print_all};
 use super::stdout::put;
@@ -102,7 +103,7 @@ impl How<'_> {
             let problem = format!("--fail-on {} needs a baseline for each part", b.how.fail_on);
             return Err(usage(&problem, "compare parts one by one, or use fail, warn"));
         }
-        let mut options = judge::options(&b.how)?;
+        let mut options = options(&b.how)?;
         if options.exhibited == Exhibited::Nothing {
             // The index shows a thumbnail of each part.
             options.exhibited = Exhibited::Part;

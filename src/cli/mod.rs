@@ -1,6 +1,7 @@
 //! The door: words become options, one call is made, the answer is written and an exit code returned.
 
 mod args;
+mod asked;
 mod batch;
 mod command;
 mod complaint;
