@@ -817,9 +817,41 @@ fn no_report_of_an_earlier_run_lies_beside_a_new_one() {
     s.write("r/notes.md", "mine");
     s.write("r/photo.png", "mine");
     run("badge", &["--baseline", "r/report.json"]);
-    assert_eq!(s.names("r"), ["badge.svg", "notes.md", "photo.png", "report.json", "timings.json"]);
+    let list = ".amcheck-files";
+    assert_eq!(s.names("r"), [list, "badge.svg", "notes.md", "photo.png", "report.json", "timings.json"]);
     run("html", &[]);
-    assert_eq!(s.names("r"), ["notes.md", "photo.png", "report.html", "timings.json"]);
+    assert_eq!(s.names("r"), [list, "notes.md", "photo.png", "report.html", "timings.json"]);
+}
+
+#[test]
+fn what_somebody_put_into_the_folder_stays_whatever_its_name() {
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let run = |more: &[&str]| {
+        let ran = s.run(&[&["part.stl", "--only", "mesh", "--out", "."], more].concat());
+        assert_eq!(ran.exit, 0, "{}", ran.err);
+    };
+    let mine = ["badge.svg", "best.stl", "bridge.png", "close-blend.png", "report.md", "repaired.3mf", "summary.png"];
+    mine.iter().for_each(|name| s.write(name, "mine"));
+    let unharmed = |when: &str| mine.iter().for_each(|name| assert_eq!(s.read(name), b"mine", "{name} {when}"));
+    run(&["--format", "json"]);
+    run(&["--format", "json", "--repair"]);
+    let orient = ["orient", "part.stl", "--directions", "4", "--best", "1", "--format", "json", "--out", "."];
+    assert_eq!(s.run(&orient).exit, 0);
+    unharmed("before anything of that name was written");
+    s.write("part.stl", "solid of nothing\nendsolid\n");
+    assert_eq!(s.run(&["part.stl", "--out", "."]).exit, 4);
+    unharmed("beside a part that is refused");
+    s.write("part.stl", bytes("block"));
+    // What a run wrote and somebody changed since is theirs; a list that names others' files is none of ours.
+    run(&["--format", "markdown,junit"]);
+    s.write("report.md", "mine");
+    s.write("notes.md", "mine");
+    let of_mine = "3fd30542fe3f61b14bd4a4b2dc0b6fb30fa6f63ebce52dd1778aaa8c4dc02cff";
+    s.write(".amcheck-files", format!("{}{of_mine}  notes.md\n", s.text(".amcheck-files")));
+    run(&["--format", "json"]);
+    unharmed("after it was changed");
+    assert!(s.names(".").contains(&"notes.md".into()) && !s.names(".").contains(&"report.junit.xml".into()));
 }
 
 #[test]

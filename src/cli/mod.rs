@@ -17,6 +17,7 @@ mod operate;
 mod orient;
 mod plan;
 mod progress;
+mod record;
 mod stdout;
 mod toolpath;
 mod tools;
