@@ -738,14 +738,38 @@ fn what_failed_before_is_no_failure_of_the_files_either() {
     let failures = || s.text("r/report.junit.xml").matches("<failure ").count();
     assert_eq!((run(&[]), failures()), (1, 1));
     assert!(!s.text("r/report.sarif").contains("baselineState") && !s.text("r/report.json").contains("\"baseline\""));
-    assert_eq!((run(&["--baseline", "r/report.json", "--fail-on", "new"]), failures()), (0, 0));
+    s.write("old.json", s.read("r/report.json"));
+    assert_eq!((run(&["--baseline", "old.json", "--fail-on", "new"]), failures()), (0, 0));
     assert!(s.text("r/report.junit.xml").contains("was there before"));
     assert!(s.text("r/report.sarif").contains("\"baselineState\": \"unchanged\""));
     let told: serde_json::Value = serde_json::from_str(&s.text("r/report.json")).expect("JSON");
     assert_eq!(told["baseline"]["words"], "1 same");
     assert!(s.text("r/report.html").contains("Against the baseline: 1 same"));
     // Without that, all that fails is a failure.
-    assert_eq!((run(&["--baseline", "r/report.json"]), failures()), (1, 1));
+    assert_eq!((run(&["--baseline", "old.json"]), failures()), (1, 1));
+}
+
+#[test]
+fn no_report_takes_the_place_of_its_baseline() {
+    let s = Scratch::new();
+    let (block, wall) = (fixture("block"), fixture("wall_111_024"));
+    assert_eq!(s.run(&[&block, "--only", "thin-wall", "--format", "json", "--out", "r/s"]).exit, 0);
+    let old = s.read("r/s/report.json");
+    let mut spellings = vec!["r/s/report.json", "./r/../r/s/report.json"];
+    if cfg!(unix) {
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("r/s/report.json", s.0.join("link.json")).expect("a link");
+        spellings.push("link.json");
+    }
+    for spelling in spellings {
+        let words = [&wall, "--only", "thin-wall", "--out", "r/s", "--baseline", spelling, "--fail-on", "new"];
+        s.refused(&words, 2, "E001", &["r/s/report.json", spelling, "--out"]);
+        assert!(s.read("r/s/report.json") == old, "{spelling}: the baseline was replaced");
+    }
+    // What is not written replaces nothing.
+    let usual = [wall.as_str(), "--only", "thin-wall", "--out", "r/s", "--format", "junit", "--baseline"];
+    assert_eq!(s.run(&[&usual[..], &["r/s/report.json", "--fail-on", "new"]].concat()).exit, 1);
+    assert!(s.read("r/s/report.json") == old);
 }
 
 /// A binary STL of boxes given by their corners.

@@ -32,14 +32,19 @@ impl Files {
 /// # Errors
 /// [`Error::CannotWrite`] naming the place.
 pub fn spare(place: &Path, inputs: &[&Path]) -> Result<()> {
-    let Ok(standing) = place.canonicalize() else { return Ok(()) };
-    match inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == standing)) {
+    match is_among(place, inputs) {
         false => Ok(()),
         true => Err(Error::CannotWrite {
             path: printable(&place.to_string_lossy()),
             reason: "the result is made from this very file; name another place with --out".into(),
         }),
     }
+}
+
+/// Whether one of these files stands at a place, whatever either is called.
+pub fn is_among(place: &Path, files: &[&Path]) -> bool {
+    let standing = place.canonicalize();
+    standing.is_ok_and(|at| files.iter().any(|file| file.canonicalize().is_ok_and(|file| file == at)))
 }
 
 /// A folder that results can be written to, known before the work starts.

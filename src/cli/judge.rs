@@ -3,7 +3,7 @@
 use super::args::{Arguments, Judging};
 use super::asked::options;
 use super::complaint::{Answer, Complaint};
-use super::deliver::{Delivery, Files};
+use super::deliver::{Delivery, Files, is_among};
 use super::fail_on::FailOn;
 use super::leftover;
 use super::progress::{Progress, Weights, Wished};
@@ -66,6 +66,9 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         return Err(usage(&problem, "add --baseline OLD.json"));
     }
     let folder = out_dir(a, &part);
+    if let Some(old) = a.baseline.as_deref().filter(|_| formats.contains(&"json")) {
+        spare_baseline(&folder.join("report.json"), old)?;
+    }
     let delivery = Delivery::open(&folder)?;
     let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
     let (weights, stages) = (Weights::of_last_run(&folder), Stage::of(&options));
@@ -85,15 +88,25 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         Ok((analysis, comparison, files))
     })??;
     let names = files.names();
-    let mut written = delivery.deliver(files, &[&part])?;
-    written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
     let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
+    let mut written = delivery.deliver(files, &read)?;
+    written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
     let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
     leftover::remove(&folder, &names, known, &read)?;
     drop(progress);
     let seconds = Some(start.elapsed().as_secs_f64());
     let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };
     Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
+}
+
+/// Refuses to write a report in the place of the one that it is compared with: run again, it would be compared with itself, and nothing be new.
+fn spare_baseline(report: &Path, baseline: &Path) -> Result<()> {
+    if !is_among(report, &[baseline]) {
+        return Ok(());
+    }
+    let (report, baseline) = (printable(&report.to_string_lossy()), printable(&baseline.to_string_lossy()));
+    let problem = format!("the report would be written to {report}, over its own baseline {baseline}");
+    Err(usage(&problem, "name another folder with --out, or keep a copy of the baseline elsewhere and name that"))
 }
 
 /// The options that say what a part is judged by, where they are not the usual ones.
