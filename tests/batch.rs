@@ -166,6 +166,26 @@ fn no_kept_result_answers_another_question() {
 }
 
 #[test]
+fn files_of_one_name_in_several_folders_are_told_apart() {
+    let s = Scratch::with(&["block"]);
+    std::fs::copy(s.0.join("in/block.stl"), s.0.join("in/deeper/block.stl")).expect("a copy");
+    let asked = ["batch", "in", "--only", "mesh", "--out", "out", "--json", "--format", "junit,markdown,json"];
+    let ran = s.command(&asked).output().expect("amcheck starts");
+    let (rows, places) = (rows(&ran.stdout), ["block.stl", "deeper/block.stl"]);
+    for (row, place) in rows.iter().zip(places) {
+        let read = |name: &str| s.text(&format!("out/{}/{name}", row["folder"].as_str().expect("a folder")));
+        assert_eq!(row["part"], place);
+        let tests = read("report.junit.xml");
+        assert!(tests.contains(&format!("<testsuite name=\"{place}\" ")), "{tests}");
+        assert!(tests.contains(&format!("classname=\"amcheck.{place}\" ")), "{tests}");
+        assert!(read("report.md").lines().next().is_some_and(|l| l.ends_with(&format!(": {place}"))), "{place}");
+        let report: Value = serde_json::from_str(&read("report.json")).expect("JSON");
+        assert_eq!(report["part"]["file"], "block.stl", "a report is that of the part alone");
+    }
+    assert_eq!(rows.len(), 2);
+}
+
+#[test]
 fn a_row_says_what_the_command_says_alone() {
     let s = Scratch::with(&["wall_111_024"]);
     let (_, rows) = s.batch(&["in", "--out", "out"]);

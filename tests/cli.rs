@@ -560,6 +560,22 @@ fn what_ends_with_an_exit_code_is_a_failure_of_junit_and_alerts_name_the_file_as
     assert_eq!((run("warn"), failures()), (1, 1));
     let alerts = String::from_utf8(s.read("r/report.sarif")).expect("UTF-8");
     assert!(alerts.contains("\"uri\": \"left%20side/part.stl\""), "{alerts}");
+    // However it is spelt: below the folder from there, elsewhere from the root.
+    std::fs::create_dir(s.0.join("work")).expect("a folder");
+    let given = s.0.join("left side/part.stl").to_string_lossy().into_owned();
+    for (from, path, named) in [
+        (".", given.as_str(), "\"left%20side/part.stl\""),
+        (".", "work/../left side/part.stl", "\"left%20side/part.stl\""),
+        ("work", "../left side/part.stl", "\"file:///"),
+        ("work", given.as_str(), "\"file:///"),
+    ] {
+        let arguments = [path, "--only", "mesh", "--format", "sarif", "--out", "q"];
+        let ran = s.command(&arguments).current_dir(s.0.join(from)).output().expect("amcheck starts");
+        assert!(ran.status.success(), "{from} {path}: {ran:?}");
+        let alerts = s.text(&format!("{from}/q/report.sarif"));
+        let uri = alerts.split("\"uri\": ").nth(1).and_then(|rest| rest.lines().next()).expect("a place");
+        assert!(uri.starts_with(named) && uri.contains("left%20side/part.stl\""), "{from} {path}: {uri}");
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files, is_among};
 use super::fail_on::FailOn;
 use super::leftover;
+use super::named::Named;
 use super::progress::{Progress, Weights, Wished};
 use super::words::{one_of, usage};
 use crate::analyze::{Analysis, Options, Prepared, Stage, prepare, run_told};
@@ -13,7 +14,8 @@ use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, Salvage, read, threemf};
 use crate::report::baseline::{Comparison, compare};
 use crate::report::terminal::{self, Outputs};
-use crate::report::{Report, SCHEMA, badge, glb, html, json, junit, markdown, render, sarif};
+use crate::report::{PartReport, Report, SCHEMA, badge, glb, html, json, junit, markdown, render, sarif};
+use std::borrow::Cow;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -84,7 +86,7 @@ pub fn judged(a: &Arguments) -> Result<Judged> {
         told("print");
         let comparison = baseline.map(|old| compare(&old, &analysis.report));
         analysis.report.baseline = comparison.as_ref().map(Comparison::told);
-        let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&part, fail_on));
+        let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&Named::alone(&part), fail_on));
         Ok((analysis, comparison, files))
     })??;
     let names = files.names();
@@ -195,12 +197,12 @@ pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
     Ok((crate::report::baseline::text(&comparison, palette), FailOn::exit_code_of_comparison(&comparison)))
 }
 
-/// Every file of the report on a part that is judged by what turns the exit code to 1.
+/// Every file of the report on a part of these names that is judged by what turns the exit code to 1.
 pub(super) fn print_all(
     analysis: &mut Analysis,
     formats: &[&str],
     comparison: Option<&Comparison>,
-    (part, fail_on): (&Path, FailOn),
+    (named, fail_on): (&Named, FailOn),
 ) -> Files {
     let clock = Instant::now();
     let report = &analysis.report;
@@ -230,11 +232,12 @@ pub(super) fn print_all(
         let _ = threemf::write(mesh, &mut bytes);
         files.push("mended", "repaired.3mf", bytes);
     }
+    let told = report_as(report, &named.name);
     let since = comparison.filter(|_| fail_on.is_of_news());
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
-        ("markdown", "report.md", &|| markdown::write(report, comparison)),
-        ("junit", "report.junit.xml", &|| junit::write(report, fail_on.failing(), since)),
-        ("sarif", "report.sarif", &|| sarif::write(report, part, comparison)),
+        ("markdown", "report.md", &|| markdown::write(&told, comparison)),
+        ("junit", "report.junit.xml", &|| junit::write(&told, fail_on.failing(), since)),
+        ("sarif", "report.sarif", &|| sarif::write(report, &named.file, comparison)),
         ("badge", "badge.svg", &|| badge::write(report)),
     ];
     for (format, name, write) in texts {
@@ -249,6 +252,15 @@ pub(super) fn print_all(
         files.push("timings", "timings.json", format!("{:#}\n", serde_json::Value::Object(laps)).into_bytes());
     }
     files
+}
+
+/// The report, with its part under a name.
+fn report_as<'r>(report: &'r Report, name: &str) -> Cow<'r, Report> {
+    if report.part.file == name {
+        return Cow::Borrowed(report);
+    }
+    let part = PartReport { file: name.into(), ..report.part.clone() };
+    Cow::Owned(Report { part, ..report.clone() })
 }
 
 /// Threads at most: each takes memory of its own before it does anything.
