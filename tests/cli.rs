@@ -547,6 +547,95 @@ fn a_part_that_is_refused_does_not_keep_the_verdict_of_an_earlier_one() {
 }
 
 #[test]
+fn a_part_that_is_refused_is_an_error_of_junit_and_an_alert() {
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let run = |more: &[&str]| s.run(&[&["part.stl", "--only", "mesh", "--out", "r"], more].concat());
+    let tests = || s.text("r/report.junit.xml");
+    let alerts = || serde_json::from_str::<serde_json::Value>(&s.text("r/report.sarif")).expect("JSON");
+    let is_refused = |word: &str| {
+        let (tests, alerts) = (tests(), alerts());
+        assert!(tests.contains("tests=\"1\" failures=\"0\" errors=\"1\"") && tests.contains("<error "), "{tests}");
+        assert!(tests.contains("name=\"part.stl\"") && tests.contains(word), "{tests}");
+        let result = &alerts["runs"][0]["results"][0];
+        assert!(
+            result["level"] == "error" && result["ruleId"].as_str().is_some_and(|id| id.starts_with('E')),
+            "{result}"
+        );
+        assert_eq!(result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], "part.stl");
+        assert_eq!(alerts["runs"][0]["invocations"][0]["executionSuccessful"], false);
+    };
+    let both = ["--format", "json,junit,sarif"];
+    assert_eq!(run(&both).exit, 0);
+    assert!(tests().contains("errors=\"0\"") && alerts()["runs"][0]["results"].as_array().is_some_and(Vec::is_empty));
+    s.write("part.stl", &bytes("block")[..300]);
+    let refused = run(&both);
+    assert!(refused.exit == 4 && refused.err.contains("note: r/report.json is of an earlier run"), "{}", refused.err);
+    is_refused("byte 300");
+    // What an earlier run left says so as well where nothing of the kind is asked for now.
+    s.write("part.stl", bytes("block"));
+    assert_eq!(run(&["--format", "junit,sarif"]).exit, 0);
+    s.write("part.stl", "");
+    let refused = run(&["--format", "json"]);
+    assert!(refused.exit == 4 && !refused.err.contains("note:"), "{}", refused.err);
+    is_refused("E013");
+    assert_eq!(s.names("r"), [".amcheck-files", "report.junit.xml", "report.sarif", "timings.json"]);
+    // A part that is not there, and one that is too large, are missing from no list either.
+    std::fs::remove_file(s.0.join("part.stl")).expect("a part");
+    assert_eq!(run(&both).exit, 4);
+    is_refused("E010");
+    s.write("part.stl", bytes("block"));
+    assert_eq!(run(&[&both[..], &["--voxel", "0.001mm", "--memory", "320MiB"]].concat()).exit, 5);
+    is_refused("E020");
+    assert_eq!(run(&both).exit, 0);
+    assert!(tests().contains("errors=\"0\""));
+}
+
+/// A run that goes on until it is stopped, which a test that fails does as well.
+#[cfg(unix)]
+struct Going(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Going {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_watched_part_that_breaks_or_goes_is_told_as_in_any_other_run() {
+    use std::io::{BufRead, BufReader};
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let mut command = s.command(&["part.stl", "--watch", "--only", "mesh", "--format", "json,badge,junit"]);
+    let going = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let Going(child) = &mut Going(going.expect("amcheck starts"));
+    let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok);
+    let mut told = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(out.any(|l| l.starts_with("watching 1 file")));
+    std::fs::remove_file(s.0.join("part.stl")).expect("a part");
+    assert_eq!(told.next().as_deref(), Some("note: part.stl is gone; it is judged again when it is back"));
+    // Long enough for several more looks: it is told once.
+    std::thread::sleep(std::time::Duration::from_millis(1600));
+    s.write("part.stl", &bytes("block")[..300]);
+    let error: Vec<String> = told.by_ref().take(5).collect();
+    for said in
+        ["error[E011]", "--> part.stl: byte 300", "help: ", "note: reports/part/report.json is of an earlier run"]
+    {
+        assert!(error.iter().any(|l| l.contains(said)), "no {said} in {error:?}");
+    }
+    assert!(s.text("reports/part/badge.svg").contains("not judged"));
+    assert!(s.text("reports/part/report.junit.xml").contains("errors=\"1\""));
+    s.write("part.stl", bytes("block"));
+    assert!(out.any(|l| l.contains("no finding changed")));
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert_eq!(told.collect::<Vec<_>>(), Vec::<String>::new());
+}
+
+#[test]
 fn what_ends_with_an_exit_code_is_a_failure_of_junit_and_alerts_name_the_file_as_it_was_given() {
     let s = Scratch::new();
     std::fs::create_dir(s.0.join("left side")).expect("a folder");

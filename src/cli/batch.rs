@@ -5,6 +5,7 @@ use super::asked::options;
 use super::fail_on::FailOn;
 use super::judge::{self, FORMATS, print_all};
 use super::named::Named;
+use super::refusal;
 use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
@@ -41,6 +42,7 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     let store = Store::open(&b.out)?;
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
+        refused: &|entry, error| refusal::files(&how.formats, &Named::in_batch(entry), error).into_contents(),
         named: &|entry| how.named(entry),
         settings: how.settings(),
         among,

@@ -8,6 +8,7 @@ use super::fail_on::FailOn;
 use super::leftover;
 use super::named::Named;
 use super::progress::{Progress, Weights, Wished};
+use super::refusal;
 use super::words::{one_of, usage};
 use crate::analyze::{Analysis, Options, Prepared, Stage, prepare, run_told};
 use crate::error::{Error, Result, printable};
@@ -33,72 +34,87 @@ pub struct Judged {
 
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Answer<(String, u8)> {
-    let judged = judged(a).map_err(|e| refused(a, e))?;
+    let judged = judged(a)?;
     let code = judged.fail_on.exit_code(&judged.report, judged.comparison.as_ref());
     Ok((said(a, &judged), code))
 }
 
-/// An error with the part it is about; where the part itself is refused, what an earlier run says of it no longer holds.
-fn refused(a: &Arguments, error: Error) -> Complaint {
-    let of_part = match &error {
-        Error::Damaged { format, .. } => *format != "report",
-        Error::Unsupported { .. } | Error::NoGeometry { .. } | Error::NotSolid { .. } | Error::TooLarge { .. } => true,
-        _ => false,
-    };
-    let part = a.part.as_deref();
-    let left = part.filter(|_| of_part).and_then(|part| leftover::outlived(&out_dir(a, part), part));
-    let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
-    Complaint { note, ..Complaint::about(part, error) }
+/// Judges a part and writes its files; where the part itself is refused, those that say so.
+pub fn judged(a: &Arguments) -> Answer<Judged> {
+    let asked = Asked::of(a).map_err(|e| Complaint::about(a.part.as_deref(), e))?;
+    asked.answered(a).map_err(|error| {
+        let tell = || refusal::tell(&asked.folder, &asked.formats, &asked.part, &error);
+        let left = if refusal::is_of_part(&error) { tell() } else { None };
+        let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
+        Complaint { note, ..Complaint::about(Some(&asked.part), error) }
+    })
 }
 
-/// Judges a part and writes its files.
-pub fn judged(a: &Arguments) -> Result<Judged> {
-    let start = Instant::now();
-    let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
-    if a.watch && part == Path::new("-") {
-        return Err(usage("standard input cannot be watched", "name a file"));
+/// What is asked, understood before the part is looked at.
+struct Asked {
+    start: Instant,
+    part: PathBuf,
+    options: Options,
+    fail_on: FailOn,
+    formats: Vec<&'static str>,
+    baseline: Option<Report>,
+    folder: PathBuf,
+}
+
+impl Asked {
+    fn of(a: &Arguments) -> Result<Self> {
+        let start = Instant::now();
+        let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
+        if a.watch && part == Path::new("-") {
+            return Err(usage("standard input cannot be watched", "name a file"));
+        }
+        let options = options(&a.how)?;
+        let fail_on = FailOn::named(&a.how.fail_on)?;
+        threads(&a.how)?;
+        let formats = one_of("format", &a.how.format, FORMATS)?;
+        let baseline = a.baseline.as_deref().map(read_report).transpose()?;
+        if fail_on.is_of_news() && baseline.is_none() {
+            let problem = format!("--fail-on {} has nothing to compare with", a.how.fail_on);
+            return Err(usage(&problem, "add --baseline OLD.json"));
+        }
+        let folder = out_dir(a, &part);
+        if let Some(old) = a.baseline.as_deref().filter(|_| formats.contains(&"json")) {
+            spare_baseline(&folder.join("report.json"), old)?;
+        }
+        Ok(Asked { start, part, options, fail_on, formats, baseline, folder })
     }
-    let options = options(&a.how)?;
-    let fail_on = FailOn::named(&a.how.fail_on)?;
-    threads(&a.how)?;
-    let formats = one_of("format", &a.how.format, FORMATS)?;
-    let baseline = a.baseline.as_deref().map(read_report).transpose()?;
-    if fail_on.is_of_news() && baseline.is_none() {
-        let problem = format!("--fail-on {} has nothing to compare with", a.how.fail_on);
-        return Err(usage(&problem, "add --baseline OLD.json"));
+
+    fn answered(&self, a: &Arguments) -> Result<Judged> {
+        let Asked { part, options, fail_on, formats, folder, .. } = self;
+        let delivery = Delivery::open(folder)?;
+        let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
+        let (weights, stages) = (Weights::of_last_run(folder), Stage::of(options));
+        let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
+        told("prepare");
+        let (content, mesh) = loaded(a, part, options)?;
+        let prepared = prepare(&part.to_string_lossy(), &content, mesh, options)?;
+        drop(content);
+        progress.note(&super::plan::need(&prepared, options));
+        let threads = threads_for(&prepared, options);
+        let (analysis, comparison, files) = on_threads(threads, || {
+            let mut analysis = run_told(prepared, options, &told)?;
+            told("print");
+            let comparison = self.baseline.as_ref().map(|old| compare(old, &analysis.report));
+            analysis.report.baseline = comparison.as_ref().map(Comparison::told);
+            let files = print_all(&mut analysis, formats, comparison.as_ref(), (&Named::alone(part), *fail_on));
+            Ok((analysis, comparison, files))
+        })??;
+        let names = files.names();
+        let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
+        let mut written = delivery.deliver(files, &read)?;
+        written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
+        let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
+        leftover::remove(folder, &names, known, &read)?;
+        drop(progress);
+        let (part, seconds) = (part.to_string_lossy().into_owned(), Some(self.start.elapsed().as_secs_f64()));
+        let outputs = Outputs { part, judged_by: judged_by(&a.how), written, seconds };
+        Ok(Judged { report: analysis.report, comparison, outputs, fail_on: *fail_on })
     }
-    let folder = out_dir(a, &part);
-    if let Some(old) = a.baseline.as_deref().filter(|_| formats.contains(&"json")) {
-        spare_baseline(&folder.join("report.json"), old)?;
-    }
-    let delivery = Delivery::open(&folder)?;
-    let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
-    let (weights, stages) = (Weights::of_last_run(&folder), Stage::of(&options));
-    let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
-    told("prepare");
-    let (content, mesh) = loaded(a, &part, &options)?;
-    let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
-    drop(content);
-    progress.note(&super::plan::need(&prepared, &options));
-    let threads = threads_for(&prepared, &options);
-    let (analysis, comparison, files) = on_threads(threads, || {
-        let mut analysis = run_told(prepared, &options, &told)?;
-        told("print");
-        let comparison = baseline.map(|old| compare(&old, &analysis.report));
-        analysis.report.baseline = comparison.as_ref().map(Comparison::told);
-        let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&Named::alone(&part), fail_on));
-        Ok((analysis, comparison, files))
-    })??;
-    let names = files.names();
-    let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
-    let mut written = delivery.deliver(files, &read)?;
-    written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
-    let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
-    leftover::remove(&folder, &names, known, &read)?;
-    drop(progress);
-    let seconds = Some(start.elapsed().as_secs_f64());
-    let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };
-    Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
 }
 
 /// Refuses to write a report in the place of the one that it is compared with: run again, it would be compared with itself, and nothing be new.

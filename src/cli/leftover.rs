@@ -1,13 +1,12 @@
 //! What an earlier run left in a folder that this run does not write again: reports and pictures of another answer.
 
-use super::deliver::{Delivery, Files, cannot, spare};
+use super::deliver::cannot;
 use super::record::{self, Record};
 use crate::check::registry::CHECKS;
 use crate::error::Result;
 use crate::io::Temporary;
-use crate::report::badge;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays until a part is to be repaired again.
 const REPORTS: [&str; 7] =
@@ -71,21 +70,6 @@ fn relist(folder: &Path, record: &Record) -> Result<()> {
     let partial = Temporary::claim(folder.join(format!("{}.{}.partial", record::NAME, std::process::id())));
     let write = || std::fs::write(partial.path(), record.text());
     write().and_then(|()| partial.rename_to(&place)).map_err(|e| cannot(&place, &e))
-}
-
-/// What an earlier run left in the folder of a part that is refused now: its badge gives way to one that says so, unless it is the part itself;
-/// its report, if there is one, stays and is returned.
-pub fn outlived(folder: &Path, part: &Path) -> Option<PathBuf> {
-    let left = Record::of(folder).standing(folder);
-    let stands = |name: &str| left.names().any(|n| n == name);
-    let badge = folder.join("badge.svg");
-    if stands("badge.svg") && spare(&badge, &[part]).is_ok() {
-        let mut files = Files::default();
-        files.push("badge", "badge.svg", badge::not_judged().into_bytes());
-        // What cannot be written here is no worse than the refusal that is being told.
-        let _ = Delivery::open(folder).and_then(|delivery| delivery.deliver(files, &[part]));
-    }
-    ["report.html", "report.json", "report.md"].into_iter().find(|name| stands(name)).map(|name| folder.join(name))
 }
 
 #[cfg(test)]

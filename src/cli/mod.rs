@@ -19,6 +19,7 @@ mod orient;
 mod plan;
 mod progress;
 mod record;
+mod refusal;
 mod stdout;
 mod toolpath;
 mod tools;

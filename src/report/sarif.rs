@@ -7,6 +7,7 @@ use super::baseline::{self, Change, Comparison, Delta};
 use super::phrase::{self, Numbered};
 use super::schema::Report;
 use crate::check::State;
+use crate::error::Error;
 use crate::units::report_digits;
 use serde_json::{Value, json};
 use std::ffi::OsStr;
@@ -46,17 +47,40 @@ pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> S
             json!({"level": level, "associatedRule": {"id": c.code}, "message": {"text": format!("{}: {why}", c.state.word())}})
         })
         .collect();
-    let document = json!({
-        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
-        "version": "2.1.0",
-        "runs": [{
-            "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
-            "columnKind": "unicodeCodePoints",
-            "artifacts": [{"location": {"uri": file}, "hashes": {"sha-256": report.part.sha256}}],
-            "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
-            "results": results,
-        }],
-    });
+    document(json!({
+        "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": {"uri": file}, "hashes": {"sha-256": report.part.sha256}}],
+        "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
+        "results": results,
+    }))
+}
+
+/// Of the part at a path, which was refused: one result of level *error*, and a run that did not succeed.
+pub fn refused(part: &Path, error: &Error) -> String {
+    let file = reference(part).unwrap_or_else(|| encoded(part.file_name().unwrap_or(part.as_os_str())));
+    let place = error.place().map_or(String::new(), |place| format!(" ({place})"));
+    let text = format!(
+        "{}. {}",
+        phrase::sentence(&format!("{error}{place}")).trim_end_matches('.'),
+        phrase::sentence(&error.remedy())
+    );
+    let rule = json!({"id": error.code(), "name": "refused", "shortDescription": {"text": "A part that could not be judged"},
+        "help": {"text": format!("amcheck explain {}", error.code())}});
+    let told = json!({"level": "error", "descriptor": {"id": error.code()}, "message": {"text": text}});
+    document(json!({
+        "tool": {"driver": {"name": "amcheck", "version": env!("CARGO_PKG_VERSION"), "rules": [rule]}},
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": {"uri": file}}],
+        "invocations": [{"executionSuccessful": false, "exitCode": error.exit_code(), "toolExecutionNotifications": [told]}],
+        "results": [{"ruleId": error.code(), "ruleIndex": 0, "level": "error", "message": {"text": text}, "locations": [location(&file)]}],
+    }))
+}
+
+/// A file of one run.
+fn document(run: Value) -> String {
+    let document =
+        json!({"$schema": "https://json.schemastore.org/sarif-2.1.0.json", "version": "2.1.0", "runs": [run]});
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }
 
