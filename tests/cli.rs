@@ -279,6 +279,13 @@ fn words_that_make_no_sense_are_refused() {
     for limit in ["overhang=91deg", "thin-wall=nan", "thin-wall=-1mm", "thin-wall=0.8mm,0.4mm", "narrow-gap=infmm"] {
         with(&["--limit", limit], "E001", &[]);
     }
+    with(&["--limit", "thin-wall=0.4mm", "--limit", "AM101 =0.5mm"], "E001", &["thin-wall is given twice", "0.5mm"]);
+    for option in [["--faces", "+z:30deg"], ["--tool-from", "axes"], ["--tool-tilt", "30deg"]] {
+        with(&option, "E001", &[option[0], "fdm has none", "--tool end-mill-3"]);
+    }
+    for none in [&["--only", "mesh", "--skip", "AM001"][..], &["--only", "mesh,drain", "--skip", "drain,mesh"]] {
+        with(none, "E001", &["--only mesh", "leaves no check to run"]);
+    }
     with(&["--only", "thinwall"], "E002", &["`thin-wall`"]);
     with(&["--skip", "AM999"], "E002", &["AM999"]);
     with(&["--format", "jsn"], "E002", &["`json`"]);
@@ -290,6 +297,26 @@ fn words_that_make_no_sense_are_refused() {
     with(&["--threads", "99999"], "E001", &["99999", "--threads"]);
     with(&["--process", "none.toml"], "E003", &["none.toml"]);
     s.refused(&["explain", "thinwall"], 2, "E002", &["`thin-wall`"]);
+}
+
+#[test]
+fn a_limit_by_which_nothing_is_judged_is_told() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    let told = |more: &[&str]| {
+        let ran = s.run(&[&[block.as_str(), "--json", "--format", "json", "--out", "r"], more].concat());
+        let report: serde_json::Value = serde_json::from_str(&ran.out).unwrap_or_else(|e| panic!("{e}: {}", ran.err));
+        let warnings = report["warnings"].as_array().expect("warnings").iter();
+        warnings.filter(|w| w["code"] == "limit-idle").map(|w| w["message"].to_string()).collect::<Vec<_>>()
+    };
+    let idle = told(&["--only", "thin-wall", "--limit", "overhang=30deg", "--limit", "narrow-gap=0.3mm"]);
+    assert!(idle.len() == 2 && idle.iter().any(|text| text.contains("overhang")), "{idle:?}");
+    assert!(told(&["--only", "overhang", "--limit", "overhang=30deg"]).is_empty());
+    // What a profile limits is there for every run.
+    s.write("mine.toml", "inherits = \"fdm\"\n[limits.overhang]\nfail = \"30deg\"\n");
+    assert!(told(&["--only", "thin-wall", "--process", "mine.toml"]).is_empty());
+    // A process with tools of its own needs none.
+    assert!(told(&["--process", "lpbf", "--only", "mesh", "--tool-from", "axes"]).is_empty());
 }
 
 #[test]
