@@ -197,6 +197,17 @@ fn a_unit_that_a_file_names_is_told_and_overruled_aloud() {
 }
 
 #[test]
+fn a_path_may_have_a_line_of_names_and_no_comma_too_many() {
+    let s = Scratch::new();
+    s.write("path.csv", "x,y,z\r\n0,0,0\r\n5,0,0\r\n");
+    s.write("comma.csv", "0,0,0,\n5,0,0,\n");
+    let swept = s.run(&["sweep", "box:2x2x2mm", "--along", "path.csv", "--out", "o.stl"]);
+    assert_eq!((swept.exit, swept.err.as_str()), (0, ""), "{}", swept.out);
+    let asked = ["sweep", "box:2x2x2mm", "--along", "comma.csv", "--out", "p.stl"];
+    s.refused(&asked, 4, "E011", &["comma.csv: line 1", "a comma stands behind the 3 numbers", "take the comma"]);
+}
+
+#[test]
 fn what_orient_wrote_is_what_it_says() {
     let s = Scratch::new();
     let block = fixture("block");
