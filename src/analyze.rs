@@ -1,7 +1,7 @@
 //! The one pipeline: mesh, process and options in; report and exhibit out.
 
 use crate::access::{Question, orientations};
-use crate::check::registry::{CHECKS, all_known, left_out};
+use crate::check::registry::{CHECKS, all_known, idle_limits, left_out};
 use crate::check::{Acceptance, Check, Context, Measured, Outcome, State, setup_samples};
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
@@ -149,6 +149,7 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let part = Part::new(mesh, up, step, 1.25 * options.process.widest_gap_mm())?;
     let (fitting, demand) = choose_spacing(&part, options)?;
     notices.extend(loaded.notices.into_iter().chain(overruled));
+    notices.extend(idle_limits(&options.process, &options.only, &options.skip));
     if units.1 == "assumed" {
         notices.push(Notice::units_assumed(loaded.format));
     }

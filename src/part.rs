@@ -42,6 +42,8 @@ pub struct Part {
     /// Whether the mesh is the union of what met itself when it was read.
     united: bool,
     before_union: Option<TriangleMesh>,
+    /// The mesh as it was read, where its edges or facets are at fault.
+    faulty: Option<TriangleMesh>,
     before: Before,
     /// How far a body is looked for around another, millimetres.
     reach: f64,
@@ -102,6 +104,7 @@ impl Part {
             (mesh, translation) = (moved, add(translation, shift));
             as_read = Health::of(&mesh);
         }
+        let faulty = as_read.is_faulty().then(|| mesh.clone());
         let mut notices = as_read.notices();
         let mut health = None;
         if as_read.miswound_edges.count > 0 {
@@ -133,6 +136,7 @@ impl Part {
             meetings: Meetings::default(),
             united: false,
             before_union: None,
+            faulty,
             before: Before::default(),
             mesh,
             as_read,
@@ -155,9 +159,9 @@ impl Part {
         &self.mesh
     }
 
-    /// The mesh before what met itself was united; otherwise as [`Part::mesh`].
-    pub fn mesh_before_union(&self) -> &TriangleMesh {
-        self.before_union.as_ref().unwrap_or(&self.mesh)
+    /// The mesh as it was read, with its ghosts, where its edges or facets are at fault; of any other what was not yet united.
+    pub fn mesh_as_read(&self) -> &TriangleMesh {
+        self.faulty.as_ref().or(self.before_union.as_ref()).unwrap_or(&self.mesh)
     }
 
     /// Health of the mesh as it was read.

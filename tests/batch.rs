@@ -166,6 +166,53 @@ fn no_kept_result_answers_another_question() {
 }
 
 #[test]
+fn files_of_one_name_in_several_folders_are_told_apart() {
+    let s = Scratch::with(&["block"]);
+    std::fs::copy(s.0.join("in/block.stl"), s.0.join("in/deeper/block.stl")).expect("a copy");
+    let asked = ["batch", "in", "--only", "mesh", "--out", "out", "--json", "--format", "junit,markdown,json"];
+    let ran = s.command(&asked).output().expect("amcheck starts");
+    let (rows, places) = (rows(&ran.stdout), ["block.stl", "deeper/block.stl"]);
+    for (row, place) in rows.iter().zip(places) {
+        let read = |name: &str| s.text(&format!("out/{}/{name}", row["folder"].as_str().expect("a folder")));
+        assert_eq!(row["part"], place);
+        let tests = read("report.junit.xml");
+        assert!(tests.contains(&format!("<testsuite name=\"{place}\" ")), "{tests}");
+        assert!(tests.contains(&format!("classname=\"amcheck.{place}\" ")), "{tests}");
+        assert!(read("report.md").lines().next().is_some_and(|l| l.ends_with(&format!(": {place}"))), "{place}");
+        let report: Value = serde_json::from_str(&read("report.json")).expect("JSON");
+        assert_eq!(report["part"]["file"], "block.stl", "a report is that of the part alone");
+    }
+    assert_eq!(rows.len(), 2);
+}
+
+#[test]
+fn a_part_that_is_refused_stands_in_the_lists_of_others() {
+    let s = Scratch::with(&["block"]);
+    std::fs::write(s.0.join("in/deeper/bad.stl"), "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 blah\n")
+        .expect("");
+    std::fs::write(s.0.join("list.txt"), "in/deeper/bad.stl\nin/block.stl\nin/gone.stl\n").expect("");
+    let asked = ["batch", "list.txt", "--only", "mesh", "--out", "out", "--json", "--format", "junit,sarif"];
+    let errors = || -> Vec<String> {
+        let ran = s.command(&asked).output().expect("amcheck starts");
+        assert_eq!(rows(&ran.stdout).len(), 3);
+        let lists: Vec<String> = s.names("out").into_iter().filter(|n| n.ends_with("report.junit.xml")).collect();
+        let texts = lists.iter().map(|name| s.text(name)).filter(|text| text.contains("errors=\"1\""));
+        let name = |text: String| text.split("<testsuite name=\"").nth(1)?.split('"').next().map(String::from);
+        let mut names: Vec<String> = texts.filter_map(name).collect();
+        names.sort();
+        let alerts = s.names("out").into_iter().filter(|n| n.ends_with("report.sarif"));
+        let alerts = alerts.filter(|name| s.text(name).contains("\"executionSuccessful\": false")).count();
+        assert_eq!(alerts, names.len());
+        names
+    };
+    let both = ["in/deeper/bad.stl", "in/gone.stl"];
+    assert_eq!([errors(), errors()], [both, both], "what is not judged again stands there as well");
+    // What can be read again is refused no longer.
+    std::fs::copy(s.0.join("in/block.stl"), s.0.join("in/gone.stl")).expect("a copy");
+    assert_eq!(errors(), ["in/deeper/bad.stl"]);
+}
+
+#[test]
 fn a_row_says_what_the_command_says_alone() {
     let s = Scratch::with(&["wall_111_024"]);
     let (_, rows) = s.batch(&["in", "--out", "out"]);
@@ -323,8 +370,10 @@ fn what_breaks_down_is_a_line() {
         _ => Err(amcheck::Error::Interrupted),
     };
     let named = |entry: &amcheck::batch::Entry| entry.name.clone();
+    let refused = |_: &amcheck::batch::Entry, _: &amcheck::Error| Vec::new();
     let (settings, limit_bytes, jobs, earlier) = (String::new(), 1 << 20, 1, Earlier::Keep);
-    let work = Work { judge: &judge, named: &named, settings, among: None, limit_bytes, jobs, earlier };
+    let work =
+        Work { judge: &judge, refused: &refused, named: &named, settings, among: None, limit_bytes, jobs, earlier };
     let parts = entries(&[s.0.join("in")]).expect("two parts");
     let rows = run(&parts, &store, &work, |_| ());
     assert_eq!(rows.iter().map(|r| r.code).collect::<Vec<_>>(), [70, 130]);

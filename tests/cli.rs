@@ -197,6 +197,17 @@ fn a_unit_that_a_file_names_is_told_and_overruled_aloud() {
 }
 
 #[test]
+fn a_path_may_have_a_line_of_names_and_no_comma_too_many() {
+    let s = Scratch::new();
+    s.write("path.csv", "x,y,z\r\n0,0,0\r\n5,0,0\r\n");
+    s.write("comma.csv", "0,0,0,\n5,0,0,\n");
+    let swept = s.run(&["sweep", "box:2x2x2mm", "--along", "path.csv", "--out", "o.stl"]);
+    assert_eq!((swept.exit, swept.err.as_str()), (0, ""), "{}", swept.out);
+    let asked = ["sweep", "box:2x2x2mm", "--along", "comma.csv", "--out", "p.stl"];
+    s.refused(&asked, 4, "E011", &["comma.csv: line 1", "a comma stands behind the 3 numbers", "take the comma"]);
+}
+
+#[test]
 fn what_orient_wrote_is_what_it_says() {
     let s = Scratch::new();
     let block = fixture("block");
@@ -279,6 +290,13 @@ fn words_that_make_no_sense_are_refused() {
     for limit in ["overhang=91deg", "thin-wall=nan", "thin-wall=-1mm", "thin-wall=0.8mm,0.4mm", "narrow-gap=infmm"] {
         with(&["--limit", limit], "E001", &[]);
     }
+    with(&["--limit", "thin-wall=0.4mm", "--limit", "AM101 =0.5mm"], "E001", &["thin-wall is given twice", "0.5mm"]);
+    for option in [["--faces", "+z:30deg"], ["--tool-from", "axes"], ["--tool-tilt", "30deg"]] {
+        with(&option, "E001", &[option[0], "fdm has none", "--tool end-mill-3"]);
+    }
+    for none in [&["--only", "mesh", "--skip", "AM001"][..], &["--only", "mesh,drain", "--skip", "drain,mesh"]] {
+        with(none, "E001", &["--only mesh", "leaves no check to run"]);
+    }
     with(&["--only", "thinwall"], "E002", &["`thin-wall`"]);
     with(&["--skip", "AM999"], "E002", &["AM999"]);
     with(&["--format", "jsn"], "E002", &["`json`"]);
@@ -290,6 +308,26 @@ fn words_that_make_no_sense_are_refused() {
     with(&["--threads", "99999"], "E001", &["99999", "--threads"]);
     with(&["--process", "none.toml"], "E003", &["none.toml"]);
     s.refused(&["explain", "thinwall"], 2, "E002", &["`thin-wall`"]);
+}
+
+#[test]
+fn a_limit_by_which_nothing_is_judged_is_told() {
+    let s = Scratch::new();
+    let block = fixture("block");
+    let told = |more: &[&str]| {
+        let ran = s.run(&[&[block.as_str(), "--json", "--format", "json", "--out", "r"], more].concat());
+        let report: serde_json::Value = serde_json::from_str(&ran.out).unwrap_or_else(|e| panic!("{e}: {}", ran.err));
+        let warnings = report["warnings"].as_array().expect("warnings").iter();
+        warnings.filter(|w| w["code"] == "limit-idle").map(|w| w["message"].to_string()).collect::<Vec<_>>()
+    };
+    let idle = told(&["--only", "thin-wall", "--limit", "overhang=30deg", "--limit", "narrow-gap=0.3mm"]);
+    assert!(idle.len() == 2 && idle.iter().any(|text| text.contains("overhang")), "{idle:?}");
+    assert!(told(&["--only", "overhang", "--limit", "overhang=30deg"]).is_empty());
+    // What a profile limits is there for every run.
+    s.write("mine.toml", "inherits = \"fdm\"\n[limits.overhang]\nfail = \"30deg\"\n");
+    assert!(told(&["--only", "thin-wall", "--process", "mine.toml"]).is_empty());
+    // A process with tools of its own needs none.
+    assert!(told(&["--process", "lpbf", "--only", "mesh", "--tool-from", "axes"]).is_empty());
 }
 
 #[test]
@@ -547,6 +585,95 @@ fn a_part_that_is_refused_does_not_keep_the_verdict_of_an_earlier_one() {
 }
 
 #[test]
+fn a_part_that_is_refused_is_an_error_of_junit_and_an_alert() {
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let run = |more: &[&str]| s.run(&[&["part.stl", "--only", "mesh", "--out", "r"], more].concat());
+    let tests = || s.text("r/report.junit.xml");
+    let alerts = || serde_json::from_str::<serde_json::Value>(&s.text("r/report.sarif")).expect("JSON");
+    let is_refused = |word: &str| {
+        let (tests, alerts) = (tests(), alerts());
+        assert!(tests.contains("tests=\"1\" failures=\"0\" errors=\"1\"") && tests.contains("<error "), "{tests}");
+        assert!(tests.contains("name=\"part.stl\"") && tests.contains(word), "{tests}");
+        let result = &alerts["runs"][0]["results"][0];
+        assert!(
+            result["level"] == "error" && result["ruleId"].as_str().is_some_and(|id| id.starts_with('E')),
+            "{result}"
+        );
+        assert_eq!(result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"], "part.stl");
+        assert_eq!(alerts["runs"][0]["invocations"][0]["executionSuccessful"], false);
+    };
+    let both = ["--format", "json,junit,sarif"];
+    assert_eq!(run(&both).exit, 0);
+    assert!(tests().contains("errors=\"0\"") && alerts()["runs"][0]["results"].as_array().is_some_and(Vec::is_empty));
+    s.write("part.stl", &bytes("block")[..300]);
+    let refused = run(&both);
+    assert!(refused.exit == 4 && refused.err.contains("note: r/report.json is of an earlier run"), "{}", refused.err);
+    is_refused("byte 300");
+    // What an earlier run left says so as well where nothing of the kind is asked for now.
+    s.write("part.stl", bytes("block"));
+    assert_eq!(run(&["--format", "junit,sarif"]).exit, 0);
+    s.write("part.stl", "");
+    let refused = run(&["--format", "json"]);
+    assert!(refused.exit == 4 && !refused.err.contains("note:"), "{}", refused.err);
+    is_refused("E013");
+    assert_eq!(s.names("r"), [".amcheck-files", "report.junit.xml", "report.sarif", "timings.json"]);
+    // A part that is not there, and one that is too large, are missing from no list either.
+    std::fs::remove_file(s.0.join("part.stl")).expect("a part");
+    assert_eq!(run(&both).exit, 4);
+    is_refused("E010");
+    s.write("part.stl", bytes("block"));
+    assert_eq!(run(&[&both[..], &["--voxel", "0.001mm", "--memory", "320MiB"]].concat()).exit, 5);
+    is_refused("E020");
+    assert_eq!(run(&both).exit, 0);
+    assert!(tests().contains("errors=\"0\""));
+}
+
+/// A run that goes on until it is stopped, which a test that fails does as well.
+#[cfg(unix)]
+struct Going(std::process::Child);
+
+#[cfg(unix)]
+impl Drop for Going {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_watched_part_that_breaks_or_goes_is_told_as_in_any_other_run() {
+    use std::io::{BufRead, BufReader};
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let mut command = s.command(&["part.stl", "--watch", "--only", "mesh", "--format", "json,badge,junit"]);
+    let going = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let Going(child) = &mut Going(going.expect("amcheck starts"));
+    let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines().map_while(Result::ok);
+    let mut told = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(out.any(|l| l.starts_with("watching 1 file")));
+    std::fs::remove_file(s.0.join("part.stl")).expect("a part");
+    assert_eq!(told.next().as_deref(), Some("note: part.stl is gone; it is judged again when it is back"));
+    // Long enough for several more looks: it is told once.
+    std::thread::sleep(std::time::Duration::from_millis(1600));
+    s.write("part.stl", &bytes("block")[..300]);
+    let error: Vec<String> = told.by_ref().take(5).collect();
+    for said in
+        ["error[E011]", "--> part.stl: byte 300", "help: ", "note: reports/part/report.json is of an earlier run"]
+    {
+        assert!(error.iter().any(|l| l.contains(said)), "no {said} in {error:?}");
+    }
+    assert!(s.text("reports/part/badge.svg").contains("not judged"));
+    assert!(s.text("reports/part/report.junit.xml").contains("errors=\"1\""));
+    s.write("part.stl", bytes("block"));
+    assert!(out.any(|l| l.contains("no finding changed")));
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill runs").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert_eq!(told.collect::<Vec<_>>(), Vec::<String>::new());
+}
+
+#[test]
 fn what_ends_with_an_exit_code_is_a_failure_of_junit_and_alerts_name_the_file_as_it_was_given() {
     let s = Scratch::new();
     std::fs::create_dir(s.0.join("left side")).expect("a folder");
@@ -560,6 +687,22 @@ fn what_ends_with_an_exit_code_is_a_failure_of_junit_and_alerts_name_the_file_as
     assert_eq!((run("warn"), failures()), (1, 1));
     let alerts = String::from_utf8(s.read("r/report.sarif")).expect("UTF-8");
     assert!(alerts.contains("\"uri\": \"left%20side/part.stl\""), "{alerts}");
+    // However it is spelt: below the folder from there, elsewhere from the root.
+    std::fs::create_dir(s.0.join("work")).expect("a folder");
+    let given = s.0.join("left side/part.stl").to_string_lossy().into_owned();
+    for (from, path, named) in [
+        (".", given.as_str(), "\"left%20side/part.stl\""),
+        (".", "work/../left side/part.stl", "\"left%20side/part.stl\""),
+        ("work", "../left side/part.stl", "\"file:///"),
+        ("work", given.as_str(), "\"file:///"),
+    ] {
+        let arguments = [path, "--only", "mesh", "--format", "sarif", "--out", "q"];
+        let ran = s.command(&arguments).current_dir(s.0.join(from)).output().expect("amcheck starts");
+        assert!(ran.status.success(), "{from} {path}: {ran:?}");
+        let alerts = s.text(&format!("{from}/q/report.sarif"));
+        let uri = alerts.split("\"uri\": ").nth(1).and_then(|rest| rest.lines().next()).expect("a place");
+        assert!(uri.starts_with(named) && uri.contains("left%20side/part.stl\""), "{from} {path}: {uri}");
+    }
 }
 
 #[test]
@@ -738,14 +881,38 @@ fn what_failed_before_is_no_failure_of_the_files_either() {
     let failures = || s.text("r/report.junit.xml").matches("<failure ").count();
     assert_eq!((run(&[]), failures()), (1, 1));
     assert!(!s.text("r/report.sarif").contains("baselineState") && !s.text("r/report.json").contains("\"baseline\""));
-    assert_eq!((run(&["--baseline", "r/report.json", "--fail-on", "new"]), failures()), (0, 0));
+    s.write("old.json", s.read("r/report.json"));
+    assert_eq!((run(&["--baseline", "old.json", "--fail-on", "new"]), failures()), (0, 0));
     assert!(s.text("r/report.junit.xml").contains("was there before"));
     assert!(s.text("r/report.sarif").contains("\"baselineState\": \"unchanged\""));
     let told: serde_json::Value = serde_json::from_str(&s.text("r/report.json")).expect("JSON");
     assert_eq!(told["baseline"]["words"], "1 same");
     assert!(s.text("r/report.html").contains("Against the baseline: 1 same"));
     // Without that, all that fails is a failure.
-    assert_eq!((run(&["--baseline", "r/report.json"]), failures()), (1, 1));
+    assert_eq!((run(&["--baseline", "old.json"]), failures()), (1, 1));
+}
+
+#[test]
+fn no_report_takes_the_place_of_its_baseline() {
+    let s = Scratch::new();
+    let (block, wall) = (fixture("block"), fixture("wall_111_024"));
+    assert_eq!(s.run(&[&block, "--only", "thin-wall", "--format", "json", "--out", "r/s"]).exit, 0);
+    let old = s.read("r/s/report.json");
+    let mut spellings = vec!["r/s/report.json", "./r/../r/s/report.json"];
+    if cfg!(unix) {
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("r/s/report.json", s.0.join("link.json")).expect("a link");
+        spellings.push("link.json");
+    }
+    for spelling in spellings {
+        let words = [&wall, "--only", "thin-wall", "--out", "r/s", "--baseline", spelling, "--fail-on", "new"];
+        s.refused(&words, 2, "E001", &["r/s/report.json", spelling, "--out"]);
+        assert!(s.read("r/s/report.json") == old, "{spelling}: the baseline was replaced");
+    }
+    // What is not written replaces nothing.
+    let usual = [wall.as_str(), "--only", "thin-wall", "--out", "r/s", "--format", "junit", "--baseline"];
+    assert_eq!(s.run(&[&usual[..], &["r/s/report.json", "--fail-on", "new"]].concat()).exit, 1);
+    assert!(s.read("r/s/report.json") == old);
 }
 
 /// A binary STL of boxes given by their corners.
@@ -817,9 +984,41 @@ fn no_report_of_an_earlier_run_lies_beside_a_new_one() {
     s.write("r/notes.md", "mine");
     s.write("r/photo.png", "mine");
     run("badge", &["--baseline", "r/report.json"]);
-    assert_eq!(s.names("r"), ["badge.svg", "notes.md", "photo.png", "report.json", "timings.json"]);
+    let list = ".amcheck-files";
+    assert_eq!(s.names("r"), [list, "badge.svg", "notes.md", "photo.png", "report.json", "timings.json"]);
     run("html", &[]);
-    assert_eq!(s.names("r"), ["notes.md", "photo.png", "report.html", "timings.json"]);
+    assert_eq!(s.names("r"), [list, "notes.md", "photo.png", "report.html", "timings.json"]);
+}
+
+#[test]
+fn what_somebody_put_into_the_folder_stays_whatever_its_name() {
+    let s = Scratch::new();
+    s.write("part.stl", bytes("block"));
+    let run = |more: &[&str]| {
+        let ran = s.run(&[&["part.stl", "--only", "mesh", "--out", "."], more].concat());
+        assert_eq!(ran.exit, 0, "{}", ran.err);
+    };
+    let mine = ["badge.svg", "best.stl", "bridge.png", "close-blend.png", "report.md", "repaired.3mf", "summary.png"];
+    mine.iter().for_each(|name| s.write(name, "mine"));
+    let unharmed = |when: &str| mine.iter().for_each(|name| assert_eq!(s.read(name), b"mine", "{name} {when}"));
+    run(&["--format", "json"]);
+    run(&["--format", "json", "--repair"]);
+    let orient = ["orient", "part.stl", "--directions", "4", "--best", "1", "--format", "json", "--out", "."];
+    assert_eq!(s.run(&orient).exit, 0);
+    unharmed("before anything of that name was written");
+    s.write("part.stl", "solid of nothing\nendsolid\n");
+    assert_eq!(s.run(&["part.stl", "--out", "."]).exit, 4);
+    unharmed("beside a part that is refused");
+    s.write("part.stl", bytes("block"));
+    // What a run wrote and somebody changed since is theirs; a list that names others' files is none of ours.
+    run(&["--format", "markdown,junit"]);
+    s.write("report.md", "mine");
+    s.write("notes.md", "mine");
+    let of_mine = "3fd30542fe3f61b14bd4a4b2dc0b6fb30fa6f63ebce52dd1778aaa8c4dc02cff";
+    s.write(".amcheck-files", format!("{}{of_mine}  notes.md\n", s.text(".amcheck-files")));
+    run(&["--format", "json"]);
+    unharmed("after it was changed");
+    assert!(s.names(".").contains(&"notes.md".into()) && !s.names(".").contains(&"report.junit.xml".into()));
 }
 
 #[test]

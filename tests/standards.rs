@@ -3,6 +3,7 @@
 mod sample;
 
 use amcheck::check::State;
+use amcheck::error::{Error, Place};
 use amcheck::report::baseline::{Comparison, compare};
 use amcheck::report::{Report, junit, sarif};
 use flate2::read::GzDecoder;
@@ -32,6 +33,15 @@ fn news(report: &Report) -> Comparison {
     compare(&old, report)
 }
 
+/// Reasons to refuse a part, one with a place and names from outside, one without.
+fn refusals() -> [Error; 2] {
+    let (problem, remedy) = (format!("{} & <b>", sample::HOSTILE), "export \"it\" again".to_string());
+    [
+        Error::Damaged { format: "STL", place: Place::Byte(300), problem: problem.clone(), remedy: remedy.clone() },
+        Error::NoGeometry { problem, remedy },
+    ]
+}
+
 #[test]
 fn sarif_keeps_to_the_schema_of_oasis() {
     let mut text = String::new();
@@ -48,6 +58,11 @@ fn sarif_keeps_to_the_schema_of_oasis() {
         let mut spoilt = value.clone();
         spoilt["runs"][0]["tool"]["driver"]["name"] = serde_json::Value::Null;
         assert!(!validator.is_valid(&spoilt));
+    }
+    for error in refusals() {
+        let value: serde_json::Value = serde_json::from_str(&sarif::refused(Path::new("a/b.stl"), &error)).unwrap();
+        let faults: Vec<String> = validator.iter_errors(&value).map(|e| format!("{}: {e}", e.instance_path)).collect();
+        assert!(faults.is_empty(), "{error}: {faults:#?}");
     }
     let (crowded, _) = sample::crowded("a.stl");
     let value: serde_json::Value = serde_json::from_str(&sarif::write(&crowded, Path::new("-"), None)).unwrap();
@@ -66,6 +81,10 @@ fn junit_keeps_to_the_schema_of_the_xunit_plugin() {
             let text = junit::write(&report, &[State::Warn, State::Undecided], since.as_ref());
             schema.check(&text).unwrap_or_else(|fault| panic!("{}: {fault}\n{text}", report.part.file));
         }
+    }
+    for error in refusals() {
+        let text = junit::refused(sample::HOSTILE, &error);
+        schema.check(&text).unwrap_or_else(|fault| panic!("{error}: {fault}\n{text}"));
     }
     let text = junit::write(&sample::report("bracket.stl"), &[], None);
     for (good, bad) in [("<testcase ", "<testcas "), (" tests=", " test="), ("<skipped ", "<skipped when=\"x\" ")] {

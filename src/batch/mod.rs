@@ -18,7 +18,7 @@ pub use key::key;
 pub use list::{Entry, entries};
 pub use merge::{Merged, merge};
 pub use row::{Refusal, Row, worst_code};
-pub use run::{Earlier, Finished, Work, names_key, run};
+pub use run::{Contents, Earlier, Finished, Work, names_key, run};
 pub use shard::Shard;
 pub use store::Store;
 pub use table::{csv, json_lines, line, remove_outdated, write_tables};

@@ -13,19 +13,24 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+/// Name and content of files.
+pub type Contents = Vec<(String, Vec<u8>)>;
+
 /// A part that was judged.
 pub struct Finished {
     pub report: Report,
     /// The exit code it would end with alone.
     pub code: u8,
     /// Name and content of each file of its result.
-    pub files: Vec<(String, Vec<u8>)>,
+    pub files: Contents,
 }
 
 /// What is done to each part.
 pub struct Work<'a> {
     /// Judges the bytes of a part.
     pub judge: &'a (dyn Fn(&Entry, &[u8]) -> Result<Finished> + Sync),
+    /// Name and content of the files that say that a part was refused.
+    pub refused: &'a (dyn Fn(&Entry, &Error) -> Contents + Sync),
     /// What of a part's place its result names.
     pub named: &'a (dyn Fn(&Entry) -> String + Sync),
     /// Everything else that the result depends on beside the part.
@@ -88,10 +93,18 @@ pub fn run(entries: &[Entry], store: &Store, work: &Work, mut tell: impl FnMut(&
 fn one(entry: &Entry, store: &Store, work: &Work) -> Row {
     let start = Instant::now();
     machine::forget_peak();
-    let mut row = match bytes_of(&entry.path, work.limit_bytes) {
+    let aside = Store::folder(&entry.name, &key(&[b"refused", entry.name.as_bytes(), work.settings.as_bytes()]));
+    store.forget(&aside);
+    let (mut row, told) = match bytes_of(&entry.path, work.limit_bytes) {
         Ok(bytes) => kept_or_judged(entry, &bytes, store, work, start),
-        Err(e) => Row::refused(&entry.name, &e),
+        Err(e) => (Row::refused(&entry.name, &e), (work.refused)(entry, &e)),
     };
+    // What may come out otherwise next time is told where no later run takes it for a result.
+    if !told.is_empty()
+        && let Err(e) = store.keep(&aside, &row, &told)
+    {
+        row = Row::refused(&entry.name, &e);
+    }
     (row.asked, row.among) = (Some(asked(work)), work.among.clone());
     if !row.reused {
         spent(&mut row, start);
@@ -119,19 +132,21 @@ fn spent(row: &mut Row, start: Instant) {
     row.peak_mib = machine::peak_bytes().map(|b| (b as f64 / f64::from(1 << 20) * 10.0).round() / 10.0);
 }
 
-fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start: Instant) -> Row {
+/// The line of a part that could be read, and the files of a result that is not kept.
+fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start: Instant) -> (Row, Contents) {
     let named = (work.named)(entry);
     let key = key(&[bytes, named.as_bytes(), work.settings.as_bytes(), env!("CARGO_PKG_VERSION").as_bytes()]);
     let folder = Store::folder(&entry.name, &key);
     let earlier = if work.earlier == Earlier::Keep { store.find(&folder) } else { None };
     if let Some(row) = earlier {
-        return Row { part: entry.name.clone(), folder: Some(folder), reused: true, ..row };
+        return (Row { part: entry.name.clone(), folder: Some(folder), reused: true, ..row }, Vec::new());
     }
+    let refused = |e: &Error| (Row::refused(&entry.name, e), (work.refused)(entry, e));
     let judged = catch_unwind(AssertUnwindSafe(|| (work.judge)(entry, bytes)));
     let (mut row, files) = match judged {
         Ok(Ok(done)) => (Row::judged(&entry.name, &done.report, done.code), done.files),
-        Ok(Err(e)) => (Row::refused(&entry.name, &e), Vec::new()),
-        Err(panic) => (Row::refused(&entry.name, &Error::broken_down(panic.as_ref())), Vec::new()),
+        Ok(Err(e)) => refused(&e),
+        Err(panic) => refused(&Error::broken_down(panic.as_ref())),
     };
     row.sha256.get_or_insert_with(|| hex(&Sha256::digest(bytes)));
     row.folder = Some(folder.clone());
@@ -139,10 +154,10 @@ fn kept_or_judged(entry: &Entry, bytes: &[u8], store: &Store, work: &Work, start
     // What may come out otherwise next time is not kept.
     if [5, 6, 70, 130].contains(&row.code) {
         row.folder = None;
-        return row;
+        return (row, files);
     }
     match store.keep(&folder, &row, &files) {
-        Ok(()) => row,
-        Err(e) => Row::refused(&entry.name, &e),
+        Ok(()) => (row, Vec::new()),
+        Err(e) => refused(&e),
     }
 }

@@ -91,6 +91,14 @@ impl Store {
         temporary.rename_to(&place).map_err(|e| cannot(&place, &e))
     }
 
+    /// Removes a folder of a result, if it is there.
+    pub fn forget(&self, folder: &str) {
+        let place = self.out.join(folder);
+        self.sweep(&place);
+        // What cannot be removed is replaced, or says what was so before.
+        let _ = fs::remove_dir_all(place);
+    }
+
     /// Removes what runs that were killed left of this result.
     fn sweep(&self, place: &Path) {
         let Some(prefix) = hidden(place, "").file_name().map(|n| n.to_string_lossy().into_owned()) else { return };

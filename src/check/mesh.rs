@@ -101,9 +101,9 @@ impl Check for Mesh {
         let limits = Limits { fail: None, warn: Some(0.0), sense: Sense::Max };
         let mut measured = Measured { cover: cover(part), ..Measured::default() };
         let all: u64 = faults.iter().map(|f| f.1.count).sum();
-        // What mending would leave is tried, so that the hint is no guess.
+        // What mending would leave is tried on what it would be given, so that the hint is no guess.
         let mended = (all > 0).then(|| {
-            let mesh = part.mesh_before_union();
+            let mesh = part.mesh_as_read();
             Health::of(&health::repaired(mesh, health::repair_tolerance(mesh)).mesh)
         });
         for (kind, Fault { count, at_mm }, text, fix, left) in faults {

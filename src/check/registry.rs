@@ -2,6 +2,8 @@
 
 use super::contract::{Check, Meta};
 use crate::error::{Error, Result, nearest, printable};
+use crate::notice::Notice;
+use crate::process::Process;
 
 /// All checks, in the order of the report.
 pub const CHECKS: &[&dyn Check] = &[
@@ -48,6 +50,22 @@ pub fn left_out(meta: &Meta, only: &[String], skip: &[String]) -> Option<&'stati
 fn is_called(meta: &Meta, name: &str) -> bool {
     let name = name.trim();
     name == meta.name || name.eq_ignore_ascii_case(meta.code)
+}
+
+/// Says of typed limits whose check does not run that nothing is judged by them.
+pub fn idle_limits(process: &Process, only: &[String], skip: &[String]) -> Vec<Notice> {
+    let typed = |name: &str| {
+        let of_check = |key: &str| key.split('.').next() == Some(name);
+        process.limits.iter().any(|(key, limit)| of_check(key) && limit.is_typed())
+    };
+    let idle = metas().filter(|m| left_out(m, only, skip).is_some() && typed(m.name));
+    let text = |m: &Meta| {
+        format!(
+            "the limit of {} was given, and that check does not run: nothing is judged by it, though others may reckon with it",
+            m.name
+        )
+    };
+    idle.map(|m| Notice::new("limit-idle", text(m))).collect()
 }
 
 /// Refuses lists that name what is no check: [`left_out`] would run less than was asked for.

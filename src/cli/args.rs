@@ -312,7 +312,7 @@ pub enum Operation {
         #[arg(required_unless_present = "gcode")]
         part: Option<PathBuf>,
         /// The path: x, y, z of one point on each line, millimetres; or poses: x, y, z and a unit quaternion w, x, y, z,
-        /// which turns the part about its origin
+        /// which turns the part about its origin; a first line of names is passed over
         #[arg(long, value_name = "PATH.csv|xyz", required_unless_present = "gcode")]
         along: Option<PathBuf>,
         /// G-code: its extrusion moves are the path, or all feed moves where nothing is extruded

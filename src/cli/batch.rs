@@ -1,8 +1,11 @@
 //! `amcheck batch` and `amcheck merge`: many parts, one table.
 
 use super::args::Batch;
+use super::asked::options;
 use super::fail_on::FailOn;
 use super::judge::{self, FORMATS, print_all};
+use super::named::Named;
+use super::refusal;
 use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
@@ -39,6 +42,7 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     let store = Store::open(&b.out)?;
     let work = Work {
         judge: &|entry, bytes| how.judge(entry, bytes),
+        refused: &|entry, error| refusal::files(&how.formats, &Named::in_batch(entry), error).into_contents(),
         named: &|entry| how.named(entry),
         settings: how.settings(),
         among,
@@ -102,7 +106,7 @@ impl How<'_> {
             let problem = format!("--fail-on {} needs a baseline for each part", b.how.fail_on);
             return Err(usage(&problem, "compare parts one by one, or use fail, warn"));
         }
-        let mut options = judge::options(&b.how)?;
+        let mut options = options(&b.how)?;
         if options.exhibited == Exhibited::Nothing {
             // The index shows a thumbnail of each part.
             options.exhibited = Exhibited::Part;
@@ -122,10 +126,15 @@ impl How<'_> {
         format!("{options:?} {:?} {:?} {:?}", self.formats, self.fail_on, self.salvage)
     }
 
-    /// What of a part's place its result names: alerts are found from the folder that the batch ran in, all else knows the file's name.
+    /// What of a part's place its result names: alerts are found from the folder that the batch ran in, lists of tests and tables tell parts by their
+    /// places in the batch, all else knows the file's name.
     fn named(&self, entry: &Entry) -> String {
-        let file = if self.formats.contains(&"sarif") { Some(entry.path.as_os_str()) } else { entry.path.file_name() };
-        file.unwrap_or_default().to_string_lossy().into_owned()
+        let named = Named::in_batch(entry);
+        let asked = |formats: &[&str]| formats.iter().any(|f| self.formats.contains(f));
+        let file = entry.path.file_name().unwrap_or_default().to_string_lossy();
+        let name = if asked(&["junit", "markdown"]) { named.name.as_str() } else { "" };
+        let place = if asked(&["sarif"]) { named.file.to_string_lossy() } else { "".into() };
+        [&file, name, &place].join("\0")
     }
 
     fn judge(&self, entry: &Entry, bytes: &[u8]) -> Result<Finished> {
@@ -135,7 +144,7 @@ impl How<'_> {
         let prepared = prepare(&name, bytes, loaded, &self.options)?;
         let (analysis, files) = judge::on_threads(judge::threads_for(&prepared, &self.options), || {
             let mut analysis = run(prepared, &self.options)?;
-            let mut files = print_all(&mut analysis, &self.formats, None, (&entry.path, self.fail_on));
+            let mut files = print_all(&mut analysis, &self.formats, None, (&Named::in_batch(entry), self.fail_on));
             files.push("picture", "thumbnail.png", thumbnail(&analysis.report, &analysis.exhibit).png);
             Ok((analysis, files))
         })??;

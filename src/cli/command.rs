@@ -15,7 +15,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
         Ok(arguments) => arguments,
         Err(e) => return refuse(&e),
     };
-    stop_cleanly();
+    stop_cleanly(&arguments);
     let part = arguments.part.as_deref();
     let done: Answer<(String, u8)> = match &arguments.command {
         Some(Command::Explain { name }) => lists::explain(name).map_err(Complaint::from),
@@ -33,7 +33,7 @@ pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
             Ok((String::from_utf8_lossy(&text).into_owned(), 0))
         }
         None if arguments.plan => plan::plan(&arguments).map_err(|e| Complaint::about(part, e)),
-        None if arguments.watch => watch::watch(&arguments).map_err(|e| Complaint::about(part, e)),
+        None if arguments.watch => watch::watch(&arguments),
         None => judge::judge(&arguments),
     };
     let said = done.and_then(|(text, code)| stdout::put(&text).map(|()| code).map_err(Complaint::from));
@@ -59,11 +59,15 @@ fn broken_down(panic: &(dyn std::any::Any + Send)) -> u8 {
     failed(&Complaint::from(Error::broken_down(panic)))
 }
 
-/// On Ctrl-C and on being told to end: nothing half-written stays, and the exit code says so.
-fn stop_cleanly() {
+/// On Ctrl-C and on being told to end: nothing half-written stays, and the exit code says so; to watch ends like that and no other way.
+fn stop_cleanly(arguments: &Arguments) {
+    let watches = arguments.watch;
     // Without a handler the process ends at once, which leaves at most a hidden file.
-    let _ = ctrlc::set_handler(|| {
+    let _ = ctrlc::set_handler(move || {
         crate::io::abandon_temporaries();
+        if watches {
+            std::process::exit(0);
+        }
         complain(&Complaint::from(Error::Interrupted));
         std::process::exit(i32::from(Error::Interrupted.exit_code()));
     });
@@ -112,7 +116,8 @@ fn asked(e: &clap::Error) -> String {
     if words.is_empty() { "amcheck".into() } else { words.join(" ") }
 }
 
-fn complain(Complaint { error, file: part, note }: &Complaint) {
+/// Says on standard error what failed, where, and what to do about it.
+pub(super) fn complain(Complaint { error, file: part, note }: &Complaint) {
     // The part is named only where the part is the trouble: options, profiles and earlier reports have places of their own.
     let file = match error.as_ref() {
         Error::Usage { .. } | Error::UnknownName { .. } | Error::Damaged { format: "report", .. } => None,

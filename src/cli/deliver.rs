@@ -1,5 +1,6 @@
 //! Writing the files of a report: all of them or none, and never half of one.
 
+use super::record::{self, Record};
 use crate::error::{Error, Result, printable};
 use crate::io::Temporary;
 use std::fs;
@@ -31,14 +32,19 @@ impl Files {
 /// # Errors
 /// [`Error::CannotWrite`] naming the place.
 pub fn spare(place: &Path, inputs: &[&Path]) -> Result<()> {
-    let Ok(standing) = place.canonicalize() else { return Ok(()) };
-    match inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == standing)) {
+    match is_among(place, inputs) {
         false => Ok(()),
         true => Err(Error::CannotWrite {
             path: printable(&place.to_string_lossy()),
             reason: "the result is made from this very file; name another place with --out".into(),
         }),
     }
+}
+
+/// Whether one of these files stands at a place, whatever either is called.
+pub fn is_among(place: &Path, files: &[&Path]) -> bool {
+    let standing = place.canonicalize();
+    standing.is_ok_and(|at| files.iter().any(|file| file.canonicalize().is_ok_and(|file| file == at)))
 }
 
 /// A folder that results can be written to, known before the work starts.
@@ -66,14 +72,19 @@ impl Delivery {
 
     /// Writes every file beside its place and then renames all; on failure none is left, and none of `inputs` is replaced.
     ///
-    /// Returns what was written: word, place, length.
+    /// The folder's [`Record`] gains what is written. Returns that: word, place, length.
     ///
     /// # Errors
     /// [`Error::CannotWrite`] naming the file.
     pub fn deliver(mut self, files: Files, inputs: &[&Path]) -> Result<Vec<(String, String, u64)>> {
         files.0.iter().try_for_each(|(_, name, _)| spare(&self.folder.join(name), inputs))?;
+        let mut record = Record::of(&self.folder);
+        files.0.iter().for_each(|(_, name, bytes)| record.add(name, bytes));
+        let record = record.text();
+        // The list gets its name first: whatever ends the run then, nothing stands there that it does not know.
+        let listed = std::iter::once((record::NAME, record.as_bytes()));
         let mut partials = Vec::new();
-        for (_, name, bytes) in &files.0 {
+        for (name, bytes) in listed.chain(files.0.iter().map(|(_, name, bytes)| (name.as_str(), bytes.as_slice()))) {
             let (partial, place) = (self.partial(name), self.folder.join(name));
             fs::write(partial.path(), bytes).map_err(|e| cannot(&place, &e))?;
             partials.push((partial, place));
@@ -83,7 +94,7 @@ impl Delivery {
         Ok(files
             .0
             .iter()
-            .zip(&partials)
+            .zip(partials.iter().skip(1))
             .map(|((what, _, bytes), (_, place))| (what.clone(), place.display().to_string(), bytes.len() as u64))
             .collect())
     }

@@ -1,21 +1,22 @@
 //! `amcheck PART`: from words to a written report.
 
 use super::args::{Arguments, Judging};
+use super::asked::options;
 use super::complaint::{Answer, Complaint};
-use super::deliver::{Delivery, Files};
+use super::deliver::{Delivery, Files, is_among};
 use super::fail_on::FailOn;
 use super::leftover;
+use super::named::Named;
 use super::progress::{Progress, Weights, Wished};
-use super::words::{allowance, count, length, one_of, units, up, usage};
-use crate::analyze::{Analysis, Options, Prepared, Repair, Stage, prepare, run_told};
-use crate::check::registry;
+use super::refusal;
+use super::words::{one_of, usage};
+use crate::analyze::{Analysis, Options, Prepared, Stage, prepare, run_told};
 use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, Salvage, read, threemf};
-use crate::process::{BUILTIN, Date, Process, Waiver, waivers};
 use crate::report::baseline::{Comparison, compare};
-use crate::report::stances::COMPARED;
 use crate::report::terminal::{self, Outputs};
-use crate::report::{Exhibited, Report, SCHEMA, badge, glb, html, json, junit, markdown, render, sarif};
+use crate::report::{PartReport, Report, SCHEMA, badge, glb, html, json, junit, markdown, render, sarif};
+use std::borrow::Cow;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -33,69 +34,97 @@ pub struct Judged {
 
 /// Judges a part and returns what goes to stdout and the exit code.
 pub fn judge(a: &Arguments) -> Answer<(String, u8)> {
-    let judged = judged(a).map_err(|e| refused(a, e))?;
+    let judged = judged(a)?;
     let code = judged.fail_on.exit_code(&judged.report, judged.comparison.as_ref());
     Ok((said(a, &judged), code))
 }
 
-/// An error with the part it is about; where the part itself is refused, what an earlier run says of it no longer holds.
-fn refused(a: &Arguments, error: Error) -> Complaint {
-    let of_part = match &error {
-        Error::Damaged { format, .. } => *format != "report",
-        Error::Unsupported { .. } | Error::NoGeometry { .. } | Error::NotSolid { .. } | Error::TooLarge { .. } => true,
-        _ => false,
-    };
-    let part = a.part.as_deref();
-    let left = part.filter(|_| of_part).and_then(|part| leftover::outlived(&out_dir(a, part), part));
-    let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
-    Complaint { note, ..Complaint::about(part, error) }
+/// Judges a part and writes its files; where the part itself is refused, those that say so.
+pub fn judged(a: &Arguments) -> Answer<Judged> {
+    let asked = Asked::of(a).map_err(|e| Complaint::about(a.part.as_deref(), e))?;
+    asked.answered(a).map_err(|error| {
+        let tell = || refusal::tell(&asked.folder, &asked.formats, &asked.part, &error);
+        let left = if refusal::is_of_part(&error) { tell() } else { None };
+        let note = left.map(|left| format!("{} is of an earlier run and says nothing of this file", left.display()));
+        Complaint { note, ..Complaint::about(Some(&asked.part), error) }
+    })
 }
 
-/// Judges a part and writes its files.
-pub fn judged(a: &Arguments) -> Result<Judged> {
-    let start = Instant::now();
-    let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
-    if a.watch && part == Path::new("-") {
-        return Err(usage("standard input cannot be watched", "name a file"));
+/// What is asked, understood before the part is looked at.
+struct Asked {
+    start: Instant,
+    part: PathBuf,
+    options: Options,
+    fail_on: FailOn,
+    formats: Vec<&'static str>,
+    baseline: Option<Report>,
+    folder: PathBuf,
+}
+
+impl Asked {
+    fn of(a: &Arguments) -> Result<Self> {
+        let start = Instant::now();
+        let part = a.part.clone().ok_or_else(|| usage("no part was named", "amcheck part.stl"))?;
+        if a.watch && part == Path::new("-") {
+            return Err(usage("standard input cannot be watched", "name a file"));
+        }
+        let options = options(&a.how)?;
+        let fail_on = FailOn::named(&a.how.fail_on)?;
+        threads(&a.how)?;
+        let formats = one_of("format", &a.how.format, FORMATS)?;
+        let baseline = a.baseline.as_deref().map(read_report).transpose()?;
+        if fail_on.is_of_news() && baseline.is_none() {
+            let problem = format!("--fail-on {} has nothing to compare with", a.how.fail_on);
+            return Err(usage(&problem, "add --baseline OLD.json"));
+        }
+        let folder = out_dir(a, &part);
+        if let Some(old) = a.baseline.as_deref().filter(|_| formats.contains(&"json")) {
+            spare_baseline(&folder.join("report.json"), old)?;
+        }
+        Ok(Asked { start, part, options, fail_on, formats, baseline, folder })
     }
-    let options = options(&a.how)?;
-    let fail_on = FailOn::named(&a.how.fail_on)?;
-    threads(&a.how)?;
-    let formats = one_of("format", &a.how.format, FORMATS)?;
-    let baseline = a.baseline.as_deref().map(read_report).transpose()?;
-    if fail_on.is_of_news() && baseline.is_none() {
-        let problem = format!("--fail-on {} has nothing to compare with", a.how.fail_on);
-        return Err(usage(&problem, "add --baseline OLD.json"));
+
+    fn answered(&self, a: &Arguments) -> Result<Judged> {
+        let Asked { part, options, fail_on, formats, folder, .. } = self;
+        let delivery = Delivery::open(folder)?;
+        let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
+        let (weights, stages) = (Weights::of_last_run(folder), Stage::of(options));
+        let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
+        told("prepare");
+        let (content, mesh) = loaded(a, part, options)?;
+        let prepared = prepare(&part.to_string_lossy(), &content, mesh, options)?;
+        drop(content);
+        progress.note(&super::plan::need(&prepared, options));
+        let threads = threads_for(&prepared, options);
+        let (analysis, comparison, files) = on_threads(threads, || {
+            let mut analysis = run_told(prepared, options, &told)?;
+            told("print");
+            let comparison = self.baseline.as_ref().map(|old| compare(old, &analysis.report));
+            analysis.report.baseline = comparison.as_ref().map(Comparison::told);
+            let files = print_all(&mut analysis, formats, comparison.as_ref(), (&Named::alone(part), *fail_on));
+            Ok((analysis, comparison, files))
+        })??;
+        let names = files.names();
+        let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
+        let mut written = delivery.deliver(files, &read)?;
+        written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
+        let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
+        leftover::remove(folder, &names, known, &read)?;
+        drop(progress);
+        let (part, seconds) = (part.to_string_lossy().into_owned(), Some(self.start.elapsed().as_secs_f64()));
+        let outputs = Outputs { part, judged_by: judged_by(&a.how), written, seconds };
+        Ok(Judged { report: analysis.report, comparison, outputs, fail_on: *fail_on })
     }
-    let folder = out_dir(a, &part);
-    let delivery = Delivery::open(&folder)?;
-    let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
-    let (weights, stages) = (Weights::of_last_run(&folder), Stage::of(&options));
-    let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
-    told("prepare");
-    let (content, mesh) = loaded(a, &part, &options)?;
-    let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
-    drop(content);
-    progress.note(&super::plan::need(&prepared, &options));
-    let threads = threads_for(&prepared, &options);
-    let (analysis, comparison, files) = on_threads(threads, || {
-        let mut analysis = run_told(prepared, &options, &told)?;
-        told("print");
-        let comparison = baseline.map(|old| compare(&old, &analysis.report));
-        analysis.report.baseline = comparison.as_ref().map(Comparison::told);
-        let files = print_all(&mut analysis, &formats, comparison.as_ref(), (&part, fail_on));
-        Ok((analysis, comparison, files))
-    })??;
-    let names = files.names();
-    let mut written = delivery.deliver(files, &[&part])?;
-    written.retain(|(what, _, _)| ["report", "data", "mended"].contains(&what.as_str()));
-    let read: Vec<&Path> = [Some(part.as_path()), a.baseline.as_deref()].into_iter().flatten().collect();
-    let known = if a.how.repair { leftover::of_repairing } else { leftover::of_judging };
-    leftover::remove(&folder, &names, known, &read)?;
-    drop(progress);
-    let seconds = Some(start.elapsed().as_secs_f64());
-    let outputs = Outputs { part: part.to_string_lossy().into_owned(), judged_by: judged_by(&a.how), written, seconds };
-    Ok(Judged { report: analysis.report, comparison, outputs, fail_on })
+}
+
+/// Refuses to write a report in the place of the one that it is compared with: run again, it would be compared with itself, and nothing be new.
+fn spare_baseline(report: &Path, baseline: &Path) -> Result<()> {
+    if !is_among(report, &[baseline]) {
+        return Ok(());
+    }
+    let (report, baseline) = (printable(&report.to_string_lossy()), printable(&baseline.to_string_lossy()));
+    let problem = format!("the report would be written to {report}, over its own baseline {baseline}");
+    Err(usage(&problem, "name another folder with --out, or keep a copy of the baseline elsewhere and name that"))
 }
 
 /// The options that say what a part is judged by, where they are not the usual ones.
@@ -184,12 +213,12 @@ pub fn compare_reports(old: &Path, new: &Path) -> Result<(String, u8)> {
     Ok((crate::report::baseline::text(&comparison, palette), FailOn::exit_code_of_comparison(&comparison)))
 }
 
-/// Every file of the report on a part that is judged by what turns the exit code to 1.
+/// Every file of the report on a part of these names that is judged by what turns the exit code to 1.
 pub(super) fn print_all(
     analysis: &mut Analysis,
     formats: &[&str],
     comparison: Option<&Comparison>,
-    (part, fail_on): (&Path, FailOn),
+    (named, fail_on): (&Named, FailOn),
 ) -> Files {
     let clock = Instant::now();
     let report = &analysis.report;
@@ -219,11 +248,12 @@ pub(super) fn print_all(
         let _ = threemf::write(mesh, &mut bytes);
         files.push("mended", "repaired.3mf", bytes);
     }
+    let told = report_as(report, &named.name);
     let since = comparison.filter(|_| fail_on.is_of_news());
     let texts: [(&str, &str, &dyn Fn() -> String); 4] = [
-        ("markdown", "report.md", &|| markdown::write(report, comparison)),
-        ("junit", "report.junit.xml", &|| junit::write(report, fail_on.failing(), since)),
-        ("sarif", "report.sarif", &|| sarif::write(report, part, comparison)),
+        ("markdown", "report.md", &|| markdown::write(&told, comparison)),
+        ("junit", "report.junit.xml", &|| junit::write(&told, fail_on.failing(), since)),
+        ("sarif", "report.sarif", &|| sarif::write(report, &named.file, comparison)),
         ("badge", "badge.svg", &|| badge::write(report)),
     ];
     for (format, name, write) in texts {
@@ -240,85 +270,13 @@ pub(super) fn print_all(
     files
 }
 
-pub(super) fn options(a: &Judging) -> Result<Options> {
-    let mut process = process(&a.process)?;
-    for limit in &a.limits {
-        process.override_limit(&registry::named(limit))?;
+/// The report, with its part under a name.
+fn report_as<'r>(report: &'r Report, name: &str) -> Cow<'r, Report> {
+    if report.part.file == name {
+        return Cow::Borrowed(report);
     }
-    for file in &a.accept {
-        process.accept.extend(accepted(file)?);
-    }
-    for waiver in &process.accept {
-        registry::find(&waiver.check).map_err(|e| waiver.refused(&e))?;
-    }
-    let today = today(a, &process)?;
-    let memory = allowance(&a.memory)?;
-    if !a.tools.is_empty() {
-        process.tools = process.tools.replaced(super::tools::chosen(&a.tools, &memory)?);
-    }
-    for (key, given) in [("from", &a.tool_from), ("faces", &a.faces)] {
-        if !given.is_empty() {
-            process.tools.finish.set(key, &given.iter().map(String::as_str).collect::<Vec<_>>())?;
-        }
-    }
-    if let Some(angle) = &a.tool_tilt {
-        process.tools.finish.set("tilt", &[angle])?;
-    }
-    let mut o = Options::new(process);
-    o.today = today;
-    o.up = up(&a.up)?;
-    o.units = a.units.as_deref().map(units).transpose()?;
-    o.voxel = a.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
-    o.thickness = a.thickness.as_deref().map(|text| length("--thickness", text)).transpose()?;
-    o.refine =
-        u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
-    o.memory = memory;
-    registry::all_known(&a.only, &a.skip)?;
-    let asked = |formats: &[&str]| a.format.iter().any(|f| formats.contains(&f.as_str()));
-    o.exhibited = match (asked(&["html"]), asked(&["png", "glb"])) {
-        (true, _) => Exhibited::Stances(COMPARED),
-        (false, true) => Exhibited::Part,
-        (false, false) => Exhibited::Nothing,
-    };
-    o.repair = if a.repair { Repair::Mend } else { Repair::Leave };
-    o.only = a.only.clone();
-    o.skip = a.skip.clone();
-    Ok(o)
-}
-
-pub(super) fn process(name: &str) -> Result<Process> {
-    if BUILTIN.iter().any(|(n, _)| *n == name) || !(name.ends_with(".toml") || Path::new(name).exists()) {
-        return Process::named(name);
-    }
-    let text = std::fs::read_to_string(name).map_err(|e| Error::Profile {
-        file: printable(name),
-        place: Default::default(),
-        problem: e.to_string(),
-        remedy: "name a readable TOML file, or a built-in process: see `amcheck processes`".into(),
-    })?;
-    Process::from_toml(name, &text)
-}
-
-/// The entries of a file of acceptances.
-fn accepted(file: &Path) -> Result<Vec<Waiver>> {
-    let shown = file.to_string_lossy();
-    let text = std::fs::read_to_string(file).map_err(|e| Error::Profile {
-        file: printable(&shown),
-        place: Default::default(),
-        problem: e.to_string(),
-        remedy: "name a readable TOML file of [[accept]] entries".into(),
-    })?;
-    waivers(&shown, &text)
-}
-
-/// The day, as given or by the clock; the clock is asked only where an acceptance ends.
-fn today(a: &Judging, process: &Process) -> Result<Option<Date>> {
-    if let Some(day) = &a.today {
-        return Date::parse(day).map(Some);
-    }
-    let asked = process.accept.iter().any(|w| w.until.is_some());
-    let clock = || std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).ok();
-    Ok(asked.then(clock).flatten().map(|since| Date::of_unix_seconds(since.as_secs())))
+    let part = PartReport { file: name.into(), ..report.part.clone() };
+    Cow::Owned(Report { part, ..report.clone() })
 }
 
 /// Threads at most: each takes memory of its own before it does anything.

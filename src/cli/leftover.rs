@@ -1,11 +1,12 @@
 //! What an earlier run left in a folder that this run does not write again: reports and pictures of another answer.
 
-use super::deliver::{cannot, spare};
+use super::deliver::cannot;
+use super::record::{self, Record};
 use crate::check::registry::CHECKS;
 use crate::error::Result;
-use crate::report::badge;
+use crate::io::Temporary;
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Reports that judging a part writes. Meshes and timings are not among them: a mended part stays until a part is to be repaired again.
 const REPORTS: [&str; 7] =
@@ -36,35 +37,39 @@ pub fn of_orienting(name: &str) -> bool {
     ["orientations.html", "orientations.json", "best.stl"].contains(&name) || numbered
 }
 
-/// Removes the files of a folder that are `known` and not among those just written; `read` is spared, because it was asked about.
+/// Removes the files that runs are known to have left in a folder, that are `known` as well and not among those just written; `read` is spared,
+/// because it was asked about. What somebody else put there, or changed since, stays whatever its name.
 ///
 /// # Errors
 /// [`crate::Error::CannotWrite`] naming the file.
 pub fn remove(folder: &Path, written: &[String], known: fn(&str) -> bool, read: &[&Path]) -> Result<()> {
     let read: Vec<_> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
-    for member in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = member.file_name().to_string_lossy().into_owned();
-        let path = member.path();
-        let spared = || path.canonicalize().is_ok_and(|path| read.contains(&path));
-        if known(&name) && !written.contains(&name) && member.file_type().is_ok_and(|t| t.is_file()) && !spared() {
-            match std::fs::remove_file(&path) {
-                Err(e) if e.kind() != ErrorKind::NotFound => return Err(cannot(&path, &e)),
-                _ => {}
-            }
+    let listed = Record::of(folder);
+    let standing = listed.standing(folder);
+    let mut removed = Vec::new();
+    for name in standing.names().filter(|name| known(name) && !written.iter().any(|w| w == name)) {
+        let path = folder.join(name);
+        if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
+            continue;
         }
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err(cannot(&path, &e)),
+            _ => removed.push(name.to_string()),
+        }
+    }
+    let left = standing.without(&removed);
+    if left != listed {
+        relist(folder, &left)?;
     }
     Ok(())
 }
 
-/// What an earlier run left in the folder of a part that is refused now: its badge gives way to one that says so, unless it is the part itself;
-/// its report, if there is one, stays and is returned.
-pub fn outlived(folder: &Path, part: &Path) -> Option<PathBuf> {
-    let badge = folder.join("badge.svg");
-    if badge.is_file() && spare(&badge, &[part]).is_ok() {
-        // What cannot be written here is no worse than the refusal that is being told.
-        let _ = std::fs::write(badge, badge::not_judged());
-    }
-    ["report.html", "report.json", "report.md"].into_iter().map(|name| folder.join(name)).find(|place| place.is_file())
+/// Puts a list in the place of the one that a folder has.
+fn relist(folder: &Path, record: &Record) -> Result<()> {
+    let place = folder.join(record::NAME);
+    let partial = Temporary::claim(folder.join(format!("{}.{}.partial", record::NAME, std::process::id())));
+    let write = || std::fs::write(partial.path(), record.text());
+    write().and_then(|()| partial.rename_to(&place)).map_err(|e| cannot(&place, &e))
 }
 
 #[cfg(test)]

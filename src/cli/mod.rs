@@ -1,6 +1,7 @@
 //! The door: words become options, one call is made, the answer is written and an exit code returned.
 
 mod args;
+mod asked;
 mod batch;
 mod command;
 mod complaint;
@@ -10,12 +11,15 @@ mod judge;
 mod leftover;
 mod lists;
 mod made;
+mod named;
 mod need;
 mod operand;
 mod operate;
 mod orient;
 mod plan;
 mod progress;
+mod record;
+mod refusal;
 mod stdout;
 mod toolpath;
 mod tools;

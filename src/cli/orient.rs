@@ -1,9 +1,10 @@
 //! `amcheck orient`: the ways to stand a part up, compared.
 
 use super::args::Orienting;
+use super::asked::process;
 use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
-use super::judge::{on_threads, process};
+use super::judge::on_threads;
 use super::leftover;
 use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};

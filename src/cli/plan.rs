@@ -1,7 +1,8 @@
 //! `amcheck PART --plan`: what judging would take, before it is spent.
 
 use super::args::Arguments;
-use super::judge::{loaded, options, threads, threads_for};
+use super::asked::options;
+use super::judge::{loaded, threads, threads_for};
 use super::words::usage;
 use crate::analyze::{Options, Prepared, prepare};
 use crate::error::{Result, byte_count, printable};

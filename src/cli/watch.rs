@@ -2,9 +2,10 @@
 
 use super::args::Arguments;
 use super::command;
+use super::complaint::Answer;
 use super::judge::{Judged, judged, said};
 use super::stdout::put;
-use crate::error::Result;
+use crate::error::printable;
 use crate::report::baseline::{self, compare};
 use crate::report::terminal;
 use sha2::{Digest, Sha256};
@@ -20,7 +21,7 @@ const LOOK: Duration = Duration::from_millis(250);
 ///
 /// # Errors
 /// Those of the first run; later ones are printed, because a file may be looked at while it is being saved.
-pub fn watch(a: &Arguments) -> Result<(String, u8)> {
+pub fn watch(a: &Arguments) -> Answer<(String, u8)> {
     let files = files(a);
     let mut seen = Seen::of(&files);
     let mut last = judged(a)?;
@@ -28,18 +29,20 @@ pub fn watch(a: &Arguments) -> Result<(String, u8)> {
     put(&format!("watching {}; Ctrl-C ends\n", count(files.len())))?;
     loop {
         std::thread::sleep(LOOK);
-        if !seen.has_changed(&files) {
-            continue;
-        }
-        match judged(a) {
-            Ok(now) => {
-                put(&difference(a, &last, &now))?;
-                last = now;
+        match seen.look(&files) {
+            Sight::Same => {}
+            Sight::Gone(file) => {
+                let name = printable(&file.to_string_lossy());
+                let text = format!("note: {name} is gone; it is judged again when it is back\n");
+                let _ = std::io::stderr().lock().write_all(text.as_bytes());
             }
-            Err(e) => {
-                let palette = command::palette(std::io::stderr().is_terminal());
-                let _ = std::io::stderr().write_all(terminal::error(&e, None, palette).as_bytes());
-            }
+            Sight::Changed => match judged(a) {
+                Ok(now) => {
+                    put(&difference(a, &last, &now))?;
+                    last = now;
+                }
+                Err(complaint) => command::complain(&complaint),
+            },
         }
     }
 }
@@ -77,27 +80,43 @@ type Marks = Vec<Option<(SystemTime, u64)>>;
 struct Seen {
     marks: Marks,
     digest: Vec<u8>,
+    /// Whether it was told that one of them is gone.
+    told: bool,
+}
+
+/// What a look at the files shows.
+enum Sight<'f> {
+    /// Nothing that is to be judged or told.
+    Same,
+    /// A file that was there is not, as is told once.
+    Gone(&'f Path),
+    /// Other bytes than last time.
+    Changed,
 }
 
 impl Seen {
     fn of(files: &[PathBuf]) -> Self {
-        Seen { marks: marks(files), digest: digest(files) }
+        Seen { marks: marks(files), digest: digest(files), told: false }
     }
 
-    /// Whether the files have other bytes than last time and have come to rest.
-    fn has_changed(&mut self, files: &[PathBuf]) -> bool {
+    /// Looks whether the files have other bytes than last time and have come to rest.
+    fn look<'f>(&mut self, files: &'f [PathBuf]) -> Sight<'f> {
         let now = marks(files);
         if now == self.marks {
-            return false;
+            self.told = false;
+            return Sight::Same;
         }
         std::thread::sleep(LOOK);
         // Still being written, or between being removed and written anew: look again later.
-        if marks(files) != now || now.contains(&None) {
-            return false;
+        if marks(files) != now {
+            return Sight::Same;
         }
-        self.marks = now;
+        if let Some((file, _)) = files.iter().zip(&now).find(|(_, mark)| mark.is_none()) {
+            return if std::mem::replace(&mut self.told, true) { Sight::Same } else { Sight::Gone(file) };
+        }
+        (self.marks, self.told) = (now, false);
         let digest = digest(files);
-        std::mem::replace(&mut self.digest, digest) != self.digest
+        if std::mem::replace(&mut self.digest, digest) == self.digest { Sight::Same } else { Sight::Changed }
     }
 }
 

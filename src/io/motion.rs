@@ -102,6 +102,21 @@ mod tests {
             assert!(error.to_string().contains(said), "{line}: {error}");
         }
         assert!(read_motion(b"0 0 0\n1 2 3 1 0 0 0\n").is_err());
+        for named in ["x,y,z,qw,qx,qy,qz", "# made by hand\n\n\"x [mm]\" y z w x y z # names", "x;y;z;w;q1;q2;q3;"] {
+            let text = format!("{named}\n0,0,0,1,0,0,0\n1,2,3,1,0,0,0\n");
+            assert!(matches!(read_motion(text.as_bytes()), Ok(Motion::Poses(poses)) if poses.len() == 2), "{named}");
+        }
+        for (text, line, said) in [
+            ("0,0,0,1,0,0,0,\n1,2,3,1,0,0,0,\n", 1, "a comma stands behind the 7 numbers"),
+            ("x,y,z\n0,0,0\n1, 2, 3, # b\n", 3, "a comma stands behind the 3 numbers"),
+            ("nan,nan,nan\n0,0,0\n1,2,3\n", 1, "`nan`"),
+            ("x,y,z\nx,y,z\n0,0,0\n1,2,3\n", 2, "`x`"),
+            ("0,0,0\nx,y,z\n1,2,3\n", 2, "`x`"),
+        ] {
+            let error = read_motion(text.as_bytes()).unwrap_err();
+            assert_eq!(error.place(), Some(format!("line {line}")), "{text}: {error}");
+            assert!(error.to_string().contains(said), "{text}: {error}");
+        }
         assert!(matches!(read_motion(first.as_bytes()), Err(Error::NoGeometry { .. })));
         let alone = format!("{first}\n{first}{first}");
         assert_eq!(read_motion(alone.as_bytes()).unwrap_err().place(), Some("line 1".into()));

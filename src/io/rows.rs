@@ -1,13 +1,14 @@
 //! Lists of rows of numbers, where an empty line parts what hangs together.
 
 use super::sniff::plain_text;
-use super::words::Words;
+use super::words::{Word, Words};
 use crate::error::{Error, Place, Result};
 
 /// Most rows that are read; the path of a print of a week has fewer.
 pub(super) const MOST_ROWS: usize = 1 << 26;
 
-/// Strokes of rows of N numbers each, every row made into something; an empty line begins a new stroke, `#` a comment.
+/// Strokes of rows of N numbers each, every row made into something; an empty line begins a new stroke, `#` a comment. A first line of names alone,
+/// as tables have it, is passed over.
 ///
 /// Numbers may be parted by spaces, tabs, semicolons or, if as many as there should be, commas; the decimal sign is a point. `what`
 /// says what a row is, for the remedy.
@@ -80,7 +81,8 @@ pub(super) fn first_row<const N: usize>(bytes: &[u8]) -> usize {
     let mut words = Words::new(&text);
     while let Some(first) = words.next() {
         if !first.text.starts_with(b"#") {
-            return 1 + words.take_while(|w| w.line == first.line && !w.text.starts_with(b"#")).count();
+            let others = words.take_while(|w| w.line == first.line && !w.text.starts_with(b"#"));
+            return 1 + others.filter(|w| w.text != b",").count();
         }
         words.skip_line();
     }
@@ -90,7 +92,7 @@ pub(super) fn first_row<const N: usize>(bytes: &[u8]) -> usize {
 /// The numbers of a row.
 fn row<const N: usize>(words: &mut Words<'_>, line: u64, what: &str) -> Result<[f64; N]> {
     let mut row = [0.0; N];
-    let here = |word: Option<super::words::Word<'_>>| word.is_some_and(|w| w.line == line && !w.text.starts_with(b"#"));
+    let here = |word: Option<Word<'_>>| word.is_some_and(|w| w.line == line && !w.text.starts_with(b"#"));
     for (at, value) in row.iter_mut().enumerate() {
         if !here(words.peek()) {
             return Err(damaged(line, format!("{at} numbers on the line, where {N} are needed"), what));
@@ -101,29 +103,61 @@ fn row<const N: usize>(words: &mut Words<'_>, line: u64, what: &str) -> Result<[
             damaged(line, problem, remedy)
         })?;
     }
+    if words.peek().is_some_and(|w| w.line == line && w.text == b",") {
+        return Err(damaged(line, format!("a comma stands behind the {N} numbers of the line"), LAST_COMMA));
+    }
     if here(words.peek()) {
         return Err(damaged(line, format!("more than {N} numbers on the line"), what));
     }
     Ok(row)
 }
 
-/// The text with its separators as spaces, without a byte order mark.
+const LAST_COMMA: &str = "take the comma at the end of the line away";
+
+/// The text with its separators as spaces, without a byte order mark and with a line of names at its head as a comment.
 fn plain<const N: usize>(bytes: &[u8]) -> Vec<u8> {
     let bytes = plain_text(bytes);
-    bytes.split_inclusive(|&b| b == b'\n').flat_map(separated::<N>).collect()
+    let mut text: Vec<u8> = bytes.split_inclusive(|&b| b == b'\n').flat_map(separated::<N>).collect();
+    if let Some(first) = head(&text).and_then(|at| text.get_mut(at)) {
+        *first = b'#';
+    }
+    text
+}
+
+/// Where a line of names at the head of a text starts: the first line that is not empty and no comment, if no field of it begins like a number.
+fn head(text: &[u8]) -> Option<usize> {
+    let mut words = Words::new(text);
+    let mut first = words.next()?;
+    while first.text.starts_with(b"#") {
+        words.skip_line();
+        first = words.next()?;
+    }
+    let left = words.bytes_left() + first.text.len();
+    let row = std::iter::once(first).chain(words.take_while(|w| w.line == first.line && !w.text.starts_with(b"#")));
+    let mut fields = row.flat_map(|w| w.text.split(|b| *b == b','));
+    let numeric = |f: &[u8]| {
+        let no_number = ["nan", "inf", "infinity"].iter().any(|word| f.eq_ignore_ascii_case(word.as_bytes()));
+        no_number || f.first().is_some_and(|b| b.is_ascii_digit() || b"+-.".contains(b))
+    };
+    fields.all(|f| !numeric(f)).then(|| text.len() - left)
 }
 
 /// A line with its separators as spaces: semicolons always; commas where they part N fields without a space in them, because
-/// elsewhere they are decimal signs.
+/// elsewhere they are decimal signs. One that stands behind the last field stays, with a space before it.
 fn separated<const N: usize>(line: &[u8]) -> impl Iterator<Item = u8> + '_ {
-    let values = line.split(|&b| b == b'#').next().unwrap_or_default();
+    let values = line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii_end();
+    let inner = values.strip_suffix(b",").unwrap_or(values);
     let whole = |field: &[u8]| {
         let field = field.trim_ascii();
         !field.is_empty() && !field.iter().any(|b| b.is_ascii_whitespace() || *b == b';')
     };
-    let fields = values.split(|&b| b == b',');
+    let fields = inner.split(|&b| b == b',');
     let commas = fields.clone().count() == N && fields.into_iter().all(whole);
-    line.iter().map(move |&b| if b == b';' || (commas && b == b',') { b' ' } else { b })
+    let last = if commas && inner.len() < values.len() { inner.len() } else { usize::MAX };
+    line.iter().enumerate().flat_map(move |(at, &b)| {
+        let b = if b == b';' || (commas && b == b',' && at != last) { b' ' } else { b };
+        (at == last).then_some(b' ').into_iter().chain([b])
+    })
 }
 
 /// Refuses more rows than are read.

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The source of a limit that was typed.
+pub(super) const TYPED: &str = "command line";
+
 /// Where a limit comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -38,6 +41,11 @@ pub struct Limit {
 }
 
 impl Limit {
+    /// Whether it was typed, and stands in no file.
+    pub fn is_typed(&self) -> bool {
+        self.overridden && self.source == TYPED
+    }
+
     /// The same limit as it may be applied: a convention's fail limit only warns.
     pub fn applied(&self) -> Self {
         match self.basis {

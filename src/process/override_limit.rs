@@ -1,6 +1,6 @@
 //! A limit given on the command line.
 
-use super::limit::{Limit, LimitBasis};
+use super::limit::{Limit, LimitBasis, TYPED};
 use super::profile::Process;
 use super::rule::{RULES, Rule, rule};
 use crate::error::{Error, Result, printable};
@@ -49,7 +49,7 @@ impl Process {
                     fail: Some(fail),
                     warn: warn.or(kept),
                     basis: LimitBasis::User,
-                    source: "command line".into(),
+                    source: TYPED.into(),
                     overridden: true,
                 },
             );

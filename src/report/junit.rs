@@ -5,6 +5,7 @@ use super::markup::{Markup, markup};
 use super::phrase::{self, Numbered};
 use super::schema::{CheckReport, Report};
 use crate::check::State;
+use crate::error::Error;
 
 /// The report as JUnit XML, with what counts as failing beside a check that fails: warnings, or what is undecided. With a comparison only what is new or
 /// worse counts.
@@ -21,14 +22,32 @@ pub fn write(report: &Report, failing: &[State], since: Option<&Comparison>) -> 
     let [failures, errors, skipped] = [Case::Failure, Case::Error, Case::Skipped].map(count);
     let cases =
         Markup::all(report.checks.iter().zip(&cases).map(|(c, told)| case(report, c, *told, (&findings, &counting))));
+    suite(&report.part.file, [report.checks.len(), failures, errors, skipped], cases)
+}
+
+/// Of a part of a name that was refused: one test case, which is an error, so that it is missing nowhere.
+pub fn refused(name: &str, error: &Error) -> String {
+    let place = error.place().map_or(String::new(), |place| format!(" ({place})"));
+    let case = markup!(
+        "<testcase classname=\"amcheck.{}\" name=\"judged\"><error message=\"{}\" type=\"{}\">{}</error></testcase>\n",
+        name,
+        format!("{error}{place}"),
+        error.code(),
+        error.remedy()
+    );
+    suite(name, [1, 0, 1, 0], case)
+}
+
+/// The suite of a part: tests, failures, errors and what was skipped, and its test cases.
+fn suite(name: &str, [tests, failures, errors, skipped]: [usize; 4], cases: Markup) -> String {
     markup!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"amcheck\" tests=\"{}\" failures=\"{}\" errors=\"{}\">\n\
          <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\">\n{}</testsuite>\n</testsuites>\n",
-        report.checks.len(),
+        tests,
         failures,
         errors,
-        report.part.file,
-        report.checks.len(),
+        name,
+        tests,
         failures,
         errors,
         skipped,

@@ -1,15 +1,17 @@
 //! The report as SARIF 2.1.0 (OASIS), for lists of alerts.
 //!
 //! A part has no lines, and alert lists ask for one: every result names line 1 of the part's file, and says its place in
-//! millimetres in the message and the properties. The file is named as it was given, for lists of alerts find it from the folder the tool ran in.
+//! millimetres in the message and the properties. The file is named from the folder the tool ran in, for lists of alerts find it from there.
 
 use super::baseline::{self, Change, Comparison, Delta};
 use super::phrase::{self, Numbered};
 use super::schema::Report;
 use crate::check::State;
+use crate::error::Error;
 use crate::units::report_digits;
 use serde_json::{Value, json};
-use std::path::{Component, Path};
+use std::ffi::OsStr;
+use std::path::{Component, Path, Prefix};
 
 /// Most results in one run; lists of alerts take no more.
 const MOST: usize = 25_000;
@@ -19,10 +21,10 @@ const MOST: usize = 25_000;
 /// Beside a baseline every result says whether it is new, unchanged or updated, and what was between bodies that are one now is a result of its own. What is
 /// gone is not told: lists of alerts close what they are no longer told, and would take it for another alert.
 ///
-/// A path that starts at a root or climbs above the folder the tool ran in names nothing in a list of alerts: of such a part the file's name
-/// stands alone.
+/// A relative path leads from the folder the tool ran in, one that starts at a root has the scheme `file`; of one that climbs above that folder the
+/// file's name stands alone.
 pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> String {
-    let file = reference(part).unwrap_or_else(|| encoded(&report.part.file));
+    let file = reference(part).unwrap_or_else(|| encoded(report.part.file.as_ref()));
     let findings = phrase::numbered(report);
     let rules: Vec<Value> = report
         .checks
@@ -45,17 +47,40 @@ pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> S
             json!({"level": level, "associatedRule": {"id": c.code}, "message": {"text": format!("{}: {why}", c.state.word())}})
         })
         .collect();
-    let document = json!({
-        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
-        "version": "2.1.0",
-        "runs": [{
-            "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
-            "columnKind": "unicodeCodePoints",
-            "artifacts": [{"location": {"uri": file}, "hashes": {"sha-256": report.part.sha256}}],
-            "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
-            "results": results,
-        }],
-    });
+    document(json!({
+        "tool": {"driver": {"name": report.tool.name, "version": report.tool.version, "rules": rules}},
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": {"uri": file}, "hashes": {"sha-256": report.part.sha256}}],
+        "invocations": [{"executionSuccessful": report.count(State::Error) == 0, "toolConfigurationNotifications": silent}],
+        "results": results,
+    }))
+}
+
+/// Of the part at a path, which was refused: one result of level *error*, and a run that did not succeed.
+pub fn refused(part: &Path, error: &Error) -> String {
+    let file = reference(part).unwrap_or_else(|| encoded(part.file_name().unwrap_or(part.as_os_str())));
+    let place = error.place().map_or(String::new(), |place| format!(" ({place})"));
+    let text = format!(
+        "{}. {}",
+        phrase::sentence(&format!("{error}{place}")).trim_end_matches('.'),
+        phrase::sentence(&error.remedy())
+    );
+    let rule = json!({"id": error.code(), "name": "refused", "shortDescription": {"text": "A part that could not be judged"},
+        "help": {"text": format!("amcheck explain {}", error.code())}});
+    let told = json!({"level": "error", "descriptor": {"id": error.code()}, "message": {"text": text}});
+    document(json!({
+        "tool": {"driver": {"name": "amcheck", "version": env!("CARGO_PKG_VERSION"), "rules": [rule]}},
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": {"uri": file}}],
+        "invocations": [{"executionSuccessful": false, "exitCode": error.exit_code(), "toolExecutionNotifications": [told]}],
+        "results": [{"ruleId": error.code(), "ruleIndex": 0, "level": "error", "message": {"text": text}, "locations": [location(&file)]}],
+    }))
+}
+
+/// A file of one run.
+fn document(run: Value) -> String {
+    let document =
+        json!({"$schema": "https://json.schemastore.org/sarif-2.1.0.json", "version": "2.1.0", "runs": [run]});
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }
 
@@ -132,24 +157,38 @@ fn location(file: &str) -> Value {
     json!({"physicalLocation": {"artifactLocation": {"uri": file, "index": 0}, "region": {"startLine": 1}}})
 }
 
-/// A path as a relative reference (RFC 3986), if it leads down from where it starts.
+/// A path as a reference (RFC 3986): relative where it leads down from where it starts, with the scheme `file` (RFC 8089) where it starts at a root.
 fn reference(path: &Path) -> Option<String> {
-    let mut names = Vec::new();
+    let (mut root, mut names) = (None, Vec::new());
     for component in path.components() {
         match component {
-            Component::Normal(name) => names.push(encoded(&name.to_string_lossy())),
+            Component::Normal(name) => names.push(encoded(name)),
             Component::CurDir => {}
-            _ => return None,
+            Component::RootDir => root = root.or(Some("file://".to_string())),
+            Component::Prefix(prefix) => root = Some(volume(prefix.kind())?),
+            Component::ParentDir => return None,
         }
     }
     // A file named `-` is standard input.
-    (!names.is_empty() && names != ["-"]).then(|| names.join("/"))
+    (!names.is_empty() && names != ["-"]).then(|| root.into_iter().chain(names).collect::<Vec<_>>().join("/"))
+}
+
+/// What a drive or a share of Windows begins a reference with.
+fn volume(prefix: Prefix) -> Option<String> {
+    match prefix {
+        Prefix::Disk(letter) | Prefix::VerbatimDisk(letter) => Some(format!("file:///{}:", char::from(letter))),
+        Prefix::UNC(server, share) | Prefix::VerbatimUNC(server, share) => {
+            Some(format!("file://{}/{}", encoded(server), encoded(share)))
+        }
+        Prefix::Verbatim(_) | Prefix::DeviceNS(_) => None,
+    }
 }
 
 /// A file name in a reference: everything but unreserved signs is percent-encoded.
-fn encoded(name: &str) -> String {
+fn encoded(name: &OsStr) -> String {
     let keep = |b: u8| b.is_ascii_alphanumeric() || b"-._~".contains(&b);
-    name.bytes().map(|b| if keep(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+    let sign = |&b: &u8| if keep(b) { char::from(b).to_string() } else { format!("%{b:02X}") };
+    name.as_encoded_bytes().iter().map(sign).collect()
 }
 
 #[cfg(test)]
@@ -161,8 +200,14 @@ mod tests {
         let named = |path: &str| reference(Path::new(path));
         assert_eq!(named("./left side/a#1.stl").as_deref(), Some("left%20side/a%231.stl"));
         assert_eq!(named("a.stl").as_deref(), Some("a.stl"));
-        for elsewhere in ["/a.stl", "../a.stl", "b/../../a.stl", "-", ""] {
+        for elsewhere in ["../a.stl", "b/../../a.stl", "/b/../a.stl", "-", ""] {
             assert_eq!(named(elsewhere), None, "{elsewhere}");
         }
+        if cfg!(unix) {
+            assert_eq!(named("/left side/ü.stl").as_deref(), Some("file:///left%20side/%C3%BC.stl"));
+        }
+        let [disk, server, share] = [OsStr::new("c"), OsStr::new("a b"), OsStr::new("s")];
+        assert_eq!(volume(Prefix::UNC(server, share)).as_deref(), Some("file://a%20b/s"));
+        assert_eq!((volume(Prefix::Disk(b'C')).as_deref(), volume(Prefix::Verbatim(disk))), (Some("file:///C:"), None));
     }
 }

@@ -274,6 +274,23 @@ fn what_is_repaired_is_said_and_handed_back() {
 }
 
 #[test]
+fn what_repair_leaves_is_told_of_all_that_it_would_be_given() {
+    // Two flat pillows beside the part that share an edge: they hold no volume and are not printed, but a repair keeps them.
+    let corners = [20.0, 30.0, 15.0].map(|x| [[x, 0.0, 5.0], [x, 10.0, 5.0]]);
+    let pillow = |[a, b]: [Vec3; 2], [d, c]: [Vec3; 2]| [[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
+    let [[a, b], right, [c, d]] = corners;
+    let part = cube(0.0, 10.0);
+    let facets =
+        (0..part.triangles.len()).map(|f| part.corners(f)).chain(pillow([a, b], right)).chain(pillow([b, a], [d, c]));
+    let mesh = TriangleMesh::weld(facets);
+    for repair in [Repair::Leave, Repair::Mend] {
+        let report = judged(mesh.clone(), &Options { repair, ..options() }).unwrap();
+        let found = report.findings().into_iter().find(|f| f.kind == "non-manifold").expect("an edge of four facets");
+        assert!(found.value == 1.0 && !found.fix.contains("--repair"), "{repair:?}: {}", found.fix);
+    }
+}
+
+#[test]
 fn options_that_cannot_be_are_refused_by_their_names() {
     let refused = |options: Options| judged(cube(0.0, 10.0), &options).expect_err("refused");
     for mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -117,6 +117,12 @@ impl Health {
         self.unbalanced_edges == 0 && !self.bodies.is_empty()
     }
 
+    /// Whether an edge is open, has more than two facets or facets that disagree, or a facet repeats another.
+    pub fn is_faulty(&self) -> bool {
+        let faults = [self.open_edges, self.non_manifold_edges, self.miswound_edges, self.duplicate_facets];
+        faults.iter().any(|f| f.count > 0)
+    }
+
     /// Whether every edge has exactly two facets, running opposite ways: *watertight* in the strict sense.
     pub fn is_watertight(&self) -> bool {
         let faults = [self.open_edges, self.non_manifold_edges, self.miswound_edges];
