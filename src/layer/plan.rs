@@ -255,20 +255,21 @@ impl Plan {
             Centre::Spanned(_, along) => Some(along),
             _ => self.anchors.square(x),
         };
+        let mut try_each = |lines: &mut dyn Iterator<Item = Point>, all: &mut f64| {
+            for d in lines {
+                let (longest, whole, held) = self.strip(x, d, reach, *all);
+                work += held;
+                some = some.max(longest);
+                *all = if whole { all.min(longest) } else { *all };
+                if *all <= enough {
+                    break;
+                }
+            }
+        };
+        try_each(&mut own.into_iter().chain(listed.iter().copied()), &mut all);
         // At a corner strands on its two sides differ however small the square is: there they are turned all round.
-        let is_last = cell.half <= self.finest() && !is_bare;
-        let turned = if is_last { &self.turns[..] } else { &[] };
-        let asked = own.into_iter().chain(listed.iter().copied()).map(|d| (d, true));
-        for (d, is_asked) in asked.chain(turned.iter().map(|d| (*d, false))) {
-            let (longest, whole, held) = self.strip(x, d, reach, all);
-            work += held;
-            some = if is_asked { some.max(longest) } else { some };
-            if whole {
-                all = all.min(longest);
-            }
-            if all <= enough {
-                break;
-            }
+        if all.is_finite() && all > enough && cell.half <= self.finest() {
+            try_each(&mut self.turns.iter().copied(), &mut all);
         }
         let beyond_ledge = |reach: f64| if reach <= ledge { 0.0 } else { reach };
         cell.high[0] = if all.is_finite() { all } else { some };
