@@ -149,7 +149,7 @@ mod tests {
             let radii: Vec<f64> = (0..count).map(|_| 2.0 + 8.0 * rng.unit()).collect();
             let side = |n: usize| {
                 let [from, to] = [n, (n + 1) % count].map(|n| corner(n, radii[n]));
-                Side { from, to, anchored: n % 3 > 0 }
+                Side { from, to, anchored: !n.is_multiple_of(3) }
             };
             let sides: Vec<Side> = (0..count).map(side).collect();
             // Anywhere, and on corners and middles of sides.

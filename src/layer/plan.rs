@@ -87,11 +87,13 @@ impl Plan {
     /// For a place x and a direction d, let the chord be the stretch of the line through x along d that lies in the region and holds
     /// x. The bridge at x is the shortest chord with both ends on anchored sides, among the directions tried: across anchored sides and
     /// along free ones, those of the greatest length, every 15° from the first of them, and those from x to its nearest anchored side and to
-    /// the nearest on its other side, for a groove that runs round is crossed in more directions than a list holds. What is narrower than a few steps of the
+    /// the nearest on its other side, for a groove that runs round is crossed in more directions than a list holds; a place whose bridge would be
+    /// told is looked at every 1.5° as well. What is narrower than a few steps of the
     /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction: a listed one or that of the centre's own strand,
-    /// for no place of the square needs a longer strand than the direction has in which all of it has strands.
+    /// for no place of the square needs a longer strand than the direction has in which all of it has strands; of the smallest squares any. Where
+    /// the effort does not reach, the squares are looked at that bound the region most.
     ///
     /// Where the way to the nearest anchor exceeds the limit of ledges by less than the bridge at x does that of bridges, x is part of a
     /// ledge beside that anchor, and its strand is no span: [`Found`] says which of the two a region is told as.
@@ -105,7 +107,8 @@ impl Plan {
     ///
     /// # Cost
     /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
-    /// what the search may spend, and what is open then stays in the bracket. The outermost strands are sought once, where a place has no
+    /// what the search may spend, and what is open then stays in the bracket. A look all round a place is one of O(sides + directions ·
+    /// those that a line meets). The outermost strands are sought once, where a place has no
     /// bridge, at O(directions · sides · those that a line meets), and do not count.
     pub fn spans(&self, limits: Limits, search: Search) -> Spans {
         let mut found = Found::new(limits);
