@@ -343,6 +343,27 @@ fn ctrl_c_leaves_nothing_half_written() {
     }
 }
 
+#[test]
+fn what_runs_left_beside_their_reports_is_no_part() {
+    let s = Scratch::with(&["block"]);
+    let output =
+        s.command(&["orient", "in/block.stl", "--out", "in/o", "--format", "json,stl"]).output().expect("runs");
+    assert_eq!(code(&output), 0, "{output:?}");
+    let best = s.0.join("in/o/best.stl");
+    assert!(best.exists());
+    let parts = |operands: &[&str]| {
+        let words = [&["batch"], operands, &["--out", "out", "--format", "json"]].concat();
+        let output = s.command(&words).output().expect("runs");
+        assert_eq!(code(&output), 0, "{output:?}");
+        s.text("out/table.csv").lines().count() - 1
+    };
+    assert_eq!(parts(&["in"]), 1);
+    // One that is named is judged, and one that somebody has put in its place.
+    assert_eq!(parts(&["in", "in/o/best.stl"]), 2);
+    std::fs::copy(s.0.join("in/block.stl"), &best).expect("copied");
+    assert_eq!(parts(&["in"]), 2);
+}
+
 #[cfg(unix)]
 #[test]
 fn names_break_out_of_no_page_and_no_table() {

@@ -82,12 +82,12 @@ impl Check for AsPrinted {
         match made {
             Some(made) => {
                 words.insert(0, cover(&made)?);
+                // Cells round where faces come to lie, by up to one of them.
+                let [x, _, z] = made.designed.cells.cell_mm().map(rounded);
+                let volume = bulk_within(made.volume().as_mm3(), made.bounds().map(|v| v.as_mm3()));
                 measured.shapes.push(ShapeShown {
                     name: "as-printed",
-                    title: format!(
-                        "As printed, {}",
-                        bulk_within(made.volume().as_mm3(), made.bounds().map(|v| v.as_mm3()))
-                    ),
+                    title: format!("As printed on cells of {x} × {z} mm, {volume}"),
                     mesh: made.surface(SHOWN)?,
                 });
             }

@@ -5,6 +5,7 @@ use super::asked::options;
 use super::fail_on::FailOn;
 use super::judge::{self, FORMATS, print_all};
 use super::named::Named;
+use super::record::Record;
 use super::refusal;
 use super::stdout::put;
 use super::words::{one_of, usage};
@@ -13,7 +14,7 @@ use crate::batch::{
     Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, names_key, remove_outdated,
     worst_code, write_tables,
 };
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::{Salvage, read};
 use crate::memory::Allowance;
 use crate::report::Exhibited;
@@ -24,6 +25,28 @@ use std::time::Instant;
 
 /// Columns of the table where the terminal does not say.
 const WIDTH: usize = 160;
+
+/// The parts but what runs left beside their reports in the folders that were named: a mended or a turned copy is no part of its own, unless it is
+/// named itself.
+fn without_products(mut parts: Vec<Entry>, named: &[PathBuf]) -> Result<Vec<Entry>> {
+    let folders: Vec<&PathBuf> = named.iter().filter(|o| o.is_dir()).collect();
+    let was_found = |p: &Path| !named.iter().any(|o| o == p) && folders.iter().any(|o| p.starts_with(o));
+    parts.retain(|p| !was_found(&p.path) || !is_product(&p.path));
+    if parts.is_empty() {
+        return Err(Error::NoGeometry {
+            problem: "there is no part but what runs left beside their reports".into(),
+            remedy: "name a folder with STL, OBJ, PLY or 3MF files, or such a file itself".into(),
+        });
+    }
+    Ok(parts)
+}
+
+/// Whether a run wrote a file, as it stands.
+fn is_product(path: &Path) -> bool {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|n| n.to_str())) else { return false };
+    let is_listed = Record::of(folder).names().any(|n| n == name);
+    is_listed && Record::of(folder).standing(folder).names().any(|n| n == name)
+}
 
 /// Judges all parts, prints a line for each as soon as it is known, and returns the closing lines and the worst exit code.
 pub fn batch(b: &Batch) -> Result<(String, u8)> {
@@ -36,7 +59,7 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
         Some(n) => n,
         None => rayon::current_num_threads() / 4,
     };
-    let mut parts = entries(&b.parts)?;
+    let mut parts = without_products(entries(&b.parts)?, &b.parts)?;
     let (all, among) = (parts.len(), shard.map(|_| names_key(&parts)));
     parts.retain(|p| shard.is_none_or(|s| s.takes(&p.name)));
     let store = Store::open(&b.out)?;
