@@ -240,7 +240,7 @@ pub fn standing(mesh: &TriangleMesh, rotation: &[Vec3; 3]) -> TriangleMesh {
 }
 
 /// Pairs of a line and a side that may tell of what a quick look leaves open whether it holds itself.
-const TELLING: u64 = 20_000_000;
+const TELLING: u64 = 8_000_000;
 
 /// A part stood up by a rotation as [`standing`] does, and the facets that need support then: what hangs over, rests on nothing and does
 /// not hold itself.

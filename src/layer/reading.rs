@@ -45,7 +45,7 @@ pub enum Search {
     /// The spans, as narrowly as 20 million pairs bound them.
     Measure,
     /// Whether the region holds itself: the first place that lies on no line from anchor to anchor, or on a ledge, ends the search, and so do
-    /// 100,000 pairs. What is found is true, but a longer bridge or a farther cantilever may be left out.
+    /// 50,000 pairs. What is found is true, but a longer bridge or a farther cantilever may be left out.
     Judge,
     /// Whether bridge and cantilever are longer than two lengths, with so many pairs: places that can be no longer are left as they are.
     Tell { beyond: [f64; 2], pairs: u64 },
@@ -55,7 +55,7 @@ impl Search {
     pub(super) fn effort(self) -> u64 {
         match self {
             Search::Measure => 20_000_000,
-            Search::Judge => 100_000,
+            Search::Judge => 50_000,
             Search::Tell { pairs, .. } => pairs,
         }
     }
