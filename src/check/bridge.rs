@@ -38,7 +38,7 @@ static META: Meta = Meta {
           no support: `overhang` and `support` leave it out.",
     how: "Facets below the overhang angle that share edges make a ceiling. An edge is an anchor where the surface folds down towards the void and is a layer lower within the length of a ledge, \
           where it lies on the plate, or on another body. What has material no more than a layer below it rests there, and spans nothing. The bridge at a place is the shortest straight line through it, inside the \
-          ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, every 15 degrees from the first of them, and from the place to its nearest anchor and to the nearest on its other side; the ceiling's span is the greatest \
+          ceiling, with an anchor at both ends, among lines across the longest anchors, along the longest free edges, every 15 degrees from the first of them, and from the place to its nearest anchor and to the nearest on its other side, and where it would be told, every 1.5 degrees; the ceiling's span is the greatest \
           over its places. Places with no such line reach out: the shortest way inside the ceiling counts, to an anchor or to a place with such a line, \
           for a strand between two anchors carries what is laid beside it; round corners where a slit lies between. A place beyond both limits is \
           what exceeds its limit by less: a ledge along a wall, told with its reach from there and not with the length of strands along it, or a \

@@ -144,7 +144,7 @@ pub struct Measuring {
 /// below 180°: a wall or a self-supporting slope goes down from it) and goes down by a layer within the length of a ledge, where it lies on the plate, up to `plate_z`, and where the `ground` holds
 /// the neighbour. Ceilings on both sides of a lower step are one, and a lip less than a layer deep belongs to its ceiling. All other edges are free. What rests on the ground beneath spans nothing: it is taken out of the region, and its border
 /// is an anchor. The spans are those of the region's plan, along lines across the longest anchors, along the longest free edges, every
-/// 15° from the first of them, and from each place to its nearest anchor and to the nearest on its other side; places within `ledge_mm` of an anchor hold themselves, and so do those within it of a bridge. Ceilings that overlap themselves in
+/// 15° from the first of them, and from each place to its nearest anchor and to the nearest on its other side, where it would be told every 1.5° as well; places within `ledge_mm` of an anchor hold themselves, and so do those within it of a bridge. Ceilings that overlap themselves in
 /// plan, as in a screw, are measured as if they did not.
 ///
 /// # Cost

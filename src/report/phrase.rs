@@ -128,7 +128,11 @@ pub fn margin(value: f64, limit: f64, sense: Sense, unit: &str) -> String {
     let sign = if margin < 0.0 { "−" } else { "+" };
     let digits = with_unit(&short(margin.abs()), unit);
     if limit.abs() > 1e-9 {
-        format!("{sign}{digits} ({sign}{} %)", (margin / limit * 100.0).abs().round())
+        let percent = (margin / limit * 100.0).abs();
+        // What rounds to nothing is something.
+        let percent =
+            if percent > 0.0 && percent < 0.5 { format!("{percent:.2}") } else { percent.round().to_string() };
+        format!("{sign}{digits} ({sign}{percent} %)")
     } else {
         format!("{sign}{digits}")
     }
@@ -330,6 +334,8 @@ mod tests {
     #[test]
     fn margins_have_sign_and_percent() {
         assert_eq!(margin(0.45, 0.8, Sense::Min, "mm"), "−0.35 mm (−44 %)");
+        assert_eq!(margin(10.0379, 10.0, Sense::Max, "mm"), "−0.0379 mm (−0.38 %)");
+        assert_eq!(margin(0.8, 0.8, Sense::Min, "mm"), "+0 mm (+0 %)");
         assert_eq!(margin(9.2, 0.0, Sense::Max, "mm3"), "−9.2 mm³");
         assert_eq!(margin(3.72, 0.5, Sense::Min, "mm"), "+3.22 mm (+644 %)");
     }
