@@ -37,7 +37,6 @@ pub(super) fn enclosed(chamber: &Chamber, clearance: &Field<u32>, solid: &Solid)
         free.contains(index) && !sure.contains(index) && !wide.is_by_the_plate(index[2])
     });
     spread_down(&wide, &mut others, |index| free.contains(index) && !sure.contains(index));
-    let others = others;
     let beside = |index: [usize; 3]| near(index, &others, |other| wide.is_above_plate(other));
     let most = if chamber.throat.is_some() { within.clone() } else { within.difference(&others)? };
     let own = match chamber.throat {

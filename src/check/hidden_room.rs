@@ -76,6 +76,16 @@ mod tests {
     use super::*;
     use crate::random::Lcg;
 
+    /// What is told of a part's rooms on its grid alone, and what is found beside it.
+    fn looked_for(voids: &Voids) -> [Vec<Trapped>; 2] {
+        let clearance = voids.clearance().unwrap();
+        let mut met = voids.nothing();
+        let mut told = voids.narrow(&clearance, 3.5, &mut met).unwrap();
+        told.extend(voids.small_rooms(&clearance, 3.5, &mut met).unwrap());
+        let found = voids.hidden_rooms(&clearance, (3.0, 3.5), &told.iter().collect::<Vec<_>>()).unwrap();
+        [told, found]
+    }
+
     #[test]
     fn a_room_is_found_that_the_grid_does_not_tell_from_its_neck_and_a_passage_is_none() {
         let mut rng = Lcg(92);
@@ -86,11 +96,7 @@ mod tests {
                 let mesh = turned(&flask(9.0, room, neck), || rng.unit());
                 let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
                 let voids = Voids::of(&part).unwrap();
-                let clearance = voids.clearance().unwrap();
-                let mut met = voids.nothing();
-                let mut told = voids.narrow(&clearance, 3.5, &mut met).unwrap();
-                told.extend(voids.small_rooms(&clearance, 3.5, &mut met).unwrap());
-                let found = voids.hidden_rooms(&clearance, (3.0, 3.5), &told.iter().collect::<Vec<_>>()).unwrap();
+                let [told, found] = looked_for(&voids);
                 if is_room {
                     // What the outer set closes altogether is told as what may be sealed.
                     let closed = !voids.sealed().unwrap().undecided.is_empty();
@@ -114,11 +120,7 @@ mod tests {
             let mesh = turned(&flask(16.0, 6.5, 1.0), || rng.unit());
             let part = part(mesh, 1.1333, [0, 1, 2].map(|_| rng.unit() - 0.5));
             let voids = Voids::of(&part).unwrap();
-            let clearance = voids.clearance().unwrap();
-            let mut met = voids.nothing();
-            let mut told = voids.narrow(&clearance, 3.5, &mut met).unwrap();
-            told.extend(voids.small_rooms(&clearance, 3.5, &mut met).unwrap());
-            let found = voids.hidden_rooms(&clearance, (3.0, 3.5), &told.iter().collect::<Vec<_>>()).unwrap();
+            let [told, found] = looked_for(&voids);
             let all: Vec<&Trapped> = told.iter().chain(&found).collect();
             let [one] = all[..] else { panic!("{case}: {}", all.len()) };
             assert!(one.way_out_mm.low <= 1.0 && 1.0 <= one.way_out_mm.high, "{case}: {:?}", one.way_out_mm);

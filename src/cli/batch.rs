@@ -44,8 +44,9 @@ fn without_products(mut parts: Vec<Entry>, named: &[PathBuf]) -> Result<Vec<Entr
 /// Whether a run wrote a file, as it stands.
 fn is_product(path: &Path) -> bool {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|n| n.to_str())) else { return false };
-    let is_listed = Record::of(folder).names().any(|n| n == name);
-    is_listed && Record::of(folder).standing(folder).names().any(|n| n == name)
+    let (record, is_named) = (Record::of(folder), |of: &Record| of.names().any(|n| n == name));
+    // Digests are made of folders that list it alone.
+    is_named(&record) && is_named(&record.standing(folder))
 }
 
 /// Judges all parts, prints a line for each as soon as it is known, and returns the closing lines and the worst exit code.
