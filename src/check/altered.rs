@@ -101,6 +101,9 @@ impl Altered {
             let gap = gaps.iter().find(holds).filter(|_| *step == Step::Joined);
             change.extent = gap.copied().unwrap_or(change.extent);
             events_of(part, laid, &change, *step, &mut own);
+            if *step == Step::Joined {
+                own.iter_mut().for_each(|e| e.missing = e.missing.max(fusing.missing_between(&e.bodies)));
+            }
             // Whether bodies meet is told by their distance.
             let between = *step != Step::Joined && own.iter().any(|e| e.bodies.len() > 1);
             if between && *step == Step::Gained || change.samples < least && *step != Step::Joined || is_sieve(&change)
@@ -220,7 +223,7 @@ fn fused(fusing: &Fusing) -> Vec<Event> {
         at: pair.middle(),
         extent: bounds(pair.points).unwrap_or_default(),
         bodies: counted(&pair.bodies),
-        missing: 0.0,
+        missing: fusing.missing(pair),
     };
     fusing.by_pairs().into_iter().map(event).collect()
 }

@@ -4,9 +4,9 @@ use super::contract::limits_of;
 use super::rods::plain;
 use super::topple::{round, toppled_by};
 use crate::access::support_angle;
-use crate::geometry::Slab;
+use crate::geometry::Prism;
 use crate::geometry::triangle::closest_on_segments;
-use crate::geometry::vector::{Vec3, along, distance, scale, sub, unit};
+use crate::geometry::vector::{Vec3, add, along, distance, dot, scale, sub, unit};
 use crate::layer::{Ceiling, stretch};
 use crate::part::Part;
 use crate::process::Process;
@@ -25,6 +25,9 @@ const FELT: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// A wall that leans away from the chamfer by more than this share of its reach, and no less than that length in millimetres, does not
 /// carry it.
 const AWAY: (f64, f64) = (0.25, 0.05);
+
+/// Cosine of the angle up to which a facet of the wall looks out of it.
+const LOOKS_OUT: f64 = 0.5;
 
 /// What is no farther from an anchor, in millimetres, lies on it.
 const AT_ANCHOR: f64 = 1e-3;
@@ -220,7 +223,7 @@ impl Trying<'_> {
         // The part of its underside that is above the plate.
         let foot = (at[2] / (leg * self.slope)).min(1.0);
         let (tip, foot) = (along(at, out, leg), along(below(foot), out, leg * (1.0 - foot)));
-        match self.is_free(piece, [tip, foot]) {
+        match self.is_free(piece, [tip, foot]) && self.is_solid(piece, foot[2]) {
             true => Place::Roomy,
             false => Place::Blocked,
         }
@@ -233,17 +236,38 @@ impl Trying<'_> {
         self.part.distance().first_hit(from, out.map(|x| -x), 0.0, reach + slack).is_some()
     }
 
+    /// Whether no hole or pocket opens in the wall behind a piece of the chamfer, down to a height: right behind the wall there are no facets but
+    /// those that look out of it.
+    fn is_solid(&self, piece: &Piece, low: f64) -> bool {
+        let (deep, high) = (1e-2 * self.leg, piece.at[2] - low);
+        let wide = scale([-piece.out[1], piece.out[0], 0.0], 0.9 * piece.long);
+        let top = along(along(piece.at, wide, -0.5), [0.0, 0.0, 1.0], -0.02 * high);
+        let back = [1e-3 * deep, deep].map(|by| along(top, piece.out, -by));
+        let down = [0.0, 0.0, -0.96 * high];
+        let base = vec![back[0], back[1], add(back[1], down), add(back[0], down)];
+        let surface = self.part.distance();
+        !Prism { base, along: wide }.is_met(surface, |f| dot(surface.normal(f), piece.out) < LOOKS_OUT)
+    }
+
     /// Whether nothing lies under a piece of the chamfer, from its tip to its foot and as far below as has to stay free, but for what it
-    /// lies on.
+    /// lies on; and no other body there or in it, with which it would be one.
     fn is_free(&self, piece: &Piece, [tip, foot]: [Vec3; 2]) -> bool {
         let (long, way) = (distance(tip, foot), unit(sub(foot, tip)));
         let away = unit([piece.out[0] * self.slope, piece.out[1] * self.slope, -1.0]);
-        let run = [-piece.out[1], piece.out[0], 0.0];
         let beside = (BESIDE * piece.long + 4.0 * self.part.step()).min(0.4 * piece.long);
         let wide = piece.long - 2.0 * beside;
-        let corner = along(along(tip, way, 0.02 * long), run, -0.5 * wide);
-        let sides = [scale(run, wide), scale(way, 0.93 * long), scale(away, self.gap.max(1e-6))];
-        !Slab { corner, sides }.is_met(self.part.distance())
+        let run = scale([-piece.out[1], piece.out[0], 0.0], wide);
+        let free = scale(away, self.gap.max(1e-6));
+        let beside = |p: Vec3| along(p, run, -0.5);
+        let ends = [0.02, 0.95].map(|share| beside(along(tip, way, share * long)));
+        let under = Prism { base: vec![ends[0], ends[1], add(ends[1], free), add(ends[0], free)], along: run };
+        let [tip, foot, top] = [tip, foot, piece.at].map(beside);
+        let [tip_below, low] = [tip, foot].map(|p| add(p, free));
+        let whole = Prism { base: vec![top, tip, tip_below, low, [top[0], top[1], low[2]]], along: run };
+        let body = |facet: u32| self.part.health().facet_body.get(facet as usize).copied();
+        let own = self.ledge.facets.first().and_then(|&f| body(f));
+        let surface = self.part.distance();
+        !under.is_met(surface, |_| true) && !whole.is_met(surface, |f| body(f) != own)
     }
 }
 
@@ -327,6 +351,17 @@ mod tests {
             let found = tried(gallows(10.0).joined(&post));
             assert!(!found.has_room() && found.roomy > 0 && found.blocked > 0, "{y}: {found:?}");
             assert!(!found.words(0.4).contains("there is room"), "{y}");
+        }
+        // A body that lies in it would be one with the part.
+        let found = tried(gallows(10.0).joined(&cuboid([4.5, 2.0, 8.8], [5.0, 4.0, 9.5])));
+        assert!(!found.has_room() && found.roomy > 0 && found.blocked > 0, "{found:?}");
+        // A slot in the post, wherever it opens.
+        for (z, is_open) in [(7.6, true), (8.1, true), (8.8, true), (9.4, true), (5.0, false)] {
+            let post = [[0.0, 0.0], [4.0, 0.0], [4.0, z], [2.0, z], [2.0, z + 0.3], [4.0, z + 0.3], [4.0, 10.0]];
+            let outline = [&post[..], &[[7.0, 10.0], [7.0, 12.0], [0.0, 12.0]]].concat();
+            let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 9], [3, 4, 9], [4, 5, 6], [4, 6, 9], [6, 7, 8], [6, 8, 9]];
+            let found = tried(extruded(&outline, &caps, 6.0));
+            assert_eq!(found.has_room(), !is_open, "{z}: {found:?}");
         }
         // What ends below the gap under it is not in the way.
         assert!(tried(gallows(10.0).joined(&cuboid([5.0, 2.0, 0.0], [6.0, 2.2, 7.0]))).has_room());

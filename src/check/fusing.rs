@@ -54,6 +54,17 @@ impl<'a> Fusing<'a> {
         self.near.iter().copied().filter(|p| !self.touches(p))
     }
 
+    /// How much a gap lacks of one that stays open.
+    pub fn missing(&self, pair: &BodyPair) -> f64 {
+        self.process.element.closing_gap_mm - pair.distance
+    }
+
+    /// The most that the gaps between some bodies lack, numbered from 1; 0 where there are none.
+    pub fn missing_between(&self, bodies: &[u64]) -> f64 {
+        let are_among = |p: &&BodyPair| p.bodies.iter().all(|&b| bodies.contains(&(u64::from(b) + 1)));
+        self.with_gaps().filter(are_among).map(|p| self.missing(p)).fold(0.0, f64::max)
+    }
+
     /// Whether a lattice that sees so many pieces shows all bodies apart between which there is a gap.
     pub fn is_resolved(&self, pieces: u64) -> bool {
         self.with_gaps().next().is_none() || pieces >= self.left_by(|pair| self.touches(pair))

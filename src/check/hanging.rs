@@ -2,8 +2,9 @@
 
 use crate::access::{self_holding, standing, support_angle, upright};
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, add, scale};
-use crate::layer::{Below, Bounding, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
+use crate::geometry::halfspace::cut;
+use crate::geometry::vector::{Vec3, add, dot, scale};
+use crate::layer::{Below, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -124,7 +125,7 @@ pub fn islands_turned(part: &Part, process: &Process, up: Vec3) -> Vec<Island> {
 fn begun(part: &Part, process: &Process, (mesh, floors): (&TriangleMesh, &Floors), up: Vec3) -> Vec<Island> {
     let (layer_mm, step) = (process.layer_height_mm, part.step());
     let below = Below::of((mesh, floors), part, layer_mm, (f64::NEG_INFINITY, step));
-    let carrying = Carrying { part, below, up };
+    let carrying = Carrying { part, below, up, layer_mm };
     islands(mesh, plate_z(process), layer_mm, step).into_iter().filter(|i| !carrying.carries(i)).collect()
 }
 
@@ -133,30 +134,38 @@ struct Carrying<'a> {
     part: &'a Part,
     below: Below<'a, Part>,
     up: Vec3,
+    layer_mm: f64,
 }
 
 impl Carrying<'_> {
-    /// Whether other material lies no more than a layer below any of an island's underside, or around it.
+    /// Whether other material lies no more than a layer below any of an island's first layer, or around it.
     ///
-    /// Bodies that cross are looked for below 15 places of each facet; what lies below without crossing is found exactly.
+    /// Bodies that cross are looked for below 15 places of each piece of its facets; what lies below without crossing is found exactly.
     fn carries(&self, island: &Island) -> bool {
         let part = self.part;
-        let rests = |f: u32| self.below.floors_under(f).iter().any(|g| island.own_floors.binary_search(g).is_err());
-        let carried = |f: u32| part.is_covered(f) || rests(f) || !part.is_plain() && self.lies_in_another(f);
+        let top = island.lowest[2] + self.layer_mm;
+        let is_other = |g: &u32| island.own_floors.binary_search(g).is_err();
+        let rests = |f: u32| self.below.floors_under(f, top).any(|g| is_other(&g));
+        let crossed = |f: u32| !part.is_plain() && self.lies_in_another(island, f);
+        let carried = |f: u32| !part.bounds_solid(f as usize) || rests(f) || crossed(f);
         island.underside.iter().any(|&f| carried(f))
     }
 
-    fn lies_in_another(&self, facet: u32) -> bool {
+    /// Whether what of a facet belongs to an island's first layer lies in another body.
+    fn lies_in_another(&self, island: &Island, facet: u32) -> bool {
         // The facets are the same, however the part stands.
-        let corners = self.part.mesh().corners(facet as usize);
+        let corners = |f: u32| self.part.mesh().corners(f as usize);
+        let height = |p: Vec3| dot(p, self.up);
+        let lowest = corners(island.facet).map(height).into_iter().fold(f64::INFINITY, f64::min);
+        let first = cut(&corners(facet), |p| lowest + self.layer_mm - height(p));
         let down = scale(self.up, -20.0 * self.part.step());
-        let place = |i: usize, j: usize| {
+        let place = |[a, b, c]: [Vec3; 3], i: usize, j: usize| {
             let [u, v] = [i, j].map(|n| 0.02 + 0.235 * n as f64);
-            let [a, b, c] = corners;
             [0, 1, 2].map(|x| a[x] + u * (b[x] - a[x]) + v * (c[x] - a[x]))
         };
-        let mut places = (0..5).flat_map(|i| (0..5 - i).map(move |j| (i, j)));
-        places.any(|(i, j)| self.part.winding().at(add(place(i, j), down)) >= 0.5)
+        let pieces = (1..first.len().saturating_sub(1)).map(|n| [first[0], first[n], first[n + 1]]);
+        let mut places = pieces.flat_map(|t| (0..5).flat_map(move |i| (0..5 - i).map(move |j| place(t, i, j))));
+        places.any(|p| self.part.winding().at(add(p, down)) >= 0.5)
     }
 }
 

@@ -114,7 +114,7 @@ fn support(part: &Part, island: &Start, layer_mm: f64) -> String {
 mod tests {
     use super::*;
     use crate::access::Up;
-    use crate::check::hanging::islands_turned;
+    use crate::check::hanging::{hanging_share, islands_turned};
     use crate::geometry::{cuboid, extruded, revolved};
 
     #[test]
@@ -139,6 +139,51 @@ mod tests {
             assert_eq!(again.len(), found.len(), "{again:?}");
             let areas = |all: &[Start]| all.iter().map(|i| i.first_layer_area_mm2).sum::<f64>();
             assert!((areas(&again) - areas(&found)).abs() < 1e-6, "{again:?}");
+        }
+    }
+
+    #[test]
+    fn an_arm_that_hangs_down_is_an_island_however_it_is_joined_above() {
+        // A block of 10 mm; from its edge at z = 20, broken or not, an arm hangs down to an edge at z = 10.
+        let fdm = Process::named("fdm").unwrap();
+        let sharp = [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0], [20.0, 10.0], [22.0, 12.0], [8.0, 26.0], [0.0, 26.0]];
+        let caps = [[0, 1, 2], [2, 3, 4], [2, 4, 5], [0, 2, 6], [2, 5, 6]];
+        let all = |outline: &[[f64; 2]], caps: &[[usize; 3]]| {
+            islands_of(&Part::new(extruded(outline, caps, 10.0), Up::PlusZ, 1e-6, 2.0).unwrap(), &fdm)
+        };
+        let found = all(&sharp, &caps);
+        let is_it = |i: &Start| (i.lowest[2] - 10.0).abs() < 1e-9 && (i.first_layer_area_mm2 - 4.0).abs() < 1e-6;
+        assert!(matches!(&found[..], [one] if is_it(one) && (one.rise_mm - 10.0).abs() < 1e-9), "{found:?}");
+        for broken in [0.02, 0.05, 0.1] {
+            let mut outline = sharp.to_vec();
+            outline[1][0] += broken;
+            outline.insert(2, [10.0 + broken, 20.0 - 2.0 * broken]);
+            let caps = [[0, 1, 2], [0, 2, 3], [3, 4, 5], [3, 5, 6], [0, 3, 7], [3, 6, 7]];
+            let found = all(&outline, &caps);
+            assert!(matches!(&found[..], [one] if is_it(one)), "{broken}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_plate_that_leans_over_another_is_carried_where_they_are_near() {
+        // 20 × 14 mm, leaning by a degree, from 0.1 mm above another plate on.
+        let fdm = Process::named("fdm").unwrap();
+        let (s, c) = 1f64.to_radians().sin_cos();
+        for (gap, is_carried) in [(0.1, true), (0.25, false)] {
+            let leaning = cuboid([0.0; 3], [20.0, 14.0, 2.0])
+                .transformed([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]], [5.0, 3.0, 2.0 + gap]);
+            let mesh = cuboid([0.0; 3], [30.0, 20.0, 2.0]).joined(&leaning);
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 2.0).unwrap();
+            assert_eq!(islands_of(&part, &fdm).is_empty(), is_carried, "{gap}");
+            if is_carried {
+                // What is no more than a layer above the plate below does not hang.
+                let hangs = |f: usize| {
+                    let hanging = part.mesh().normal(f)[2] < -0.9 && part.mesh().centroid(f)[2] > 1.0;
+                    if hanging { hanging_share(&part, &fdm, f as u32) * part.mesh().facet_area(f) } else { 0.0 }
+                };
+                let area: f64 = (0..part.mesh().triangles.len()).map(hangs).sum();
+                assert!((area - (20.0 - 0.1 / s) * 14.0).abs() < 0.02, "{area}");
+            }
         }
     }
 

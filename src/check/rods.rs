@@ -15,7 +15,7 @@ use std::borrow::Cow;
 
 /// A pin's section is at most this elongated, greatest over least width: 1 × 1.5 mm is still a pin.
 const PIN: f64 = 1.81;
-/// A hole's section: squares and hexagons are holes, slots are not.
+/// A hole's section is at most this many times as long as wide; what is longer is a slot.
 const HOLE: f64 = 1.5;
 /// A passage shorter than this share of its width is an edge of something else, unless it widens beyond either end.
 const SHORTEST: f64 = 0.1;
@@ -303,6 +303,35 @@ mod tests {
             (0..3).map(|a| (f.box_mm[0][a] - [4.0, 4.0, 0.0][a]).abs() + (f.box_mm[1][a] - [5.6, 5.6, 3.0][a]).abs());
         assert!(off.sum::<f64>() < 0.02, "{:?}", f.box_mm);
         assert!((f.fills(f.box_mm).unwrap() - 0.25 * PI).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_hole_is_half_as_long_again_as_wide_at_most_whatever_its_corners() {
+        // Through a plate of 10 × 10 × 3 mm: so wide, and so many times as long.
+        let plate = |wide: f64, times: f64| {
+            let ring = |x: f64, y: f64, z: f64| [[-x, -y, z], [x, -y, z], [x, y, z], [-x, y, z]];
+            let [outer, inner] =
+                [(5.0, 5.0), (0.5 * times * wide, 0.5 * wide)].map(|(x, y)| [0.0, 3.0].map(|z| ring(x, y, z)));
+            let mut facets = Vec::new();
+            for k in 0..4 {
+                let n = (k + 1) % 4;
+                let mut quad = |a, b, c, d| facets.extend([[a, b, c], [a, c, d]]);
+                quad(outer[0][k], outer[0][n], outer[1][n], outer[1][k]);
+                quad(inner[0][k], inner[1][k], inner[1][n], inner[0][n]);
+                quad(outer[1][k], outer[1][n], inner[1][n], inner[1][k]);
+                quad(outer[0][k], inner[0][k], inner[0][n], outer[0][n]);
+            }
+            TriangleMesh::weld(facets)
+        };
+        let process = Process::named("fdm").unwrap();
+        for (times, is_hole) in [(1.0, true), (1.15, true), (1.3, true), (1.49, true), (1.52, false), (2.0, false)] {
+            let part = Part::new(plate(1.2, times), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let found = search(&part, &process, Side::Void).unwrap();
+            let wide = found.rods.first().map(|r| r.narrowest.diameter());
+            assert_eq!(wide.is_some(), is_hole, "{times}: {wide:?}");
+            let alike = 1.2 * (4.0 * times / PI).sqrt();
+            assert!(wide.is_none_or(|w| (w - alike).abs() < 1e-6), "{times}: {wide:?} for {alike}");
+        }
     }
 
     #[test]

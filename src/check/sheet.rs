@@ -9,7 +9,7 @@ use super::search::{self, BOXES};
 use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought, share_of_told};
 use super::sheet_words::{Room, Rooms};
-use crate::geometry::vector::{Vec3, bounds, scale};
+use crate::geometry::vector::{Vec3, angle, bounds, scale, sub};
 use crate::medial::chord::WALL_SEPARATION;
 use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
@@ -23,6 +23,8 @@ use rustc_hash::FxHashMap;
 
 /// Balls and rays whose lengths differ by less are as long, millimetres.
 const TOUCH: f64 = 1e-3;
+/// A ball touches a facet, and not an edge of it, if its middle is seen no farther off the normal than this (1°).
+const ACROSS: f64 = std::f64::consts::PI / 180.0;
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,8 +128,6 @@ impl Sheets<'_> {
         let warn = kind.limits.warn.unwrap_or(0.0).max(kind.limits.fail.unwrap_or(0.0)) - tie;
         let longest = self.part.extent().into_iter().fold(0.0, f64::max);
         let scale = Scale { wide: longest.min(warn), tight: longest.min(if fail > 0.0 { fail } else { warn }) };
-        let waists =
-            thinner(self.own(cover, Shape::Waist), own.iter().filter(|s| s.diameter < warn), 1.5 * self.resolution());
         let mut sheets: Vec<(Sheet, Vec<Sample>)> = Vec::new();
         let mut noticed: Option<Sample> = None;
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn), (warn, f64::INFINITY)] {
@@ -136,21 +136,14 @@ impl Sheets<'_> {
                 noticed = level.into_iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter));
                 continue;
             }
-            let corners = |f: u32| self.part.mesh().triangles[f as usize];
-            for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
-                let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
+            for samples in self.groups(&level) {
                 match sheet_of(&samples, from, scale, self) {
                     Some(sheet) => sheets.push((sheet, samples)),
                     None => *wedges += samples.len(),
                 }
             }
-            let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
-            for members in group(&level, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners) {
-                let samples: Vec<Sample> = members.into_iter().map(|i| level[i]).collect();
-                let waist = sheet_of(&samples, from, scale, self).filter(|s| self.is_waist(s));
-                sheets.extend(waist.map(|sheet| (sheet, samples)));
-            }
         }
+        sheets.extend(self.waists(cover, &sheets, ([fail, warn], scale)));
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
         let told = share_of_told(sheets.len());
         let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution(), told };
@@ -185,6 +178,36 @@ impl Sheets<'_> {
         measured.findings.extend(grouped);
     }
 
+    /// The samples that lie side by side in one body.
+    fn groups(&self, samples: &[Sample]) -> Vec<Vec<Sample>> {
+        let corners = |f: u32| self.part.mesh().triangles.get(f as usize).copied().unwrap_or_default();
+        let groups = group(samples, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners);
+        groups
+            .into_iter()
+            .map(|members| members.into_iter().filter_map(|i| samples.get(i).copied()).collect())
+            .collect()
+    }
+
+    /// What is thin where edges go round and thinner than all sheets beside it; a wedge beside it is none.
+    fn waists(
+        &self,
+        cover: &Cover,
+        sheets: &[(Sheet, Vec<Sample>)],
+        ([fail, warn], scale): ([f64; 2], Scale),
+    ) -> Vec<(Sheet, Vec<Sample>)> {
+        let beside = sheets.iter().flat_map(|(_, samples)| samples);
+        let waists = thinner(self.own(cover, Shape::Waist), beside, 1.5 * self.resolution());
+        let mut found = Vec::new();
+        for (from, to) in [(0.0, fail), (fail.max(0.0), warn)] {
+            let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
+            for samples in self.groups(&level) {
+                let waist = sheet_of(&samples, from, scale, self).filter(|s| self.is_waist(s));
+                found.extend(waist.map(|sheet| (sheet, samples)));
+            }
+        }
+        found
+    }
+
     fn note_worst(&self, kind: &Kind, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
         if let Some((bracket, at)) = met
             && measured.worst.as_ref().is_none_or(|w| bracket.value < w.bracket.value)
@@ -200,7 +223,8 @@ impl Sheets<'_> {
         // What is thin over less than its own thickness, or just short of a wall, is a neck: no part fails for it if it carries nothing.
         let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
         let carries = || self.necks.iter().any(|r| r.holds(s.centre));
-        let neck = blunt && sheet.area < s.diameter * s.diameter && !carries() && !self.is_waist(sheet);
+        let is_spot = blunt && sheet.area < s.diameter * s.diameter;
+        let neck = is_spot && !carries() && !self.is_waist(sheet) && !self.is_whole(sheet);
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
         let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());
@@ -233,9 +257,19 @@ impl Sheets<'_> {
         axis.is_some_and(|axis| goes_on(axis) && goes_on(scale(axis, -1.0)))
     }
 
-    /// The ray definition of thickness: from the first contact straight across, where that differs from the ball's diameter.
+    /// Whether the body is no wider in any direction than what a wall has to be: then it is thin as a whole, and no neck of anything.
+    fn is_whole(&self, Sheet { thinnest, .. }: &Sheet) -> bool {
+        let body = self.part.health().bodies.get(self.body(thinnest.facet) as usize);
+        body.is_some_and(|b| (0..3).all(|a| b.box_mm[1][a] - b.box_mm[0][a] <= self.widest()))
+    }
+
+    /// The ray definition of thickness: from the first contact straight across, where that differs from the ball's diameter; at an edge the
+    /// surface has no normal.
     fn along_normal(&self, s: &Sample) -> Option<f64> {
         let inward = scale(self.part.mesh().normal(s.facet as usize), -self.side.sign());
+        if angle(inward, sub(s.centre, s.contacts[0])) > ACROSS {
+            return None;
+        }
         let (ray, _) = self.part.distance().first_hit(s.contacts[0], inward, 1e-3 * s.diameter, 100.0 * s.diameter)?;
         ((ray - s.diameter).abs() > TOUCH).then_some(ray)
     }
@@ -338,39 +372,84 @@ mod tests {
     use super::super::contract::{Check, Outcome};
     use super::super::thin_wall::ThinWall;
     use super::*;
-    use crate::geometry::{TriangleMesh, cuboid, extruded};
+    use crate::geometry::{TriangleMesh, cuboid, extruded, revolved};
     use crate::part::Up;
 
-    /// Two cones of 4 mm, upright and end to end, joined where they are so wide.
-    fn hourglass(waist: f64, sides: usize) -> TriangleMesh {
-        let ring = |radius: f64, z: f64, n: usize| {
-            let (sin, cos) = (std::f64::consts::TAU * (n % sides) as f64 / sides as f64).sin_cos();
-            [radius * cos, radius * sin, z]
-        };
-        let levels = [(0.0, 0.0), (4.0, 0.0), (0.5 * waist, 4.0), (4.0, 8.0), (0.0, 8.0)];
-        let mut facets = Vec::new();
-        for (&(r, z), &(s, up)) in levels.iter().zip(&levels[1..]) {
-            for n in 0..sides {
-                let [a, b, c, d] = [ring(r, z, n), ring(r, z, n + 1), ring(s, up, n + 1), ring(s, up, n)];
-                facets.extend([[a, b, c], [a, c, d]].into_iter().filter(|[a, b, c]| a != b && b != c && c != a));
-            }
-        }
-        TriangleMesh::weld(facets)
+    /// Two cones that are so high, upright and end to end, joined where they are so wide.
+    fn hourglass(waist: f64, sides: usize, high: f64) -> TriangleMesh {
+        let outline = [[0.0, 0.0], [4.0, 0.0], [0.5 * waist, high], [4.0, 2.0 * high], [0.0, 2.0 * high]];
+        revolved(&outline, sides)
+    }
+
+    fn found(mesh: TriangleMesh) -> Vec<Finding> {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+        found.findings
     }
 
     #[test]
     fn a_waist_between_cones_is_judged_like_a_wall() {
-        let process = Process::named("fdm").unwrap();
-        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
         for (waist, sides, state) in [(0.4, 6, Some(State::Fail)), (0.4, 48, Some(State::Fail)), (2.0, 24, None)] {
-            let part = Part::new(hourglass(waist, sides), Up::PlusZ, 1e-6, 1.0).unwrap();
-            let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
-            assert_eq!(found.findings.first().map(|f| f.state), state, "{waist} {sides}: {:?}", found.findings);
+            let found = found(hourglass(waist, sides, 4.0));
+            assert_eq!(found.first().map(|f| f.state), state, "{waist} {sides}: {found:?}");
             // Across the sides of a regular polygon, an even number of them.
             let width = waist * (std::f64::consts::PI / sides as f64).cos();
-            for f in &found.findings {
+            for f in &found {
                 assert!(f.low <= width && (f.value - width).abs() < 1e-3, "{} … {} for {width}", f.low, f.value);
             }
+        }
+    }
+
+    #[test]
+    fn a_waist_is_seen_however_many_sides_it_has_and_however_it_stands() {
+        for sides in [4, 5, 6, 7, 8, 12, 24] {
+            let width = 0.6 * (std::f64::consts::PI / sides as f64).cos();
+            for degrees in [11.0f64, 29.0, 53.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turn = [[c, -s * c, s * s], [s, c * c, -s * c], [0.0, s, c]];
+                let found = found(hourglass(0.6, sides, 6.0).transformed(turn, [0.3, -0.7, 0.11]));
+                let first = found.first().unwrap_or_else(|| panic!("{sides} at {degrees}: passes"));
+                let is_it = first.state == State::Fail && first.low <= width && (first.value - width).abs() < 1e-3;
+                assert!(is_it, "{sides} at {degrees}: {first:?} for {width}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_thin_rim_of_a_cone_hides_no_waist_beside_it() {
+        let found = found(hourglass(0.6, 48, 1.5));
+        let width = 0.6 * (std::f64::consts::PI / 48.0).cos();
+        let is_it = |f: &Finding| f.state == State::Fail && (f.value - width).abs() < 1e-3;
+        assert!(found.first().is_some_and(is_it), "{found:?}");
+    }
+
+    #[test]
+    fn a_grain_that_is_a_body_of_its_own_fails_as_a_wall_does() {
+        let ball = |d: f64| {
+            let arc = |k: usize| std::f64::consts::PI * k as f64 / 24.0;
+            let outline: Vec<[f64; 2]> = (0..=24).map(|k| [0.5 * d * arc(k).sin(), -0.5 * d * arc(k).cos()]).collect();
+            revolved(&outline, 48).transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [12.0, 1.0, d])
+        };
+        for (d, state) in [(0.6, Some(State::Fail)), (1.0, Some(State::Warn)), (1.4, None)] {
+            let found = found(cuboid([0.0; 3], [8.0; 3]).joined(&ball(d)));
+            assert_eq!(found.first().map(|f| f.state), state, "{d}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn an_edge_of_a_wall_has_no_thickness_along_a_normal() {
+        // A wall of 0.8 mm on a plate of 4 mm.
+        let outline =
+            [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [9.8, 4.0], [9.8, 19.0], [9.0, 19.0], [9.0, 4.0], [0.0, 4.0]];
+        let caps = [[0, 1, 3], [1, 2, 3], [0, 3, 6], [3, 4, 5], [3, 5, 6], [0, 6, 7]];
+        for degrees in [0.0f64, 17.0, 41.0, 73.0] {
+            let (s, c) = degrees.to_radians().sin_cos();
+            let turn = [[c, -s * c, s * s], [s, c * c, -s * c], [0.0, s, c]];
+            let found = found(extruded(&outline, &caps, 20.0).transformed(turn, [0.3, -0.7, 0.11]));
+            let first = found.first().unwrap_or_else(|| panic!("{degrees}: passes"));
+            assert!((first.value - 0.8).abs() < 1e-6 && !first.message.contains("normal"), "{degrees}: {first:?}");
         }
     }
 

@@ -24,8 +24,8 @@ static META: Meta = Meta {
     how: "As AM102, on the void: the curve in which a plane across the axis cuts the surface is exact on the mesh; the bracket is its inscribed \
           and circumscribed circle about the centroid. Closed loops of edges beyond which the void widens on both sides, such as where two countersinks meet, are \
           holes too. What is judged here is not judged as a slot.",
-    limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more elongated than 1.5 \
-             are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged. \
+    limits: "A round section whose circumscribed circle keeps the limit keeps it: facets may have taken the rest. Sections more than 1.5 times as \
+             long as wide are slots, which narrow-gap judges. A blind hole less deep than wide is a dimple and is not judged. \
              Where holes cross, each piece up to the crossing is a hole of its own.",
     source: "Limits: see the profile.",
 };

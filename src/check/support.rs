@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State};
-use super::hanging::needing_support;
+use super::hanging::{hanging_share, needing_support};
 use super::place::locate;
 use crate::access::{Question, standing, stood, support_angle, up_option, upright};
 use crate::error::Result;
@@ -57,12 +57,16 @@ impl Check for Support {
         };
         let mesh = part.mesh();
         let wanted = needing_support(part, process);
-        let found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
+        let mut found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
+        let hanging: Vec<f64> = wanted.iter().map(|&f| hanging_share(part, process, f)).collect();
+        let shares = || wanted.iter().map(|&f| f as usize).zip(&hanging);
+        let rests: f64 = shares().map(|(f, hangs)| -mesh.area_vector(f)[2] * (1.0 - hangs)).sum();
+        leave_out(&mut found, rests, process.layer_height_mm);
         let volume = if part.is_plain() { mesh.signed_volume() } else { part.solid()?.density.volume().as_mm3() };
         let [low, high] = found.volume_mm3.map(|v| v / volume.max(f64::MIN_POSITIVE));
         let bracket = Bracket::new(0.5 * (low + high), low, high);
         let at = heaviest(mesh, &wanted);
-        let contact: f64 = wanted.iter().map(|&f| mesh.facet_area(f as usize)).sum();
+        let contact: f64 = shares().map(|(f, hangs)| mesh.facet_area(f) * hangs).sum();
         let mut measured = Measured {
             worst: Some(Worst { bracket, unit: "1", at }),
             cover: if found.is_empty() {
@@ -97,6 +101,13 @@ impl Check for Support {
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
+}
+
+/// Leaves out what of hanging facets, so large in plan, rests on what lies no more than a layer below: there is no support between them.
+fn leave_out(found: &mut SupportVolume, rests_mm2: f64, layer_mm: f64) {
+    let less = |bounds: &mut [f64; 2], by: f64| bounds[0] = (bounds[0] - by).max(0.0);
+    less(&mut found.volume_mm3, rests_mm2 * layer_mm);
+    less(&mut found.on_part_mm2, rests_mm2);
 }
 
 /// The volume with its unit and, where they differ, its bounds.
@@ -178,5 +189,33 @@ fn turned(part: &Part, process: &Process, angle: f64, column_mm: f64, now: &Supp
             "neither a turn by 90° in which it stands nor the one with the least area hanging over takes less than {} cm³; `amcheck orient` tries all directions",
             short((0.8 * now.volume_mm3[0]).round() / 1000.0)
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{cuboid, extruded};
+    use crate::part::Up;
+
+    #[test]
+    fn what_rests_on_another_body_is_held_by_no_support_whatever_its_facets() {
+        // An arm of 40 mm, 30 mm above the plate; its outer half lies a half layer above a body.
+        let (a, b) = ([[0.0, 0.0], [5.0, 0.0], [5.0, 30.0]], [[45.0, 30.0], [45.0, 35.0], [0.0, 35.0]]);
+        let whole = extruded(&[a, b].concat(), &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 10.0);
+        let outline = [&a[..], &[[25.0, 30.0]], &b[..]].concat();
+        let halved = extruded(&outline, &[[0, 1, 2], [0, 2, 6], [2, 3, 6], [3, 5, 6], [3, 4, 5]], 10.0);
+        let body = cuboid([25.0, 0.0, 0.0], [45.0, 10.0, 29.9]);
+        let process = Process::named("fdm").unwrap();
+        let truth = 200.0 * 30.0 / (1750.0 + 2000.0 + 200.0 * 29.9);
+        for mesh in [whole, halved] {
+            let part = Part::new(mesh.joined(&body), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let context = Context { refine: 0, spacing_mm: 0.5 };
+            let Outcome::Measured(found) = Support.run(&part, &process, &context).unwrap() else { panic!() };
+            let f = found.findings.first().unwrap();
+            assert!(f.low <= truth + 1e-9 && truth <= f.high + 1e-9, "{} … {} for {truth}", f.low, f.high);
+            assert!((f.area_mm2.unwrap() - 200.0).abs() < 0.1, "{:?}", f.area_mm2);
+            assert!(f.message.contains("and 0 mm² on the part") || f.message.contains("0 to "), "{}", f.message);
+        }
     }
 }

@@ -359,6 +359,23 @@ mod tests {
     }
 
     #[test]
+    fn the_gap_that_is_advised_is_as_wide_as_one_that_stays_open() {
+        // Four bars about a square, each so far from the next; in sla 0.2 mm stay open.
+        let ring = |gap: f64| {
+            let bar = |x: f64| cuboid([x, 0.0, 0.0], [x + 5.0, 13.0, 5.0]);
+            let across = |y: f64| cuboid([0.0, y, 0.0], [18.0, y + 5.0, 5.0]);
+            turned(&bar(0.0).joined(&bar(13.0)).joined(&across(13.0 + gap)).joined(&across(-5.0 - gap)), 27.0, 19.0)
+        };
+        let process = Process::named("sla").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let part = Part::new(ring(0.1), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let Outcome::Measured(measured) = Topology.run(&part, &process, &context).unwrap() else { panic!() };
+        let bridged = measured.findings.iter().find(|f| f.kind == "bridged").unwrap();
+        let by = bridged.fix.split_whitespace().find_map(|word| word.parse::<f64>().ok());
+        assert!(by.is_none_or(|by| by >= 0.1 - 1e-9), "{}", bridged.fix);
+    }
+
+    #[test]
     fn a_web_that_alone_joins_two_blocks_and_is_too_thin_leaves_them_apart() {
         let process = Process::named("fdm").unwrap();
         let context = Context { refine: 64_000_000, spacing_mm: 0.1 };

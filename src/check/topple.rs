@@ -4,7 +4,7 @@ use super::contract::{Context, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
 use super::place::{group_equal, locate, reported};
 use crate::geometry::vector::{Vec3, bounds};
-use crate::geometry::{DisjointSets, Hull, TriangleMesh};
+use crate::geometry::{DisjointSets, Hull, Prism, TriangleMesh};
 use crate::layer::section_points;
 use crate::part::Part;
 use crate::process::Process;
@@ -39,6 +39,18 @@ struct Standing {
     mesh: TriangleMesh,
     /// Its bodies, counted from 1; none where they are all of the part.
     bodies: Option<Vec<u64>>,
+}
+
+impl Standing {
+    /// Whether facets of other bodies reach to within so high above the plate in a convex outline.
+    fn meets_another(&self, part: &Part, outline: &Hull, high: f64) -> bool {
+        let own = |f: u32| {
+            let body = part.health().facet_body.get(f as usize).map(|&b| u64::from(b) + 1);
+            self.bodies.as_ref().is_none_or(|own| body.is_some_and(|b| own.contains(&b)))
+        };
+        let base: Vec<Vec3> = outline.corners().iter().map(|&[x, y]| [x, y, -part.step()]).collect();
+        Prism { base, along: [0.0, 0.0, high + part.step()] }.is_met(part.distance(), |f| !own(f))
+    }
 }
 
 /// The pieces that a part is printed in: bodies nearer than the gap that closes fuse. Facets that bound no solid are left out.
@@ -103,8 +115,12 @@ fn toppling(part: &Part, process: &Process, context: &Context, own: &Standing) -
     // As thick as a wall, so that it is none that is too thin.
     let wall = limits_of(process, "thin-wall").and_then(|l| l.warn.or(l.fail)).unwrap_or(0.0);
     let thick = wall.max(process.layer_height_mm);
+    let gap = limits_of(process, "narrow-gap.between-bodies").and_then(|l| l.fail.or(l.warn)).unwrap_or(0.0);
     f.fix = match broader_foot(&footprint, centre, volume, thick, least + SPARE) {
-        Some((wider, inside)) => format!(
+        Some(foot) if own.meets_another(part, &foot.outline, thick + gap) => {
+            "lay it down: another body stands where a foot broad enough would be".into()
+        }
+        Some(Foot { wider, inside, .. }) => format!(
             "give it a foot {} mm thick, {} mm broader on that side: measured again, the centre of mass lies {} mm inside",
             short(thick),
             short((100.0 * wider).ceil() / 100.0),
@@ -139,9 +155,15 @@ pub(super) fn round(mm: f64) -> f64 {
     (100.0 * mm).round() / 100.0
 }
 
-/// How far a foot has to reach beyond the footprint, and how deep inside it the centre of mass lies then: a foot as thick, under
-/// all within some distance of the centre of mass, whose own mass is counted.
-fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, thick: f64, least: f64) -> Option<(f64, f64)> {
+/// A foot that a part is given: how far it reaches beyond the footprint, how deep inside it the centre of mass lies then, and all of it in plan.
+struct Foot {
+    wider: f64,
+    inside: f64,
+    outline: Hull,
+}
+
+/// The foot as thick, under all within some distance of the centre of mass, whose own mass is counted.
+fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, thick: f64, least: f64) -> Option<Foot> {
     let corners = || footprint.corners().iter().copied();
     let (area, middle) = centroid(footprint);
     let short_of = -footprint.depth([centre[0], centre[1]]);
@@ -161,7 +183,7 @@ fn broader_foot(footprint: &Hull, centre: Vec3, volume: f64, thick: f64, least: 
         });
         let inside = broader.depth(moved);
         if inside >= least {
-            return Some((short_of + out, inside));
+            return Some(Foot { wider: short_of + out, inside, outline: broader });
         }
         reach += 1.1 * (least - inside);
     }
@@ -184,7 +206,7 @@ fn centroid(hull: &Hull) -> (f64, [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cuboid;
+    use crate::geometry::{cuboid, extruded};
     use crate::part::Up;
 
     #[test]
@@ -193,10 +215,26 @@ mod tests {
         let (area, middle) = centroid(&square);
         assert!(area == 100.0 && middle.iter().all(|c| (c - 5.0).abs() < 1e-12), "{area} {middle:?}");
         // Three millimetres outside on +x: five have to be added to be two inside, and a little more for the foot's own mass.
-        let (wider, inside) = broader_foot(&square, [13.0, 5.0, 20.0], 1000.0, 0.2, 2.0).expect("a foot");
+        let Foot { wider, inside, .. } = broader_foot(&square, [13.0, 5.0, 20.0], 1000.0, 0.2, 2.0).expect("a foot");
         assert!(inside >= 2.0 && (5.0..5.2).contains(&wider), "{wider} {inside}");
         let heavy = broader_foot(&square, [13.0, 5.0, 20.0], 10.0, 1.0, 2.0).expect("a foot");
-        assert!(heavy.1 >= 2.0, "{heavy:?}");
+        assert!(heavy.inside >= 2.0, "{}", heavy.inside);
+    }
+
+    #[test]
+    fn no_foot_is_advised_where_another_body_stands() {
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        // A foot of 10 mm under an arm of 20 mm; a low block beside it, near and far, and one that is higher above the plate.
+        let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 20.0], [30.0, 20.0], [30.0, 32.0], [0.0, 32.0]];
+        let arm = extruded(&outline, &[[0, 1, 2], [0, 2, 5], [2, 3, 4], [2, 4, 5]], 10.0);
+        for (from, to, is_free) in [(10.5, [0.0, 3.0], false), (30.0, [0.0, 3.0], true), (10.5, [4.0, 6.0], true)] {
+            let block = cuboid([from, 1.0, to[0]], [from + 4.0, 9.0, to[1]]);
+            let part = Part::new(arm.clone().joined(&block), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let found = topple(&part, &process, &context);
+            let told = found.iter().find(|f| f.bodies == Some(vec![1])).unwrap();
+            assert_eq!(told.fix.starts_with("give it a foot"), is_free, "{from}: {}", told.fix);
+        }
     }
 
     #[test]

@@ -91,6 +91,31 @@ impl Hull {
         (least, greatest)
     }
 
+    /// How many times as long as wide the hull is: its extent across its least width over that width; infinite without a width.
+    ///
+    /// A rectangle has the ratio of its sides, a regular hexagon 2/√3.
+    ///
+    /// # Cost
+    /// O(n²) in its corners.
+    ///
+    /// ```
+    /// use amcheck::geometry::Hull;
+    /// let hull = Hull::of([[0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [0.0, 2.0]]);
+    /// assert!((hull.aspect() - 1.5).abs() < 1e-12);
+    /// ```
+    pub fn aspect(&self) -> f64 {
+        let corners = self.apart();
+        let spread = |along: [f64; 2]| {
+            let heights = corners.iter().map(|c| along[0] * c[0] + along[1] * c[1]);
+            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            high - low
+        };
+        let sides = corners.iter().zip(corners.iter().cycle().skip(1)).map(|(p, q)| [q[0] - p[0], q[1] - p[1]]);
+        let widths = sides.map(|way| (spread([-way[1], way[0]]) / way[0].hypot(way[1]), way));
+        let least = widths.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|least| least.0 > 0.0);
+        least.map_or(f64::INFINITY, |(width, way)| spread(way) / way[0].hypot(way[1]) / width)
+    }
+
     /// The corners without those right beside another: between these no direction is known.
     fn apart(&self) -> Vec<Point> {
         let near = self.nothing();

@@ -26,10 +26,12 @@ impl Ground for () {
     }
 }
 
-/// Whether a triangle lies below a facet, in plan on an area wider than `narrow`, everywhere there by a height within the limits.
+/// The triangles of a triangle below a facet on which it rests: where that is in plan on an area wider than `narrow`, by a height within the
+/// limits.
 ///
-/// { (x, y) : in both in plan }: its corners are those of a convex polygon, and the height between two planes is greatest and least at corners.
-pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], narrow: f64) -> bool {
+/// { (x, y) : in both in plan, least ≤ height ≤ most }: a convex polygon, cut where the height is the most. Where the two meet, none of it counts
+/// unless all does: there the facet is held by what adjoins it, up to the line on which they meet.
+pub fn resting_on(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], narrow: f64) -> Vec<[Vec3; 3]> {
     let limits = |t: [Vec3; 3], axis: usize| {
         let along = t.map(|p| p[axis]);
         [along.into_iter().fold(f64::INFINITY, f64::min), along.into_iter().fold(f64::NEG_INFINITY, f64::max)]
@@ -41,14 +43,29 @@ pub fn lies_below(facet: [Vec3; 3], under: [Vec3; 3], [least, most]: [f64; 2], n
     };
     let is_within = |[low, high]: [f64; 2], [least, most]: [f64; 2]| least <= high && low <= most;
     if !(is_within(beyond(0), [0.0; 2]) && is_within(beyond(1), [0.0; 2]) && is_within(beyond(2), [least, most])) {
-        return false;
+        return Vec::new();
     }
-    let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return false };
-    let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return false };
+    let (Some(over), Some(plane)) = (counter_clockwise(facet), Plane::of(facet)) else { return Vec::new() };
+    let (Some(_), Some(ground)) = (counter_clockwise(under), Plane::of(under)) else { return Vec::new() };
     let polygon = common(under, over);
-    let (area, sides) = measure(&polygon);
     let gap = |p: &Point| plane.height(*p) - ground.height(*p);
-    area > sides * narrow.max(1e-9 * sides) && polygon.iter().map(gap).all(|g| least <= g && g <= most)
+    let is_wide = |polygon: &[Point]| {
+        let (area, sides) = measure(polygon);
+        area > sides * narrow.max(1e-9 * sides)
+    };
+    let [lowest, highest] =
+        polygon.iter().map(gap).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], g| [l.min(g), h.max(g)]);
+    if !is_wide(&polygon) || lowest < least {
+        return Vec::new();
+    }
+    if highest <= most {
+        return vec![under];
+    }
+    let meets = lowest <= least.abs();
+    let near = if meets { Vec::new() } else { cut(&polygon, |p| most - gap(&p)) };
+    let at = |n: usize| near.get(n).map_or([0.0; 3], |p| [p[0], p[1], ground.height(*p)]);
+    let fan = (1..near.len().saturating_sub(1)).map(|n| [at(0), at(n), at(n + 1)]);
+    if is_wide(&near) { fan.collect() } else { Vec::new() }
 }
 
 /// The share of a triangle in plan below which others lie, which do not overlap; at most 1.
@@ -279,8 +296,8 @@ mod tests {
         }
 
         fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
-            let near = |t: &[Vec3; 3]| lies_below(CEILING[facet as usize], *t, [0.0, 0.2], 0.0);
-            self.tops().into_iter().filter(near).collect()
+            let on = |t| resting_on(CEILING[facet as usize], t, [0.0, 0.2], 0.0);
+            self.tops().into_iter().flat_map(on).collect()
         }
     }
 
@@ -326,18 +343,26 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_close_below_everywhere_is_rested_on() {
+    fn only_what_is_close_below_is_rested_on() {
         let facet = CEILING[0];
+        let rests = |under: [Vec3; 3], narrow: f64| resting_on(facet, under, [0.0, 0.2], narrow);
         let at = |z: f64| [[6.0, 1.0, z], [9.0, 1.0, z], [9.0, 2.0, z]];
-        assert!(lies_below(facet, at(4.9), [0.0, 0.2], 0.0) && lies_below(facet, at(5.0), [0.0, 0.2], 0.0));
-        assert!(!lies_below(facet, at(4.7), [0.0, 0.2], 0.0) && !lies_below(facet, at(5.1), [0.0, 0.2], 0.0));
-        // One corner lies too low where the facet still is above it.
-        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 2.0, 4.7]], [0.0, 0.2], 0.0));
+        assert!(rests(at(4.9), 0.0) == [at(4.9)] && rests(at(5.0), 0.0) == [at(5.0)]);
+        assert!(rests(at(4.7), 0.0).is_empty() && rests(at(5.1), 0.0).is_empty());
+        // One corner lies too low where the facet still is above it: the rest of it, cut at two thirds of the ways there.
+        let area = |t: &[Vec3; 3]| {
+            0.5 * ((t[1][0] - t[0][0]) * (t[2][1] - t[0][1]) - (t[1][1] - t[0][1]) * (t[2][0] - t[0][0]))
+        };
+        let sinking = [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 2.0, 4.75]];
+        let left: f64 = rests(sinking, 0.0).iter().map(area).sum();
+        assert!((left - 1.5 * (1.0 - 1.0 / 9.0)).abs() < 1e-12, "{left}");
+        // Where it meets the facet at a corner, none of it.
+        assert!(rests([[6.0, 1.0, 5.0], [9.0, 1.0, 4.9], [9.0, 2.0, 4.75]], 0.0).is_empty());
         // Beside the facet in plan, and upright.
-        assert!(!lies_below(facet, at(4.9).map(|p| [p[0] - 6.0, p[1] + 5.0, p[2]]), [0.0, 0.2], 0.0));
-        assert!(!lies_below(facet, [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0, 3.0]], [0.0, 0.2], 0.0));
+        assert!(rests(at(4.9).map(|p| [p[0] - 6.0, p[1] + 5.0, p[2]]), 0.0).is_empty());
+        assert!(rests([[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0, 3.0]], 0.0).is_empty());
         // All but upright: on a strip as wide as the wall leans.
         let leaning = [[6.0, 1.0, 4.9], [9.0, 1.0, 4.9], [9.0, 1.0 + 1e-5, 4.85]];
-        assert!(lies_below(facet, leaning, [0.0, 0.2], 0.0) && !lies_below(facet, leaning, [0.0, 0.2], 1e-4));
+        assert!(!rests(leaning, 0.0).is_empty() && rests(leaning, 1e-4).is_empty());
     }
 }

@@ -1,6 +1,6 @@
 //! What of a part lies no more than a layer below its own surface, and what of that surface hangs over.
 
-use super::beneath::{Ground, lies_below, share_below};
+use super::beneath::{Ground, resting_on, share_below};
 use super::bridge::{Ceiling, FLAT, Measuring, ceilings};
 use super::downward::downward_facets;
 use super::floor::Floors;
@@ -101,22 +101,30 @@ impl<'a, B: Bounding> Below<'a, B> {
         below(middle) && corners.iter().all(|&c| below(along(middle, sub(c, middle), 0.98)))
     }
 
-    /// The facets that look up no more than a layer below some of a facet, in increasing order.
-    pub fn floors_under(&self, facet: u32) -> Vec<u32> {
+    /// The facets that look up no more than a layer below a piece of a facet, and the triangles of each on which it rests, in increasing order.
+    fn under(&self, facet: u32, piece: [Vec3; 3]) -> Vec<(u32, Vec<[Vec3; 3]>)> {
         let (mesh, tie) = (self.mesh, 4.0 * self.step_mm);
-        let corners = mesh.corners(facet as usize);
-        let Some((lo, hi)) = bounds(corners) else { return Vec::new() };
+        let Some((lo, hi)) = bounds(piece) else { return Vec::new() };
         let reach = ([lo[0], lo[1], lo[2] - self.layer_mm - tie], [hi[0], hi[1], hi[2] + tie]);
         let mut found = Vec::new();
         self.floors.in_box(reach, |g| {
             // The two sides of an upright wall that leans by its rounding overlap in plan by that.
             let height = [-tie, self.layer_mm + tie];
-            if g != facet && lies_below(corners, mesh.corners(g as usize), height, 2.0 * tie) {
-                found.push(g);
+            let on =
+                if g == facet { Vec::new() } else { resting_on(piece, mesh.corners(g as usize), height, 2.0 * tie) };
+            if !on.is_empty() {
+                found.push((g, on));
             }
         });
-        found.sort_unstable();
+        found.sort_unstable_by_key(|(g, _)| *g);
         found
+    }
+
+    /// The facets that look up no more than a layer below some of what of a facet lies below a height, once for each piece of it.
+    pub fn floors_under(&self, facet: u32, top: f64) -> impl Iterator<Item = u32> {
+        let below = clip_below(self.mesh.corners(facet as usize), top);
+        let pieces = (1..below.len().saturating_sub(1)).map(move |n| [below[0], below[n], below[n + 1]]);
+        pieces.flat_map(move |piece| self.under(facet, piece)).map(|(g, _)| g)
     }
 
     /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
@@ -140,7 +148,7 @@ impl<B: Bounding> Ground for Below<'_, B> {
     }
 
     fn beneath(&self, facet: u32) -> Vec<[Vec3; 3]> {
-        let under = self.floors_under(facet).into_iter();
-        under.map(|g| self.mesh.corners(g as usize)).chain(self.on_plate(facet)).collect()
+        let under = self.under(facet, self.mesh.corners(facet as usize)).into_iter();
+        under.flat_map(|(_, on)| on).chain(self.on_plate(facet)).collect()
     }
 }

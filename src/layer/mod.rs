@@ -25,7 +25,7 @@ mod support;
 mod tall;
 mod walk;
 
-pub use beneath::{Ground, lies_below};
+pub use beneath::{Ground, resting_on};
 pub use bridge::{Ceiling, FLAT, Measuring, Reach, SelfHolding, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume, support_volumes};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};

@@ -82,8 +82,8 @@ pub enum Shape {
     Sheet,
     /// Contacts between 120° and 150° apart: an edge in the making.
     Wedge,
-    /// Contacts at least 150° apart of a ball at an edge, beside nearer ones that the surface is in the way of: where edges go round, what is thin
-    /// there and nowhere beside it.
+    /// Contacts at least 150° apart of a ball at an edge, or contacts on all sides of it in a plane, beside nearer ones that the surface is in
+    /// the way of: where edges go round, what is thin there and nowhere beside it.
     Waist,
 }
 

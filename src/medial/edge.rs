@@ -2,8 +2,11 @@
 
 use super::chord::{Chord, Patch, WALL_SEPARATION, meets, runs_along};
 use super::cover::Shape;
+use super::held::Section;
 use super::seek::{Look, Seeker};
-use crate::geometry::vector::{along, dot, norm2, scale, sub, unit};
+use crate::geometry::distance::TouchingBall;
+use crate::geometry::triangle::closest_point;
+use crate::geometry::vector::{Vec3, along, distance, dot, norm2, scale, sub, unit};
 
 impl Seeker<'_> {
     /// Looks along the shortest chord of an edge or a vertex.
@@ -48,14 +51,36 @@ impl Seeker<'_> {
         for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
             self.cover.evaluations += 1;
             let ball = self.mesh.touching_ball(along(a, sub(b, a), 0.5), way, 0.51 * q.notice, q.tolerance);
+            let is_wall = ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice;
+            let found = match ball.stop {
+                Some(_) if is_wall => Some(ball),
+                Some(_) => self.held(patch, ball.centre, [run, way]),
+                None => None,
+            };
             // What stops on a facet that the edge runs into is a wedge.
-            let stops = ball.stop.is_some_and(|stop| !meets(&patch.whole, &self.mesh.corners(stop.facet)));
-            if stops && ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice {
+            let stops =
+                |ball: &TouchingBall| ball.stop.is_some_and(|s| !meets(&patch.whole, &self.mesh.corners(s.facet)));
+            if let Some(ball) = found.filter(stops) {
                 let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
                 let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
                 self.record(&ball, Shape::Waist, low, (patch, 1.0));
                 return;
             }
         }
+    }
+
+    /// The ball that touches the edge among those that the surface holds from all sides of a plane through it.
+    ///
+    /// Across a regular polygon the ball touches each side in its middle, and is as large nowhere else along it: one that grows from
+    /// anywhere else is stopped by the sides beside, and from the middle by whichever rounding makes the first.
+    fn held(&mut self, patch: &Patch, origin: Vec3, axes: [Vec3; 2]) -> Option<TouchingBall> {
+        let q = self.question;
+        let section = Section { mesh: self.mesh, origin, axes, agree: [1e-4, q.tolerance] };
+        self.cover.evaluations += 2;
+        let held = section.held(q.notice).filter(|held| 2.0 * held.radius <= q.notice)?;
+        let from = closest_point(held.centre, patch.corners);
+        let touches = distance(from, held.centre) <= held.radius + q.tolerance.max(1e-4 * held.radius);
+        let stop = touches.then(|| section.opposite(&held, from)).flatten()?;
+        Some(TouchingBall { from, centre: held.centre, radius: held.radius, stop: Some(stop) })
     }
 }

@@ -14,6 +14,7 @@ mod facing;
 pub mod feature;
 mod flat;
 mod head;
+mod held;
 pub mod inscribed;
 pub mod map;
 mod orifice;

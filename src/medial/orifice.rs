@@ -95,7 +95,7 @@ impl Search<'_> {
         let before: Vec<u32> = (0..ends.len()).map(|k| ends[(k + ends.len() - 1) % ends.len()].1).collect();
         let s = summed_up(self.mesh, plane, &points, &before)?;
         let off = points.iter().map(|p| dot(sub(*p, point), plane.normal).abs()).fold(0.0, f64::max);
-        if s.diameter() > self.wanted.within || s.elongation > self.wanted.elongation || off > FLAT * s.diameter() {
+        if s.diameter() > self.wanted.within || self.wanted.is_too_long(&s) || off > FLAT * s.diameter() {
             return None;
         }
         let away = off + BEYOND * s.diameter();

@@ -124,8 +124,17 @@ pub struct Wanted {
     pub side: Side,
     /// Largest equal-area diameter, millimetres.
     pub within: f64,
-    /// Largest ratio of a section's greatest width to its least: 1.5 takes triangles, squares, hexagons and D-shapes, and no slots.
+    /// Of material, the largest ratio of a section's greatest width to its least; of void, of its length to that: there 1.5 takes triangles,
+    /// squares, hexagons and D-shapes, and no slots.
     pub elongation: f64,
+}
+
+impl Wanted {
+    /// Whether a section is a wall's or a slot's.
+    pub(super) fn is_too_long(&self, s: &Section) -> bool {
+        let of = if self.side == Side::Material { s.elongation } else { s.aspect };
+        of > self.elongation
+    }
 }
 
 /// The surface in which rods are searched.
@@ -233,7 +242,7 @@ impl Search<'_> {
     /// Whether a section is round enough, small enough and full.
     fn is_rod(&self, s: &Section) -> bool {
         let w = &self.wanted;
-        if s.diameter() > w.within || s.elongation > w.elongation || s.taper > TAPER {
+        if s.diameter() > w.within || w.is_too_long(s) || s.taper > TAPER {
             return false;
         }
         let radius = 0.5 * s.inscribed;

@@ -35,6 +35,9 @@ pub struct Section {
     /// Greatest over least width of the curve's convex hull; the ratio of the circumscribed to the inscribed diameter, which is no less, where
     /// that is up to 1.4, or where the curve fills less than 0.92 of its hull.
     pub elongation: f64,
+    /// How many times as long as wide the curve's convex hull is: its extent across its least width over that; never more than `elongation`,
+    /// and the same where that is the ratio of two circles.
+    pub aspect: f64,
     /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
     pub is_faced: bool,
     /// The direction to which the normals along the curve are most nearly at right angles.
@@ -155,6 +158,7 @@ pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], face
     let grain = least_axis(m);
     let grain = if dot(grain, plane.normal) < 0.0 { scale(grain, -1.0) } else { grain };
     let form = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
+    let [elongation, aspect] = elongated(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12));
     Some(Section {
         centre: [0, 1, 2].map(|a| plane.point[a] + middle[0] * u[a] + middle[1] * v[a]),
         axis: plane.normal,
@@ -162,7 +166,8 @@ pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], face
         inscribed: 2.0 * inner,
         circumscribed: 2.0 * outer,
         corners,
-        elongation: elongation(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12)),
+        elongation,
+        aspect,
         is_faced: corners >= ROUND_CORNERS || sides.iter().any(faces),
         grain,
         taper: (form / around).max(0.0).sqrt(),
@@ -170,14 +175,14 @@ pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], face
     })
 }
 
-/// How much longer than wide a curve is, from the ratio of its circles.
-fn elongation(curve: &[[f64; 2]], area: f64, ratio: f64) -> f64 {
+/// How much wider a curve is than its least width, and how much longer across that, from the ratio of its circles.
+fn elongated(curve: &[[f64; 2]], area: f64, ratio: f64) -> [f64; 2] {
     if ratio <= NEARLY_ROUND {
-        return ratio;
+        return [ratio; 2];
     }
     let hull = Hull::of(curve.iter().copied());
     let (least, greatest) = hull.widths();
-    if area >= FULL * hull.area() && least > 0.0 { greatest / least } else { ratio }
+    if area >= FULL * hull.area() && least > 0.0 { [greatest / least, hull.aspect()] } else { [ratio; 2] }
 }
 
 /// The point of the segment pq nearest to c.
