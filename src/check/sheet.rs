@@ -6,14 +6,15 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
-use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
+use super::sheet_shape::{Form, Scale, Sheet, sheet_of, waist_of};
 use super::sheet_thinnest::{Seeking, Sought, share_of_told};
 use super::sheet_words::{Room, Rooms};
-use crate::geometry::vector::{Vec3, angle, bounds, scale, sub};
+use crate::geometry::vector::{Vec3, add, angle, bounds, cross, scale, sub, unit};
 use crate::medial::chord::WALL_SEPARATION;
 use crate::medial::cluster::group;
 use crate::medial::cover::FacetSheet;
 use crate::medial::rod::Rod;
+use crate::medial::section::across;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::part::Part;
 use crate::process::Process;
@@ -25,6 +26,8 @@ use rustc_hash::FxHashMap;
 const TOUCH: f64 = 1e-3;
 /// A ball touches a facet, and not an edge of it, if its middle is seen no farther off the normal than this (1°).
 const ACROSS: f64 = std::f64::consts::PI / 180.0;
+/// Ways across a ball's contacts that it may be held along.
+const ASIDE: usize = 12;
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -143,7 +146,7 @@ impl Sheets<'_> {
                 }
             }
         }
-        sheets.extend(self.waists(cover, &sheets, ([fail, warn], scale)));
+        sheets.extend(self.waists(cover, &sheets, [fail, warn]));
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
         let told = share_of_told(sheets.len());
         let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution(), told };
@@ -193,7 +196,7 @@ impl Sheets<'_> {
         &self,
         cover: &Cover,
         sheets: &[(Sheet, Vec<Sample>)],
-        ([fail, warn], scale): ([f64; 2], Scale),
+        [fail, warn]: [f64; 2],
     ) -> Vec<(Sheet, Vec<Sample>)> {
         let beside = sheets.iter().flat_map(|(_, samples)| samples);
         let waists = thinner(self.own(cover, Shape::Waist), beside, 1.5 * self.resolution());
@@ -201,7 +204,7 @@ impl Sheets<'_> {
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn)] {
             let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
             for samples in self.groups(&level) {
-                let waist = sheet_of(&samples, from, scale, self).filter(|s| self.is_waist(s));
+                let waist = waist_of(&samples).filter(|s| self.is_waist(s));
                 found.extend(waist.map(|sheet| (sheet, samples)));
             }
         }
@@ -252,9 +255,27 @@ impl Sheets<'_> {
 
     /// Whether what is thin from all sides joins two pieces that are thicker, of material or of void: it goes on along its axis by more than it is wide.
     fn is_waist(&self, Sheet { thinnest, axis, .. }: &Sheet) -> bool {
-        let goes_on =
-            |way: Vec3| self.part.distance().first_hit(thinnest.centre, way, 0.0, thinnest.diameter).is_none();
-        axis.is_some_and(|axis| goes_on(axis) && goes_on(scale(axis, -1.0)))
+        let is_free = |way: Vec3| !self.ends_within(thinnest.centre, way, thinnest.diameter);
+        let goes_on = |axis: Vec3| is_free(axis) && is_free(scale(axis, -1.0));
+        match axis {
+            Some(axis) => goes_on(*axis),
+            // Where one ball alone has opposite contacts, the surface holds it aside too.
+            None => {
+                let way = unit(sub(thinnest.contacts[1], thinnest.contacts[0]));
+                let [u, v] = across(way);
+                let aside = (0..ASIDE).map(|k| {
+                    let (s, c) = (std::f64::consts::PI * k as f64 / ASIDE as f64).sin_cos();
+                    add(scale(u, c), scale(v, s))
+                });
+                let narrow =
+                    |w: Vec3| [w, scale(w, -1.0)].iter().all(|&w| self.ends_within(thinnest.centre, w, self.widest()));
+                aside.into_iter().any(|w| narrow(w) && goes_on(cross(way, w)))
+            }
+        }
+    }
+
+    fn ends_within(&self, from: Vec3, way: Vec3, far: f64) -> bool {
+        self.part.distance().first_hit(from, way, 0.0, far).is_some()
     }
 
     /// Whether the body is no wider in any direction than what a wall has to be: then it is thin as a whole, and no neck of anything.
@@ -413,6 +434,42 @@ mod tests {
                 let first = found.first().unwrap_or_else(|| panic!("{sides} at {degrees}: passes"));
                 let is_it = first.state == State::Fail && first.low <= width && (first.value - width).abs() < 1e-3;
                 assert!(is_it, "{sides} at {degrees}: {first:?} for {width}");
+            }
+        }
+    }
+
+    /// Two cubes of 10 mm that overlap at a corner by so much along x, y and z, in one.
+    fn corner_to_corner(overlap: [f64; 3]) -> TriangleMesh {
+        let notch = overlap.map(|by| 10.0 - by);
+        let mut one = Vec::new();
+        for axis in 0..3 {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let at = |height: f64, [a, b]: [f64; 2]| {
+                let mut p = [0.0; 3];
+                (p[axis], p[u], p[v]) = (height, a, b);
+                p
+            };
+            let (low, high) = ([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]], 10.0);
+            one.extend([[0, 2, 1], [0, 3, 2]].map(|t| t.map(|i: usize| at(0.0, low[i]))));
+            let bent = [[0.0, 0.0], [10.0, 0.0], [10.0, notch[v]], [notch[u], notch[v]], [notch[u], 10.0], [0.0, 10.0]];
+            one.extend((1..5).map(|i| [0, i, i + 1].map(|i: usize| at(high, bent[i]))));
+        }
+        let other: Vec<[Vec3; 3]> =
+            one.iter().map(|t| [t[0], t[2], t[1]].map(|p: Vec3| [0, 1, 2].map(|a| 10.0 + notch[a] - p[a]))).collect();
+        TriangleMesh::weld(one.into_iter().chain(other))
+    }
+
+    #[test]
+    fn corners_that_overlap_join_their_blocks_by_a_waist() {
+        // Six edges go round it, each apart from the opposite one by the diagonal of two overlaps.
+        for (overlap, apart) in [([0.4, 0.4, 0.4], [0.4, 0.4]), ([0.2, 0.3, 0.25], [0.2, 0.25])] {
+            let width = f64::hypot(apart[0], apart[1]);
+            for degrees in [0.0f64, 11.0, 29.0, 53.0] {
+                let (s, c) = degrees.to_radians().sin_cos();
+                let turn = [[c, -s * c, s * s], [s, c * c, -s * c], [0.0, s, c]];
+                let found = found(corner_to_corner(overlap).transformed(turn, [0.3, -0.7, 0.11]));
+                let is_it = |f: &Finding| f.state == State::Fail && (f.value - width).abs() < 1e-3;
+                assert!(found.first().is_some_and(is_it), "{overlap:?} at {degrees}: {found:?} for {width}");
             }
         }
     }

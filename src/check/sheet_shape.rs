@@ -127,6 +127,11 @@ pub fn below(sheet: &Sheet, samples: &[Sample], limit: f64) -> Sheet {
     Sheet { thinnest, low, form, ..part }
 }
 
+/// Samples around a waist as one: it widens both ways, so that none of them lies in a wedge.
+pub fn waist_of(samples: &[Sample]) -> Option<Sheet> {
+    summed(&samples.iter().collect::<Vec<_>>())
+}
+
 /// Samples as one sheet.
 fn summed(parallel: &[&Sample]) -> Option<Sheet> {
     let thinnest = **parallel.iter().min_by(|a, b| a.diameter.total_cmp(&b.diameter))?;

@@ -2,11 +2,15 @@
 
 use super::chord::{Chord, Patch, WALL_SEPARATION, meets, runs_along};
 use super::cover::Shape;
+use super::feature::Feature;
 use super::held::Section;
 use super::seek::{Look, Seeker};
-use crate::geometry::distance::TouchingBall;
+use crate::geometry::distance::{Nearest, TouchingBall};
 use crate::geometry::triangle::closest_point;
 use crate::geometry::vector::{Vec3, along, distance, dot, norm2, scale, sub, unit};
+
+/// Cosine of the angle up to which two edges run the same way (0.8°).
+const ALIKE: f64 = 0.9999;
 
 impl Seeker<'_> {
     /// Looks along the shortest chord of an edge or a vertex.
@@ -48,6 +52,10 @@ impl Seeker<'_> {
         }
         let (run, way) = (unit(sub(b, a)), sub(chord.to, chord.from));
         let across = unit(along(way, run, -dot(way, run)));
+        if let Some(ball) = self.across_to_parallel(patch, run) {
+            self.record_waist(patch, chord, &ball);
+            return;
+        }
         for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
             self.cover.evaluations += 1;
             let ball = self.mesh.touching_ball(along(a, sub(b, a), 0.5), way, 0.51 * q.notice, q.tolerance);
@@ -61,12 +69,37 @@ impl Seeker<'_> {
             let stops =
                 |ball: &TouchingBall| ball.stop.is_some_and(|s| !meets(&patch.whole, &self.mesh.corners(s.facet)));
             if let Some(ball) = found.filter(stops) {
-                let low = self.features.nearest_chord_where(patch, q.notice, |f| !runs_along([a, b], f));
-                let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
-                self.record(&ball, Shape::Waist, low, (patch, 1.0));
+                self.record_waist(patch, chord, &ball);
                 return;
             }
         }
+    }
+
+    fn record_waist(&mut self, patch: &Patch, chord: &Chord, ball: &TouchingBall) {
+        let [a, b, _] = patch.corners;
+        let low = self.features.nearest_chord_where(patch, self.question.notice, |f| !runs_along([a, b], f));
+        let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
+        self.record(ball, Shape::Waist, low, (patch, 1.0));
+    }
+
+    /// The empty ball whose diameter leads from the middle of the edge to the nearest edge apart from it that runs the same way: where two
+    /// corners overlap, the edges beside are nearer and in no one plane.
+    fn across_to_parallel(&mut self, patch: &Patch, run: Vec3) -> Option<TouchingBall> {
+        let q = self.question;
+        let is_parallel = |f: &Feature| {
+            let [c, d, _] = f.corners;
+            f.spread > 0.0 && c != d && dot(unit(sub(d, c)), run).abs() >= ALIKE && !meets(&patch.whole, &f.corners)
+        };
+        let chord = self.features.nearest_chord_where(patch, q.notice, is_parallel)?;
+        let opposite = self.features.list.get(chord.feature as usize)?;
+        let [a, b, _] = patch.corners;
+        let from = along(a, sub(b, a), 0.5);
+        let point = closest_point(from, opposite.corners);
+        let (centre, radius) = (along(from, sub(point, from), 0.5), 0.5 * distance(from, point));
+        self.cover.evaluations += 2;
+        let is_empty = self.mesh.nearest(centre, radius - q.tolerance.max(1e-4 * radius)).is_none();
+        let stop = Some(Nearest { point, facet: opposite.facet, distance: radius });
+        (is_empty && 2.0 * radius <= q.notice).then_some(TouchingBall { from, centre, radius, stop })
     }
 
     /// The ball that touches the edge among those that the surface holds from all sides of a plane through it.
