@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "amcheck", version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 nothing fails, 1 a check fails, 2 usage, 3 undecided, 4 unreadable or not a solid, \
+    after_help = "Exit codes: 0 nothing fails, 1 a check fails, 2 usage, 3 undecided, 4 unreadable, not a solid or nothing left of it, \
                         5 too large, 6 cannot write, 70 internal error, 130 interrupted."
 )]
 pub struct Arguments {
