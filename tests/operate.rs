@@ -147,6 +147,26 @@ fn a_sweep_lies_where_it_does_however_its_path_is_told() {
 }
 
 #[test]
+fn a_ball_as_large_as_a_part_is_what_its_opening_leaves_or_nothing_is() {
+    let bench = Bench::new("as-large");
+    let truth = 4.0 / 3.0 * PI * 125.0;
+    for part in ["box:10x10x10mm", "cylinder:r5h10mm", "ball:5mm"] {
+        for radius in ["4.99mm", "5mm"] {
+            let said = bench.amcheck(&format!("open {part} --radius {radius} --voxel 0.2mm --out open.stl"));
+            assert_eq!(said.code, 0, "{part} {radius}: {}", said.err);
+            let [volume, low, high] = volumes(&said.out);
+            assert!(low <= truth && truth <= high, "{part} {radius}: {low} … {high}");
+            assert!((volume / truth - 1.0).abs() < 0.02, "{part} {radius}: {volume}");
+        }
+        // Where it stands is a point, without volume.
+        for words in ["offset PART --by -5mm", "difference PART ball:5mm", "open PART --radius 5.1mm"] {
+            let said = bench.amcheck(&words.replace("PART", part));
+            assert!(said.code == 4 && said.err.contains("error[E013]"), "{words} {part}: {}", said.err);
+        }
+    }
+}
+
+#[test]
 fn a_real_part_is_offset_opened_and_closed_to_closed_meshes() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
     let models = std::env::var_os("AMCHECK_MODELS").map_or_else(beside, PathBuf::from);

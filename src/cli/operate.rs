@@ -32,6 +32,10 @@ const BYTES_BY_ROLLING: u128 = 32;
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
 
+/// By this share a built-in part is faceted finer for an opening by a ball: its chords lie no deeper than a ball may reach in, so that one as large as
+/// the part fits.
+const FINER: f64 = 0.4;
+
 /// The longest side of a result, millimetres.
 const LONGEST: f64 = 1e9;
 
@@ -63,7 +67,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
             job.telling(crossings).reaching(OPENING).run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
-                operate::open(&part.mesh(h), &element.element, h)
+                operate::open(&part.mesh(h * finer_for(part, &element)), &element.element, h)
             })
         }
         Operation::Close { by, how } => {
@@ -318,6 +322,16 @@ fn growth_by(element: &Operand) -> Growth {
     match element.element {
         Element::BuiltIn(Primitive::Ball { radius }) => Growth::Rounded(radius.as_mm()),
         _ => Growth::Plain(0.5 * norm(element.extent())),
+    }
+}
+
+/// How much finer than usual a part is faceted that is opened by an element; the facets of a ball are inscribed along and across.
+fn finer_for(part: &Operand, element: &Operand) -> f64 {
+    use Element::BuiltIn;
+    match (&part.element, &element.element) {
+        (BuiltIn(Primitive::Ball { .. }), BuiltIn(Primitive::Ball { .. })) => 0.5 * FINER,
+        (_, BuiltIn(Primitive::Ball { .. })) => FINER,
+        _ => 1.0,
     }
 }
 
