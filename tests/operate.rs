@@ -251,6 +251,14 @@ fn fields_and_a_picture_are_written_on_demand() {
         let counts: Vec<usize> = shape.split(['(', ',', ')', ' ']).filter_map(|w| w.parse().ok()).collect();
         let values: Vec<f32> = npy[128..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
         assert_eq!(values.len(), counts.iter().product::<usize>(), "{words}: {shape}");
+        // [z, y, x] of a box of 8 × 6 × 4 mm, in C order, as the help says.
+        assert!(
+            counts.len() == 3 && counts.is_sorted() && shape.contains("'fortran_order': False"),
+            "{words}: {shape}"
+        );
+        let help = bench.amcheck(&format!("{} --help", words.split(' ').next().unwrap())).out;
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains("f32[z, y, x] in C order"), "{help}");
         // Negative inside: as many samples as the volume has cubes, but for the surface.
         let [volume, ..] = volumes(&said.out);
         let inside = values.iter().filter(|v| **v <= 0.0).count() as f64 * 0.25f64.powi(3);

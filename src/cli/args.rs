@@ -373,7 +373,7 @@ pub struct How {
     #[arg(long, value_name = "FILE.stl|.glb|.obj|.ply|.3mf")]
     pub out: Option<PathBuf>,
 
-    /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable
+    /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable. NPY is f32[z, y, x] in C order (x runs fastest) and has no place; NRRD and VTI name the spacing and where the first sample lies, too
     #[arg(long = "field", value_name = "FILE.npy|.nrrd|.vti")]
     pub fields: Vec<PathBuf>,
 
