@@ -167,6 +167,20 @@ fn a_ball_as_large_as_a_part_is_what_its_opening_leaves_or_nothing_is() {
 }
 
 #[test]
+fn a_bracket_that_leaves_much_open_is_told() {
+    let bench = Bench::new("wide");
+    for (words, told) in [
+        ("offset box:1x1x1mm --by 0.1mm --voxel 2mm", "more than half of it"),
+        ("minkowski box:1x1x1mm box:1x1x1mm --voxel 3mm", "no volume of it is certain"),
+        ("offset part.stl --by 0.1mm", ""),
+    ] {
+        let said = bench.amcheck(&format!("{words} --out made.stl"));
+        assert!(said.code == 0 && said.out.contains(told), "{words}: {}", said.out);
+        assert_eq!(said.out.contains("a smaller --voxel says more"), !told.is_empty(), "{words}: {}", said.out);
+    }
+}
+
+#[test]
 fn a_real_part_is_offset_opened_and_closed_to_closed_meshes() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
     let models = std::env::var_os("AMCHECK_MODELS").map_or_else(beside, PathBuf::from);
