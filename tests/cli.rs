@@ -973,6 +973,27 @@ fn a_full_disk_behind_stdout_is_an_error() {
 }
 
 #[test]
+fn a_report_of_another_part_does_not_make_way_in_silence() {
+    let s = Scratch::new();
+    for (from, to) in [("wall_080", "a/part.stl"), ("rib_010", "b/part.stl")] {
+        let folder = Path::new(to).parent().expect("a folder");
+        std::fs::create_dir_all(s.0.join(folder)).expect("a folder");
+        s.write(to, bytes(from));
+    }
+    let told = |part: &str, more: &[&str]| {
+        let ran = s.run(&[&[part, "--only", "thin-wall", "--format", "json"], more].concat());
+        ran.out.contains("held the report of another part") && ran.out.contains("--out")
+    };
+    assert!(!told("a/part.stl", &[]), "the first");
+    assert!(!told("./a/../a/part.stl", &[]), "the same again");
+    s.write("a/part.stl", bytes("rib_010"));
+    assert!(!told("a/part.stl", &[]), "the same, changed");
+    assert!(told("b/part.stl", &[]) && !told("b/part.stl", &[]), "another of that name, once");
+    assert!(!told("a/part.stl", &["--out", "r"]) && !told("b/part.stl", &["--out", "r"]), "a folder that was named");
+    assert!(s.names("reports").iter().eq(["part"]), "{:?}", s.names("reports"));
+}
+
+#[test]
 fn no_report_of_an_earlier_run_lies_beside_a_new_one() {
     let s = Scratch::new();
     let part = fixture("wall_111_024");

@@ -147,6 +147,40 @@ fn a_sweep_lies_where_it_does_however_its_path_is_told() {
 }
 
 #[test]
+fn a_ball_as_large_as_a_part_is_what_its_opening_leaves_or_nothing_is() {
+    let bench = Bench::new("as-large");
+    let truth = 4.0 / 3.0 * PI * 125.0;
+    for part in ["box:10x10x10mm", "cylinder:r5h10mm", "ball:5mm"] {
+        for radius in ["4.99mm", "5mm"] {
+            let said = bench.amcheck(&format!("open {part} --radius {radius} --voxel 0.2mm --out open.stl"));
+            assert_eq!(said.code, 0, "{part} {radius}: {}", said.err);
+            let [volume, low, high] = volumes(&said.out);
+            assert!(low <= truth && truth <= high, "{part} {radius}: {low} … {high}");
+            assert!((volume / truth - 1.0).abs() < 0.02, "{part} {radius}: {volume}");
+        }
+        // Where it stands is a point, without volume.
+        for words in ["offset PART --by -5mm", "difference PART ball:5mm", "open PART --radius 5.1mm"] {
+            let said = bench.amcheck(&words.replace("PART", part));
+            assert!(said.code == 4 && said.err.contains("error[E013]"), "{words} {part}: {}", said.err);
+        }
+    }
+}
+
+#[test]
+fn a_bracket_that_leaves_much_open_is_told() {
+    let bench = Bench::new("wide");
+    for (words, told) in [
+        ("offset box:1x1x1mm --by 0.1mm --voxel 2mm", "more than half of it"),
+        ("minkowski box:1x1x1mm box:1x1x1mm --voxel 3mm", "no volume of it is certain"),
+        ("offset part.stl --by 0.1mm", ""),
+    ] {
+        let said = bench.amcheck(&format!("{words} --out made.stl"));
+        assert!(said.code == 0 && said.out.contains(told), "{words}: {}", said.out);
+        assert_eq!(said.out.contains("a smaller --voxel says more"), !told.is_empty(), "{words}: {}", said.out);
+    }
+}
+
+#[test]
 fn a_real_part_is_offset_opened_and_closed_to_closed_meshes() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/models");
     let models = std::env::var_os("AMCHECK_MODELS").map_or_else(beside, PathBuf::from);
@@ -231,6 +265,14 @@ fn fields_and_a_picture_are_written_on_demand() {
         let counts: Vec<usize> = shape.split(['(', ',', ')', ' ']).filter_map(|w| w.parse().ok()).collect();
         let values: Vec<f32> = npy[128..].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
         assert_eq!(values.len(), counts.iter().product::<usize>(), "{words}: {shape}");
+        // [z, y, x] of a box of 8 × 6 × 4 mm, in C order, as the help says.
+        assert!(
+            counts.len() == 3 && counts.is_sorted() && shape.contains("'fortran_order': False"),
+            "{words}: {shape}"
+        );
+        let help = bench.amcheck(&format!("{} --help", words.split(' ').next().unwrap())).out;
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains("f32[z, y, x] in C order"), "{help}");
         // Negative inside: as many samples as the volume has cubes, but for the surface.
         let [volume, ..] = volumes(&said.out);
         let inside = values.iter().filter(|v| **v <= 0.0).count() as f64 * 0.25f64.powi(3);
@@ -287,11 +329,15 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("minkowski part.stl empty.stl", 4, &["E013", "--> empty.stl"]),
         ("minkowski part.stl none.stl", 4, &["E010", "none.stl"]),
         ("offset open.stl --by 1mm", 4, &["E014", "open", "--> open.stl: near"]),
-        ("difference part.stl box:9x1x1mm", 2, &["E041", "longer in x than the part, 9 mm to 8 mm", "fits nowhere"]),
-        ("open part.stl --radius 50mm", 2, &["E041", "fits nowhere"]),
+        (
+            "difference part.stl box:9x1x1mm",
+            4,
+            &["E013", "nothing remains", "longer in x than the part, 9 mm to 8 mm", "fits nowhere"],
+        ),
+        ("open part.stl --radius 50mm", 4, &["E013", "fits nowhere"]),
         ("minkowski part.stl ball:9000mm --voxel 0.1mm", 5, &["E020", "--voxel", "--memory"]),
         ("minkowski part.stl box:9000x9000x9000mm --voxel 0.1mm", 5, &["E020"]),
-        ("open part.stl box:9x1x1mm", 2, &["E041", "longer in x than the part, 9 mm to 8 mm", "fits nowhere"]),
+        ("open part.stl box:9x1x1mm", 4, &["E013", "longer in x than the part, 9 mm to 8 mm", "fits nowhere"]),
         ("open part.stl", 2, &["E001", "--radius"]),
         ("close part.stl ball:1mm --radius 1mm", 2, &["E001", "--radius"]),
         ("open - -", 2, &["E001", "standard input"]),
@@ -343,7 +389,7 @@ fn what_cannot_be_made_is_said_and_leaves_nothing() {
         ("offset part.stl --by 1mm --out part", 2, &["E002", "stl, glb, obj, ply, 3mf"]),
         ("offset part.stl --by 1mm --out folder.stl", 6, &["E030", "folder"]),
         ("offset part.stl --by 1mm --out part.stl/x.stl", 6, &["E030", "part.stl"]),
-        ("open part.stl --radius 50mm --out new/deep/x.stl", 2, &["E041"]),
+        ("open part.stl --radius 50mm --out new/deep/x.stl", 4, &["E013"]),
         // What a result is made of is never replaced by it.
         ("offset part.stl --by 1mm --out part.stl", 6, &["E030", "part.stl", "made from this very file"]),
         ("offset part.stl --by 1mm --out ./part.stl", 6, &["E030", "--out"]),

@@ -168,7 +168,28 @@ fn the_action_judges_every_part_whatever_came_of_those_before() {
     assert_eq!(output, "exit-code=1\n");
     let (output, _) = judged_by_the_action(binary, &folder, &script, "b.stl\n");
     assert_eq!(output, "exit-code=0\n");
+    let (output, _) = judged_by_the_action(binary, &folder, &script, "none*.stl\na.stl\n");
+    assert_eq!(output, "exit-code=2\n");
     std::fs::remove_dir_all(&folder).expect("removed");
+}
+
+#[test]
+fn the_action_describes_every_exit_code_in_the_order_it_ranks_them() {
+    let Some(text) = named("actions/check/action.yml") else { return };
+    let script = scripts(&text).concat();
+    let ranks = script.lines().find_map(|l| l.trim().strip_prefix("rank()")).expect("the ranks");
+    let ranked: Vec<&str> = ranks.split(';').filter_map(|arm| arm.split(')').next()?.split(' ').next_back()).collect();
+    let ranked: Vec<&str> = ranked.into_iter().filter(|code| code.parse::<u8>().is_ok()).collect();
+    let order = text.split("in the order ").nth(1).and_then(|rest| rest.split(';').next()).expect("an order");
+    assert_eq!(order, format!("{}, 70", ranked.join(", ")));
+    let Some(binary) = option_env!("CARGO_BIN_EXE_amcheck") else { return };
+    let help = std::process::Command::new(binary).arg("--help").output().expect("amcheck starts");
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    let listed = help.split("Exit codes: ").nth(1).expect("exit codes");
+    let codes = listed.split(|c: char| !c.is_ascii_digit()).filter(|code| !code.is_empty() && *code != "130");
+    for code in codes {
+        assert!(order.split(", ").any(|o| o == code), "{code} is not in {order}");
+    }
 }
 
 #[test]

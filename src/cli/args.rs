@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "amcheck", version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 nothing fails, 1 a check fails, 2 usage, 3 undecided, 4 unreadable or not a solid, \
+    after_help = "Exit codes: 0 nothing fails, 1 a check fails, 2 usage, 3 undecided, 4 unreadable, not a solid or nothing left of it, \
                         5 too large, 6 cannot write, 70 internal error, 130 interrupted."
 )]
 pub struct Arguments {
@@ -373,7 +373,7 @@ pub struct How {
     #[arg(long, value_name = "FILE.stl|.glb|.obj|.ply|.3mf")]
     pub out: Option<PathBuf>,
 
-    /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable
+    /// Also write the function whose zero set the surface is: millimetres, negative inside; repeatable. NPY is f32[z, y, x] in C order (x runs fastest) and has no place; NRRD and VTI name the spacing and where the first sample lies, too
     #[arg(long = "field", value_name = "FILE.npy|.nrrd|.vti")]
     pub fields: Vec<PathBuf>,
 

@@ -51,6 +51,8 @@ pub fn is_among(place: &Path, files: &[&Path]) -> bool {
 pub struct Delivery {
     folder: PathBuf,
     made: Vec<Temporary>,
+    /// The part that the files are the report of.
+    of: Option<PathBuf>,
 }
 
 impl Delivery {
@@ -60,10 +62,15 @@ impl Delivery {
     /// [`Error::CannotWrite`] naming the folder.
     pub fn open(folder: &Path) -> Result<Self> {
         let made = Temporary::folders(folder).map_err(|e| cannot(folder, &e))?;
-        let delivery = Delivery { folder: folder.into(), made };
+        let delivery = Delivery { folder: folder.into(), made, of: None };
         let probe = delivery.partial("probe");
         fs::write(probe.path(), b"").map_err(|e| cannot(folder, &e))?;
         Ok(delivery)
+    }
+
+    /// The same folder, for the report of a part.
+    pub fn reporting(self, part: &Path) -> Self {
+        Delivery { of: Some(part.into()), ..self }
     }
 
     fn partial(&self, name: &str) -> Temporary {
@@ -80,6 +87,9 @@ impl Delivery {
         files.0.iter().try_for_each(|(_, name, _)| spare(&self.folder.join(name), inputs))?;
         let mut record = Record::of(&self.folder);
         files.0.iter().for_each(|(_, name, bytes)| record.add(name, bytes));
+        if let Some(part) = &self.of {
+            record.set_of(part);
+        }
         let record = record.text();
         // The list gets its name first: whatever ends the run then, nothing stands there that it does not know.
         let listed = std::iter::once((record::NAME, record.as_bytes()));

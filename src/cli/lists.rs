@@ -30,7 +30,7 @@ const ERRORS: &[(&str, &str)] = &[
     (
         "E013",
         "There is no shape: the file holds no triangles or they have no extent, or nothing remains of a part after an offset, an \
-              opening or a difference. Exit code 4.",
+              opening or a difference, or nothing that the spacing shows, or the element fits into it nowhere. Exit code 4.",
     ),
     (
         "E014",

@@ -21,6 +21,7 @@ mod progress;
 mod record;
 mod refusal;
 mod stdout;
+mod told;
 mod toolpath;
 mod tools;
 mod watch;

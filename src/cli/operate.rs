@@ -5,9 +5,10 @@ use super::complaint::{Answer, Complaint};
 use super::made::{Before, Outputs};
 use super::need::{Growth, Surface};
 use super::operand::{Operand, one_from_stdin};
+use super::told::summary;
 use super::toolpath as printed;
 use super::words::{allowance, length, units};
-use crate::error::{Error, Result, escaped, printable};
+use crate::error::{Error, Result, printable};
 use crate::geometry::vector::{Vec3, bounds, norm, sub};
 use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
@@ -15,9 +16,8 @@ use crate::io::motion::{Motion, read_motion};
 use crate::memory::Allowance;
 use crate::notice::Notice;
 use crate::operate::{self, Element, Operated, Reach};
-use crate::units::{Length, enclosed, short};
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use crate::units::{Length, short};
+use std::path::Path;
 
 /// What is closed reaches as far as it did, what is opened at most.
 const CLOSING: Reach = Reach::Around([0.0; 3], [0.0; 3]);
@@ -31,6 +31,10 @@ const BYTES_BY_ROLLING: u128 = 32;
 
 /// Bytes for each sample of the result of any other: sets, distances, and transforms of doubles, padded.
 const BYTES_BY_SETS: u128 = 72;
+
+/// By this share a built-in part is faceted finer for an opening by a ball: its chords lie no deeper than a ball may reach in, so that one as large as
+/// the part fits.
+const FINER: f64 = 0.4;
 
 /// The longest side of a result, millimetres.
 const LONGEST: f64 = 1e9;
@@ -63,7 +67,7 @@ pub fn operate(operation: &Operation) -> Answer<String> {
         Operation::Open { by, how } => {
             let (job, element) = moved("open", by, how)?;
             job.telling(crossings).reaching(OPENING).run([0.0; 3], bytes_about(&element), Some(&element), |part, h| {
-                operate::open(&part.mesh(h), &element.element, h)
+                operate::open(&part.mesh(h * finer_for(part, &element)), &element.element, h)
             })
         }
         Operation::Close { by, how } => {
@@ -321,6 +325,16 @@ fn growth_by(element: &Operand) -> Growth {
     }
 }
 
+/// How much finer than usual a part is faceted that is opened by an element; the facets of a ball are inscribed along and across.
+fn finer_for(part: &Operand, element: &Operand) -> f64 {
+    use Element::BuiltIn;
+    match (&part.element, &element.element) {
+        (BuiltIn(Primitive::Ball { .. }), BuiltIn(Primitive::Ball { .. })) => 0.5 * FINER,
+        (_, BuiltIn(Primitive::Ball { .. })) => FINER,
+        _ => 1.0,
+    }
+}
+
 fn bytes_with(element: &Operand) -> u128 {
     match element.element {
         Element::BuiltIn(Primitive::Ball { .. }) => BYTES_BY_DISTANCES,
@@ -374,27 +388,4 @@ pub(super) fn affordable(extent: Vec3, spacing: Length, bytes_per_sample: u128) 
 
 fn plus(a: Vec3, b: Vec3) -> Vec3 {
     [0, 1, 2].map(|i| a[i] + b[i])
-}
-
-/// What was made, in a few lines; `told` are more.
-pub(super) fn summary(made: &Operated, spacing: Length, notices: &[Notice], told: &str, written: &[PathBuf]) -> String {
-    let [volume, low, high] = enclosed(made.volume.as_mm3(), made.bracket.map(|v| v.as_mm3()));
-    let (lo, hi) = made.mesh.bounds().unwrap_or_default();
-    let point = |p: Vec3| p.map(short).join(", ");
-    let mut text = String::new();
-    let _ = writeln!(text, "volume     {volume} mm³, certified {low} … {high} mm³");
-    let _ = writeln!(text, "box        {} … {} mm", point(lo), point(hi));
-    let _ = writeln!(text, "path       {} at {spacing}", made.path);
-    let _ = writeln!(text, "triangles  {}", made.mesh.triangles.len());
-    text += told;
-    if made.bracket[0].as_mm3() <= 0.0 {
-        let _ = writeln!(text, "note       no volume of it is certain at this spacing; a smaller --voxel says more");
-    }
-    for notice in notices {
-        let _ = writeln!(text, "note       {}", escaped(&notice.message));
-    }
-    for path in written {
-        let _ = writeln!(text, "written    {}", printable(&path.to_string_lossy()));
-    }
-    text
 }

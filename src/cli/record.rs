@@ -1,6 +1,6 @@
 //! The list, in a folder of results, of what runs wrote there: nothing else makes way for what a later run writes.
 
-use super::leftover::{of_orienting, of_repairing};
+use super::leftover::{of_judging, of_orienting, of_repairing};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,9 +9,16 @@ use std::path::Path;
 /// The list's own name; a line of it is a SHA-256 and a name, as `sha256sum` writes and checks them.
 pub const NAME: &str = ".amcheck-files";
 
-/// Files that runs are known to have written to a folder, each with the digest of what was written.
+/// What the line begins with that says which part was judged there; `sha256sum` passes such lines over.
+const OF: &str = "# of ";
+
+/// Files that runs are known to have written to a folder, each with the digest of what was written, and the part that was judged last.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
-pub struct Record(BTreeSet<(String, String)>);
+pub struct Record {
+    files: BTreeSet<(String, String)>,
+    /// The digest of where that part lies: a report does not tell where that is.
+    of: Option<String>,
+}
 
 impl Record {
     /// The list of a folder; empty where there is none.
@@ -19,41 +26,60 @@ impl Record {
         let text = fs::read_to_string(folder.join(NAME)).unwrap_or_default();
         // A list may come from anywhere: what no run would write is not taken from it.
         let entry = |line: &str| line.split_once("  ").map(|(digest, name)| (name.to_string(), digest.to_string()));
-        Record(text.lines().filter_map(entry).filter(|(name, _)| is_listed(name)).collect())
+        let files = text.lines().filter_map(entry).filter(|(name, _)| is_listed(name)).collect();
+        Record { files, of: text.lines().find_map(|line| line.strip_prefix(OF)).map(String::from) }
+    }
+
+    /// Whether a report that still stands in the folder is of another file than this part, wherever that lies; unknown of standard input.
+    pub fn is_of_another(&self, folder: &Path, part: &Path) -> bool {
+        let other = matches!((&self.of, place_of(part)), (Some(was), Some(is)) if *was != is);
+        other && self.standing(folder).names().any(of_judging)
+    }
+
+    /// Says which part the folder's report is of.
+    pub fn set_of(&mut self, part: &Path) {
+        self.of = place_of(part);
     }
 
     /// Adds a file, if it is of a kind that may make way later.
     pub fn add(&mut self, name: &str, bytes: &[u8]) {
         if is_listed(name) {
-            self.0.insert((name.into(), hex(Sha256::new_with_prefix(bytes))));
+            self.files.insert((name.into(), hex(Sha256::new_with_prefix(bytes))));
         }
     }
 
     /// The files that still stand in the folder as they were written.
     pub fn standing(&self, folder: &Path) -> Self {
         let stands = |(name, digest): &&(String, String)| digest_of(&folder.join(name)).as_ref() == Some(digest);
-        Record(self.0.iter().filter(stands).cloned().collect())
+        Record { files: self.files.iter().filter(stands).cloned().collect(), of: self.of.clone() }
     }
 
     /// The names, sorted.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|(name, _)| name.as_str())
+        self.files.iter().map(|(name, _)| name.as_str())
     }
 
     /// The same list without a name.
     pub fn without(mut self, names: &[String]) -> Self {
-        self.0.retain(|(name, _)| !names.contains(name));
+        self.files.retain(|(name, _)| !names.contains(name));
         self
     }
 
     /// The list as text.
     pub fn text(&self) -> String {
-        self.0.iter().map(|(name, digest)| format!("{digest}  {name}\n")).collect()
+        let of = self.of.iter().map(|of| format!("{OF}{of}\n"));
+        of.chain(self.files.iter().map(|(name, digest)| format!("{digest}  {name}\n"))).collect()
     }
 }
 
 fn is_listed(name: &str) -> bool {
     of_repairing(name) || of_orienting(name)
+}
+
+/// The digest of where a part lies, whatever way leads there; none of standard input.
+fn place_of(part: &Path) -> Option<String> {
+    let place = part.canonicalize().ok().filter(|_| part != Path::new("-"))?;
+    Some(hex(Sha256::new_with_prefix(place.as_os_str().as_encoded_bytes())))
 }
 
 /// The digest of a file; none of what is no file or cannot be read.
@@ -87,6 +113,15 @@ mod tests {
         fs::write(dir.join("mesh.png"), b"mine").unwrap();
         fs::create_dir(dir.join("best.stl")).unwrap();
         assert!(record.standing(&dir).names().eq(["report.md"]));
+        fs::write(dir.join("notes.txt"), b"mine").unwrap();
+        assert!(!record.is_of_another(&dir, &dir.join("mesh.png")), "nobody knows of what it is");
+        record.set_of(&dir.join("notes.txt"));
+        fs::write(dir.join(NAME), record.text()).unwrap();
+        assert_eq!(Record::of(&dir), record);
+        let other = |name: &str| record.is_of_another(&dir, &dir.join(name));
+        assert!(other("mesh.png") && !other("notes.txt") && !other("./notes.txt") && !other("gone.stl"));
+        fs::remove_file(dir.join("report.md")).unwrap();
+        assert!(!record.is_of_another(&dir, &dir.join("mesh.png")), "no report stands there");
         fs::remove_dir_all(&dir).unwrap();
     }
 }

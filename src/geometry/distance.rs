@@ -122,6 +122,20 @@ impl MeshDistance {
         Nearest { point, facet, distance: norm2(sub(p, point)).sqrt() }
     }
 
+    /// How many facets a search for the nearest point nearer than `within` looks at: what it costs.
+    ///
+    /// # Cost
+    /// As the search.
+    pub fn looks(&self, p: Vec3, within: f64) -> u64 {
+        let mut looks = 0;
+        self.wide.nearest(p, within * within, |run, mut best2| {
+            looks += run.len() as u64;
+            self.each_within(run, p, best2.sqrt(), |f| best2 = best2.min(norm2(sub(p, self.nearest_of(p, f).point))));
+            best2
+        });
+        looks
+    }
+
     /// Whether a point lies behind the facet of its nearest point, and at an edge or a corner behind the facet that it stands most squarely
     /// to: inside, if the facets bound a solid.
     pub fn is_behind(&self, p: Vec3, nearest: &Nearest) -> bool {

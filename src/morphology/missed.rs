@@ -13,6 +13,10 @@ const FAR: f64 = 4.0;
 const FACING: f64 = 0.5;
 /// Places that are looked at, at most.
 const MOST: f64 = 100_000.0;
+/// Facets that are looked at for them, at most: where a ball is about as large as a round part, all are about as near.
+const MOST_LOOKS: f64 = 3e7;
+/// Places of which the cost is taken.
+const TRIED: f64 = 64.0;
 /// By so much more than the ball, in spacings, a place has to be free: of a wall exactly as thick as the ball is wide nothing need be left.
 const CLEAR: f64 = 0.02;
 /// Fewer places, or a smaller share of all, are where creases end.
@@ -40,16 +44,19 @@ pub struct Missed {
 /// What of the exact surface over the facets of a part, where a ball touches them and no other, lies farther than 0.3 spacings from all facets of the `made` surface that face as
 /// it does; `None` where that is no more than ends of creases.
 ///
-/// Places are spread evenly over the area, one for each square of the spacing and 100,000 at most. It shares nothing with what made the surface but the distance.
+/// Places are spread evenly over the area, one for each square of the spacing and 100,000 at most, fewer where each takes long. It shares nothing with what made the surface but the distance.
 ///
 /// # Cost
 /// A tree over the made surface and two distances for each place.
 pub fn missed(part: &TriangleMesh, contact: Contact, made: &TriangleMesh, spacing: Length) -> Option<Missed> {
     let h = spacing.as_mm();
     let all: f64 = (0..part.triangles.len()).map(|f| part.facet_area(f)).sum();
-    let each = (h * h).max(all / MOST);
     let (of_part, of_made) = (MeshDistance::new(part), MeshDistance::new(made));
     let ball = contact.ball.as_mm() + CLEAR * h * if contact.ball.as_mm() < 0.0 { -1.0 } else { 1.0 };
+    let looks = |&(x, n): &(Vec3, Vec3)| of_part.looks(along(x, n, ball), ball.abs() * (1.0 - 1e-6));
+    let tried: Vec<u64> = places(part, all / TRIED).iter().map(looks).collect();
+    let looks = tried.iter().sum::<u64>() as f64 / tried.len().max(1) as f64;
+    let each = (h * h).max(all / MOST.min(MOST_LOOKS / looks.max(1.0)));
     let off = |&(x, n): &(Vec3, Vec3)| -> Option<(f64, Vec3, Vec3)> {
         let centre = along(x, n, ball);
         if of_part.nearest(centre, ball.abs() * (1.0 - 1e-6)).is_some() {

@@ -26,6 +26,7 @@ mod near;
 mod offset;
 mod opening;
 mod overlap;
+mod places;
 mod press;
 mod remains;
 mod rolling;

@@ -4,13 +4,15 @@ use super::bodies::{Bodies, Facets};
 use super::level::Level;
 use super::near::{EXACT, Near};
 use super::offset::{HALF_DIAGONAL, Measured, Shaped, ball_in_cube};
+use super::places::{Places, TOO_MANY_LOOKS};
 use super::traced::Traced;
 use super::walls::{Distances, REACH_IN, Walls};
 use super::within::{Side, drawn_back};
 use crate::distance::squared_distance;
 use crate::error::{Error, Result};
 use crate::field::{Field, Indicator};
-use crate::geometry::TriangleMesh;
+use crate::geometry::vector::Vec3;
+use crate::geometry::{MeshDistance, TriangleMesh};
 use crate::units::{Length, Volume};
 use rayon::prelude::*;
 
@@ -51,12 +53,12 @@ fn roll(mesh: &TriangleMesh, there: Length, spacing: Length) -> Result<Shaped> {
         part
     };
     let (values, near) = Near::of(of, &sides.centres, &shell2, there.as_mm(), None)?;
-    let covered = Covered::of(&values, there)?;
+    let covered = Covered::of(&values, there, near.mesh(), &sides.centres)?;
     let (between, of) = reached(values, near, there)?;
     let (distances, walls) = Walls::of(of, &sides.centres, &shell2, there, &covered)?;
     drop(shell2);
     let volume = covered.bracket(&distances, &walls, there);
-    let traced = back(&between, (distances, walls, &covered.reached), there)?;
+    let traced = back(&between, (distances, walls, &covered), there)?;
     let mut surface = traced.surface()?;
     if let Some(walls) = &traced.walls {
         let side = if there.as_mm() < 0.0 { Side::Within } else { Side::Outside };
@@ -77,7 +79,7 @@ fn reached(values: Field<f32>, near: Near, there: Length) -> Result<(TriangleMes
 /// reaches.
 fn back(
     between: &TriangleMesh,
-    (distances, mut walls, reached): (Distances, Walls, &Indicator),
+    (distances, mut walls, covered): (Distances, Walls, &Covered),
     there: Length,
 ) -> Result<Traced> {
     let grid = *distances.grid();
@@ -101,7 +103,7 @@ fn back(
             }
         }
     });
-    walls.press(&mut values, &distances, reached);
+    walls.press(&mut values, &distances, covered);
     Ok(Traced { values, level, walls: Some(walls) })
 }
 
@@ -113,6 +115,13 @@ pub(super) struct Covered {
     possibly: Indicator,
     /// Samples to whose values within a spacing of zero a ball may matter, also one that facets reach into by [`REACH_IN`].
     pub reached: Indicator,
+    /// Those that a place between samples covers by [`EXACT`] spacings and more.
+    pub deep: Indicator,
+    /// Samples whose exact places are not sought, for that would take too long: those that `known` places are near, which stand for them.
+    pub crowded: Indicator,
+    pub known: Vec<Vec3>,
+    /// Whether no exact places are sought at all.
+    pub unsought: bool,
 }
 
 impl Covered {
@@ -121,7 +130,9 @@ impl Covered {
     /// A point x is in the opening by ρ iff some y with d(y) ≤ −ρ is no further than ρ. Sample y with s(y) ≤ 0 is such a
     /// point, so cubes within ρ − ε of it lie inside, and its own cube if s(y) ≤ −ε; and each such point lies in the cube of
     /// a sample with s ≤ ε, so the opening lies in cubes within ρ + 2ε of those. The closing is the same for the complement.
-    fn of(s: &Field<f32>, there: Length) -> Result<Self> {
+    ///
+    /// A place that is found in the cube of a sample is no farther from it than ε.
+    fn of(s: &Field<f32>, there: Length, mesh: &MeshDistance, centres: &Indicator) -> Result<Self> {
         let grid = *s.grid();
         let (rho, slack) = (there.as_mm().abs() / grid.h(), HALF_DIAGONAL);
         let outward = if there.as_mm() > 0.0 { -1.0 } else { 1.0 };
@@ -129,19 +140,25 @@ impl Covered {
             let level = (level * grid.h()) as f32;
             Indicator::from_predicate(grid, |at| outward * s.values()[at] <= level)
         };
-        let covered = |set: Indicator, reach: f64| -> Result<Indicator> {
-            if reach < 0.0 || set.is_empty() {
-                return Ok(Indicator::empty(grid));
-            }
-            let near = (reach * reach).floor();
-            let d2 = squared_distance(&set)?;
-            Ok(Indicator::from_predicate(grid, |at| f64::from(d2.values()[at]) <= near))
+        let stands = at_most(-1e-6);
+        let places = Places::of(at_most(slack + REACH_IN + 1e-6), &stands, (mesh, centres), there.as_mm())?;
+        let reached = about(&places.possible, rho + slack + EXACT)?;
+        let surely = about(&stands, rho - slack)?.union(&at_most(-slack - 1e-6))?;
+        let mut covered = Covered {
+            surely: surely.union(&about(&places.certain, rho - 2.0 * slack)?)?,
+            possibly: about(&at_most(slack + 1e-6), rho + 2.0 * slack)?,
+            deep: about(&places.beside, rho - slack - EXACT)?,
+            reached,
+            crowded: Indicator::empty(grid),
+            known: Vec::new(),
+            unsought: false,
         };
-        Ok(Covered {
-            surely: covered(at_most(-1e-6), rho - slack)?.union(&at_most(-slack - 1e-6))?,
-            possibly: covered(at_most(slack + 1e-6), rho + 2.0 * slack)?,
-            reached: covered(at_most(slack + REACH_IN + 1e-6), rho + slack + EXACT)?,
-        })
+        let looks = places.looks(mesh, covered.reached.difference(&covered.surely)?.count());
+        covered.unsought = looks > TOO_MANY_LOOKS;
+        if places.stand_for_others(looks) {
+            (covered.crowded, covered.known) = (about(&places.beside, rho + slack + EXACT)?, places.between);
+        }
+        Ok(covered)
     }
 
     /// Bounds on the volume of the result.
@@ -173,6 +190,16 @@ impl Covered {
         let cubes = if rolls_inside { [low, high] } else { [all - high, all - low] };
         cubes.map(|n| grid.sample_volume() * n)
     }
+}
+
+/// The samples no farther from those of a set than so many spacings.
+fn about(set: &Indicator, reach: f64) -> Result<Indicator> {
+    if reach < 0.0 || set.is_empty() {
+        return Ok(Indicator::empty(*set.grid()));
+    }
+    let near = (reach * reach).floor();
+    let d2 = squared_distance(set)?;
+    Ok(Indicator::from_predicate(*set.grid(), |at| f64::from(d2.values()[at]) <= near))
 }
 
 fn check_radius(radius: Length) -> Result<Length> {

@@ -13,6 +13,7 @@ use super::press::nearest_place;
 use super::rolling::Covered;
 use crate::error::Result;
 use crate::field::{Field, Indicator};
+use crate::geometry::MeshDistance;
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, distance, scale, sub};
 use crate::units::Length;
@@ -37,6 +38,10 @@ pub(super) struct Walls {
     /// The sign tells the side: below zero the ball rolls inside.
     ball: f64,
     centres: Indicator,
+    /// Places of the ball that stand for exact ones at the samples near them.
+    known: Vec<Vec3>,
+    crowded: Indicator,
+    unsought: bool,
 }
 
 /// The signed distances to the part: exact where [`Walls::held`] and within [`EXACT`] spacings of zero; elsewhere farther
@@ -66,6 +71,9 @@ impl Walls {
             pressed: Indicator::empty(grid),
             ball,
             centres: centres.clone(),
+            known: covered.known.clone(),
+            crowded: covered.crowded.clone(),
+            unsought: covered.unsought,
         };
         let ([nx, ny, _], words) = (grid.dims(), walls.held.words_per_row());
         let (mut held, mut clear) = (walls.held.clone(), walls.clear.clone());
@@ -98,7 +106,8 @@ impl Walls {
         let d = f64::from(*distance);
         let beside = d.abs() <= EXACT * grid.h();
         let balls_side = self.centres.contains(index) == (self.ball < 0.0);
-        if !(beside || balls_side && !covered.surely.contains(index)) || !covered.reached.contains(index) {
+        let asked = beside || balls_side && !covered.surely.contains(index);
+        if !asked || !covered.reached.contains(index) || covered.crowded.contains(index) {
             return None;
         }
         let p = grid.position(index);
@@ -142,29 +151,18 @@ impl Walls {
         }
     }
 
-    /// Whether the centre of a ball that no facet reaches into is on its side, as far as samples tell: one that lies in the
-    /// ball is on the same side of all facets. A ball that may lie between samples is asked itself.
+    /// As [`on_its_side()`] says of a centre.
     fn may_stand(&self, centre: Vec3, radius: f64) -> bool {
-        let grid = self.centres.grid();
-        let sample = grid.sample_at(centre);
-        let holds = |index: [usize; 3]| distance(grid.position(index), centre) <= radius;
-        let inside = match sample {
-            Some(index) if radius > HALF_DIAGONAL * grid.h() || holds(index) => self.centres.contains(index),
-            Some(_) => {
-                let mesh = self.level.near.mesh();
-                mesh.nearest(centre, f64::INFINITY).is_some_and(|n| mesh.is_behind(centre, &n))
-            }
-            None => return false,
-        };
-        radius > 0.0 && inside == (self.ball < 0.0)
+        on_its_side(self.level.near.mesh(), &self.centres, centre, radius.copysign(self.ball)) && radius > 0.0
     }
 
     /// Brings `values` of the result nearer to what the ball covers, at samples near the part that no wall holds, where a
     /// place of the ball is found that covers them better. Only what fits is found, so that nothing is covered in vain.
     ///
     /// # Cost
-    /// A distance to the mesh for each plane that stops the ball, at samples that it seems not to cover.
-    pub(super) fn press(&mut self, values: &mut Field<f32>, distances: &Distances, reached: &Indicator) {
+    /// A distance to the mesh for each plane that stops the ball, at samples that it seems not to cover; none for what a known place covers
+    /// deeply, or where too many facets are about as near.
+    pub(super) fn press(&mut self, values: &mut Field<f32>, distances: &Distances, covered: &Covered) {
         let grid = *self.centres.grid();
         let ([nx, ny, _], words, h) = (grid.dims(), self.held.words_per_row(), grid.h());
         let side = -self.ball.signum();
@@ -176,7 +174,12 @@ impl Walls {
                     let index = [i, row % ny, row / ny];
                     let left = side * f64::from(*value);
                     let near = f64::from(d.abs()) <= EXACT * h || self.centres.contains(index) == (self.ball < 0.0);
-                    if left <= 0.0 || !near || self.held.contains(index) || !reached.contains(index) {
+                    if left <= 0.0 || !near || self.held.contains(index) || !covered.reached.contains(index) {
+                        continue;
+                    }
+                    if covered.deep.contains(index) {
+                        *value = (-2.0 * side * h) as f32;
+                        bits[i / 64] |= 1 << (i % 64);
                         continue;
                     }
                     if let Some(found) =
@@ -196,11 +199,21 @@ impl Walls {
         let (h, side) = (self.centres.grid().h(), -self.ball.signum());
         let free = self.ball.abs() - REACH_IN * h;
         let reach = self.ball.abs() + 2.0 * h;
-        let centre =
-            (free > 0.0).then(|| nearest_place(self.level.near.mesh(), free * self.ball.signum(), p, reach))??;
+        let crowded = self.centres.grid().sample_at(p).is_some_and(|index| self.crowded.contains(index));
+        let place = || nearest_place(self.level.near.mesh(), free * self.ball.signum(), p, reach);
+        let centre = match crowded {
+            true => self.known_place(p, reach),
+            false => (free > 0.0 && !self.unsought).then(place)?,
+        }?;
         let (off, apart) = (sub(p, centre), distance(p, centre));
-        let stands = apart > 1e-9 * h && self.may_stand(centre, free);
+        let stands = apart > 1e-9 * h && (crowded || self.may_stand(centre, free));
         stands.then(|| (side * (apart - self.ball.abs()), scale(off, side / apart)))
+    }
+
+    /// The known place of the ball that is nearest to a point, if it is within reach.
+    fn known_place(&self, p: Vec3, reach: f64) -> Option<Vec3> {
+        let near = self.known.iter().copied().filter(|&place| distance(p, place) <= reach);
+        near.min_by(|&a, &b| distance(p, a).total_cmp(&distance(p, b)))
     }
 
     /// Whether a sample was measured to a wall.
@@ -261,6 +274,19 @@ impl Walls {
         let (_, facing) = self.level.height(p, &n)?;
         (n.distance < 0.25 * self.centres.grid().h() && self.ball_touches(&n, facing)).then_some(n)
     }
+}
+
+/// Whether the centre of a ball that no facet reaches into is on its side, outside where `ball` is positive, as far as samples tell: one that
+/// lies in the ball is on the same side of all facets. A ball that may lie between samples is asked itself.
+pub(super) fn on_its_side(mesh: &MeshDistance, centres: &Indicator, centre: Vec3, ball: f64) -> bool {
+    let (grid, radius) = (centres.grid(), ball.abs());
+    let holds = |index: [usize; 3]| distance(grid.position(index), centre) <= radius;
+    let inside = match grid.sample_at(centre) {
+        Some(index) if radius > HALF_DIAGONAL * grid.h() || holds(index) => centres.contains(index),
+        Some(_) => mesh.nearest(centre, f64::INFINITY).is_some_and(|n| mesh.is_behind(centre, &n)),
+        None => return false,
+    };
+    inside == (ball < 0.0)
 }
 
 /// Whether a set has a sample, which may be off the grid.

@@ -54,7 +54,7 @@ fn by_distances(
 /// bracket where a wall is about as thick as the element, and the path says so.
 ///
 /// # Errors
-/// As [`offset`]; [`Error::Operand`] for an element larger than the part.
+/// As [`offset`]; [`Error::NoGeometry`], too, for an element larger than the part.
 pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<Operated> {
     element_fits("opening", part, element)?;
     let element = &element.in_place();
@@ -221,15 +221,14 @@ fn element_fits(operation: &'static str, part: &TriangleMesh, element: &Element)
     let (Some(part), Some(element)) = (extent(part), of_element) else { return Ok(()) };
     match (0..3).find(|&a| element[a] > part[a] * (1.0 + 1e-9)) {
         None => Ok(()),
-        Some(axis) => Err(Error::Operand {
-            operation,
+        Some(axis) => Err(Error::NoGeometry {
             problem: format!(
-                "the element is longer in {} than the part, {} mm to {} mm: it fits nowhere",
+                "nothing remains after the {operation}: the element is longer in {} than the part, {} mm to {} mm: it fits nowhere",
                 ["x", "y", "z"][axis],
                 short(element[axis]),
                 short(part[axis])
             ),
-            remedy: "choose a smaller element".into(),
+            remedy: "choose a smaller element, or check the units".into(),
         }),
     }
 }
@@ -539,8 +538,8 @@ mod tests {
         let empty = TriangleMesh::default();
         assert!(matches!(minkowski(&empty, &built_in("box:1x1x1mm"), H), Err(Error::NoGeometry { .. })));
         assert!(matches!(minkowski(&part, &Element::Mesh(empty.clone()), H), Err(Error::NoGeometry { .. })));
-        assert!(matches!(difference(&part, &built_in("box:1x1x5mm"), H), Err(Error::Operand { .. })));
-        assert!(matches!(open(&part, &built_in("ball:9mm"), H), Err(Error::Operand { .. })));
+        assert!(matches!(difference(&part, &built_in("box:1x1x5mm"), H), Err(Error::NoGeometry { .. })));
+        assert!(matches!(open(&part, &built_in("ball:9mm"), H), Err(Error::NoGeometry { .. })));
         assert!(matches!(offset(&part, Length::mm(-3.0), H), Err(Error::NoGeometry { .. })));
         assert!(matches!(offset(&part, Length::mm(f64::NAN), H), Err(Error::Operand { .. })));
         assert!(matches!(sweep(&built_in("ball:1mm"), &[[0.0; 3]], H), Err(Error::Operand { .. })));

@@ -34,6 +34,8 @@ pub struct Outputs {
     pub judged_by: Vec<String>,
     /// What was written: a word (`report`, `data`, `pictures`), the place, and its length in bytes.
     pub written: Vec<(String, String, u64)>,
+    /// The folder, where the report of another part made way there.
+    pub replaced: Option<String>,
     /// Wall-clock seconds of the run.
     pub seconds: Option<f64>,
 }
@@ -121,12 +123,19 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
         let more = if more > 0 { format!(" (and {more} more in the report)") } else { String::new() };
         lines.push(clipped(&format!("note: {}{more}", printable_sentence(&first.message))));
     }
+    lines.extend(outputs.replaced.as_deref().map(replaced));
     lines.push(String::new());
     for (what, place, length) in outputs.written.iter().take(3) {
         lines.push(format!("{what:<8}{} ({})", printable(place), byte_count((*length).into())));
     }
     lines.extend(next_command(report, findings, outputs));
     lines
+}
+
+/// That the report of another part is gone.
+fn replaced(folder: &str) -> String {
+    let folder = printable(folder);
+    clipped(&format!("note: {folder} held the report of another part, which this one replaced; --out DIR keeps both"))
 }
 
 /// What deciding took beyond the first looks, in one line: the checks that took most first.
