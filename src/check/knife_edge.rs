@@ -13,6 +13,7 @@ use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 /// AM105 `knife-edge`.
 pub struct KnifeEdge;
@@ -67,14 +68,18 @@ impl Check for KnifeEdge {
         let widest = limits.fail.into_iter().chain(limits.warn).fold(0.0, f64::max).to_radians();
         let is_deep = |c: &Crease| c.thickness >= NICK * wall && c.doubt < DOUBTFUL.to_radians();
         let deep: Vec<&Crease> = found.iter().filter(|c| is_deep(c)).collect();
-        let worst = deep.iter().min_by(|a, b| a.angle.total_cmp(&b.angle)).map(|c| Worst {
+        let chosen = |c: &Crease| c.angle < widest && is_deep(c);
+        let lines = ridges(&found, chosen);
+        let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
+        // What is too short to be judged is the worst of nothing.
+        let too_short: FxHashSet<usize> =
+            lines.iter().filter(|r| !long(r)).flat_map(|r| r.creases.iter().copied()).collect();
+        let counting = found.iter().enumerate().filter(|(i, c)| is_deep(c) && !too_short.contains(i)).map(|(_, c)| c);
+        let worst = counting.min_by(|a, b| a.angle.total_cmp(&b.angle)).map(|c| Worst {
             bracket: Bracket::exact(c.angle.to_degrees()),
             unit: "deg",
             at: Some(middle(part, c)),
         });
-        let chosen = |c: &Crease| c.angle < widest && is_deep(c);
-        let lines = ridges(&found, chosen);
-        let long = |r: &&Ridge| r.creases.iter().map(|&i| length(part.mesh(), &found[i])).sum::<f64>() >= wall;
         let (mut findings, cuts): (Vec<Finding>, Vec<Tried>) = lines
             .par_iter()
             .filter(long)
@@ -154,4 +159,26 @@ fn sharp(
         plain(wall)
     );
     Some((f, [wall, thin].map(|w| Cut::of_line(part, &line, depth * w / wall, w))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{cuboid, extruded};
+    use crate::part::Up;
+    use crate::process::Process;
+
+    #[test]
+    fn an_edge_too_short_to_be_judged_is_not_the_worst_of_what_passes() {
+        // A wedge of 20 degrees beside a block, so deep along its edge.
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        for (deep, state) in [(0.3, None), (3.0, Some(State::Warn))] {
+            let wedge = extruded(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0 * 20f64.to_radians().tan()]], &[[0, 1, 2]], deep);
+            let part = Part::new(wedge.joined(&cuboid([9.0, 0.0, 0.0], [19.0; 3])), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let Outcome::Measured(found) = KnifeEdge.run(&part, &process, &context).unwrap() else { panic!() };
+            assert_eq!(found.findings.first().map(|f| f.state), state, "{deep}: {:?}", found.findings);
+            assert_eq!(found.worst.map(|w| w.bracket.value < 20.1), state.map(|_| true), "{deep}");
+        }
+    }
 }

@@ -82,6 +82,7 @@ mod untouched;
 mod vanishing;
 mod vent;
 mod void;
+mod waist;
 mod way_out;
 
 pub use acceptance::Acceptance;

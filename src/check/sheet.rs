@@ -6,28 +6,24 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
-use super::sheet_shape::{Form, Scale, Sheet, sheet_of, waist_of};
+use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought, share_of_told};
 use super::sheet_words::{Room, Rooms};
-use crate::geometry::vector::{Vec3, add, angle, bounds, cross, scale, sub, unit};
+use crate::geometry::vector::{Vec3, along, angle, bounds, scale, sub};
 use crate::medial::chord::WALL_SEPARATION;
 use crate::medial::cluster::group;
-use crate::medial::cover::FacetSheet;
+use crate::medial::cover::{FacetSheet, Unresolved};
 use crate::medial::rod::Rod;
-use crate::medial::section::across;
 use crate::medial::{Cover, Question, Sample, Shape, Side};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 /// Balls and rays whose lengths differ by less are as long, millimetres.
-const TOUCH: f64 = 1e-3;
+pub(super) const TOUCH: f64 = 1e-3;
 /// A ball touches a facet, and not an edge of it, if its middle is seen no farther off the normal than this (1°).
 const ACROSS: f64 = std::f64::consts::PI / 180.0;
-/// Ways across a ball's contacts that it may be held along.
-const ASIDE: usize = 12;
 
 /// Whose surfaces bound the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +73,7 @@ impl Sheets<'_> {
     }
 
     /// Samples that are farther apart than twice this are not beside each other.
-    fn resolution(&self) -> f64 {
+    pub(super) fn resolution(&self) -> f64 {
         0.75 * self.widest()
     }
 
@@ -111,7 +107,7 @@ impl Sheets<'_> {
     }
 
     /// The samples of a shape whose two surfaces belong to one body, and to no rod.
-    fn own(&self, cover: &Cover, shape: Shape) -> Vec<Sample> {
+    pub(super) fn own(&self, cover: &Cover, shape: Shape) -> Vec<Sample> {
         let samples = cover.samples.iter().filter(|s| s.shape == shape && self.body(s.facet) == self.body(s.opposite));
         samples.filter(|s| !self.rods.iter().any(|r| r.holds(s.centre))).copied().collect()
     }
@@ -150,7 +146,8 @@ impl Sheets<'_> {
         sheets.sort_by(|a, b| a.0.thinnest.diameter.total_cmp(&b.0.thinnest.diameter));
         let told = share_of_told(sheets.len());
         let seeking = Seeking { question: q, scale, levels: [fail, warn], reach: 1.5 * self.resolution(), told };
-        let sought = self.thinnest_of(&seeking, sheets);
+        let mut sought = self.thinnest_of(&seeking, sheets);
+        self.leave_known_waists(&mut sought);
         *wedges += sought.iter().filter(|s| s.sheet.is_none()).map(|s| s.samples.len()).sum::<usize>();
         let mut budget = measured.budget.unwrap_or(Budget::of(self.context.refine));
         sought.iter().for_each(|s| budget.note(s.budget.looks, BOXES * s.budget.spent));
@@ -182,33 +179,13 @@ impl Sheets<'_> {
     }
 
     /// The samples that lie side by side in one body.
-    fn groups(&self, samples: &[Sample]) -> Vec<Vec<Sample>> {
+    pub(super) fn groups(&self, samples: &[Sample]) -> Vec<Vec<Sample>> {
         let corners = |f: u32| self.part.mesh().triangles.get(f as usize).copied().unwrap_or_default();
         let groups = group(samples, 1.5 * self.resolution(), |s| u64::from(self.body(s.facet)), corners);
         groups
             .into_iter()
             .map(|members| members.into_iter().filter_map(|i| samples.get(i).copied()).collect())
             .collect()
-    }
-
-    /// What is thin where edges go round and thinner than all sheets beside it; a wedge beside it is none.
-    fn waists(
-        &self,
-        cover: &Cover,
-        sheets: &[(Sheet, Vec<Sample>)],
-        [fail, warn]: [f64; 2],
-    ) -> Vec<(Sheet, Vec<Sample>)> {
-        let beside = sheets.iter().flat_map(|(_, samples)| samples);
-        let waists = thinner(self.own(cover, Shape::Waist), beside, 1.5 * self.resolution());
-        let mut found = Vec::new();
-        for (from, to) in [(0.0, fail), (fail.max(0.0), warn)] {
-            let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
-            for samples in self.groups(&level) {
-                let waist = waist_of(&samples).filter(|s| self.is_waist(s));
-                found.extend(waist.map(|sheet| (sheet, samples)));
-            }
-        }
-        found
     }
 
     fn note_worst(&self, kind: &Kind, measured: &mut Measured, met: Option<(Bracket, Vec3)>) {
@@ -251,31 +228,6 @@ impl Sheets<'_> {
             f.bodies = Some(vec![u64::from(self.body(s.facet)) + 1]);
         }
         f
-    }
-
-    /// Whether what is thin from all sides joins two pieces that are thicker, of material or of void: it goes on along its axis by more than it is wide.
-    fn is_waist(&self, Sheet { thinnest, axis, .. }: &Sheet) -> bool {
-        let is_free = |way: Vec3| !self.ends_within(thinnest.centre, way, thinnest.diameter);
-        let goes_on = |axis: Vec3| is_free(axis) && is_free(scale(axis, -1.0));
-        match axis {
-            Some(axis) => goes_on(*axis),
-            // Where one ball alone has opposite contacts, the surface holds it aside too.
-            None => {
-                let way = unit(sub(thinnest.contacts[1], thinnest.contacts[0]));
-                let [u, v] = across(way);
-                let aside = (0..ASIDE).map(|k| {
-                    let (s, c) = (std::f64::consts::PI * k as f64 / ASIDE as f64).sin_cos();
-                    add(scale(u, c), scale(v, s))
-                });
-                let narrow =
-                    |w: Vec3| [w, scale(w, -1.0)].iter().all(|&w| self.ends_within(thinnest.centre, w, self.widest()));
-                aside.into_iter().any(|w| narrow(w) && goes_on(cross(way, w)))
-            }
-        }
-    }
-
-    fn ends_within(&self, from: Vec3, way: Vec3, far: f64) -> bool {
-        self.part.distance().first_hit(from, way, 0.0, far).is_some()
     }
 
     /// Whether the body is no wider in any direction than what a wall has to be: then it is thin as a whole, and no neck of anything.
@@ -339,10 +291,17 @@ impl Sheets<'_> {
         measured.findings.extend(grouped);
     }
 
+    /// Whether a rod lies right behind a place of the surface: how thick it is there is judged by its own rule.
+    fn lies_on_a_rod(&self, u: &Unresolved) -> bool {
+        let inward = scale(self.part.mesh().normal(u.facet as usize), -self.side.sign());
+        self.rods.iter().any(|r| r.holds(along(u.at, inward, 0.5 * r.narrowest.inscribed)))
+    }
+
     /// The places that the budget left open, as one undecided finding.
     fn budget_ended(&self, q: &Question, cover: &Cover, below: f64) -> Option<Finding> {
         let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
-        let open: Vec<_> = cover.unresolved.iter().filter(|u| u.extent > q.finest && u.low < below).collect();
+        let asked = |u: &&Unresolved| u.extent > q.finest && u.low < below && !self.lies_on_a_rod(u);
+        let open: Vec<_> = cover.unresolved.iter().filter(asked).collect();
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
         let bracket = Bracket { value: worst.low, low: worst.low, high: self.notice().max(worst.low) };
         let mut f =
@@ -361,33 +320,6 @@ impl Sheets<'_> {
         Some(f)
     }
 }
-/// The samples that are thinner than all others within about a distance.
-fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample>, distance: f64) -> Vec<Sample> {
-    if samples.is_empty() {
-        return samples;
-    }
-    let cell = |p: Vec3| p.map(|x| (x / distance).floor() as i64);
-    let mut least: FxHashMap<[i64; 3], f64> = FxHashMap::default();
-    for other in others {
-        // A long patch is one sample: its ball rolls all along it.
-        let sides = bounds([other.sides.0, other.sides.1, other.centre]).unwrap_or((other.centre, other.centre));
-        let (lo, hi) = (cell(sides.0), cell(sides.1));
-        for x in lo[0]..=hi[0] {
-            for (y, z) in (lo[1]..=hi[1]).flat_map(|y| (lo[2]..=hi[2]).map(move |z| (y, z))) {
-                let known = least.entry([x, y, z]).or_insert(f64::INFINITY);
-                *known = known.min(other.diameter);
-            }
-        }
-    }
-    let is_thinner = |s: &Sample| {
-        let [x, y, z] = cell(s.centre);
-        let beside = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])));
-        beside.into_iter().all(|c| least.get(&c).is_none_or(|&d| s.diameter < d - TOUCH))
-    };
-    samples.retain(is_thinner);
-    samples
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::contract::{Check, Outcome};
@@ -493,6 +425,19 @@ mod tests {
             let found = found(cuboid([0.0; 3], [8.0; 3]).joined(&ball(d)));
             assert_eq!(found.first().map(|f| f.state), state, "{d}: {found:?}");
         }
+    }
+
+    #[test]
+    fn a_field_of_pins_leaves_nothing_open() {
+        // Pins of 0.7 mm, which fdm judges by a rule of their own, five by five on a plate.
+        let pin = revolved(&[[0.0, 1.0], [0.35, 1.0], [0.35, 6.0], [0.0, 6.0]], 24);
+        let plate = cuboid([0.0; 3], [20.0, 20.0, 2.0]);
+        let at = |n: usize| [2.0 + 4.0 * (n % 5) as f64, 2.0 + 4.0 * (n / 5) as f64, 0.0];
+        let put = |n| pin.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], at(n));
+        let (s, c) = 0.5f64.sin_cos();
+        let field = (0..25).fold(plate, |all, n| all.joined(&put(n)));
+        let found = found(field.transformed([[c, -s * c, s * s], [s, c * c, -s * c], [0.0, s, c]], [0.3, -0.7, 0.11]));
+        assert!(found.iter().all(|f| f.state != State::Undecided), "{found:?}");
     }
 
     #[test]
