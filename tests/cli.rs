@@ -240,7 +240,7 @@ fn the_exit_code_is_the_verdict() {
         ("wall_111_024", &["--fail-on", "never"], 0),
         ("wall_080", &[], 0),
         ("wall_080", &["--fail-on", "warn"], 1),
-        ("pin_060", &["--only", "thin-wall", "--refine", "1"], 3),
+        ("flask_020", &["--process", "sla", "--voxel", "1mm", "--only", "trapped-volume", "--refine", "1"], 3),
         ("block_open", &[], 3),
         ("block_open", &["--fail-on", "undecided"], 1),
         ("block_open", &["--fail-on", "never"], 0),
@@ -257,10 +257,11 @@ fn the_exit_code_is_the_verdict() {
 #[test]
 fn the_command_to_type_next_judges_by_the_same() {
     let s = Scratch::new();
-    let part = fixture("pin_060");
-    let by = ["--up", "+x", "--limit", "thin-wall=0.8mm,1.2mm", "--tool", "end-mill-3", "--tool-from=-z"];
-    let ran = s.run(&[&[part.as_str(), "--only", "thin-wall", "--refine", "1", "--format", "json"], &by[..]].concat());
-    let next = "--up +x --limit 'thin-wall=0.8mm,1.2mm' --tool end-mill-3 --tool-from -z --only thin-wall --refine 1M";
+    let part = fixture("flask_020");
+    let by = ["--up", "+x", "--limit", "trapped-volume=2.5mm,3.5mm", "--tool", "end-mill-3", "--tool-from=-z"];
+    let asked = ["--process", "sla", "--voxel", "1mm", "--only", "trapped-volume", "--refine", "1", "--format", "json"];
+    let ran = s.run(&[&[part.as_str()], &asked[..], &by[..]].concat());
+    let next = "--up +x --voxel 1mm --limit 'trapped-volume=2.5mm,3.5mm' --tool end-mill-3 --tool-from -z --only trapped-volume --refine 1M";
     assert!(ran.exit == 3 && ran.out.contains(next), "{}", ran.out);
 }
 
@@ -526,7 +527,7 @@ fn json_is_one_document_that_the_schema_accepts() {
         ("block", &[][..]),
         ("block_open", &[]),
         ("wall_111_024", &["--process", "lpbf", "--up", "-y"]),
-        ("pin_060", &["--refine", "1"]),
+        ("flask_020", &["--process", "sla", "--voxel", "1mm", "--refine", "1"]),
         ("bar_300", &["--only", "build-volume", "--units", "in"]),
     ] {
         let part = fixture(part);
