@@ -294,7 +294,7 @@ impl Sheets<'_> {
     }
 
     /// Whether a rod lies right behind a place of the surface: how thick it is there is judged by its own rule.
-    fn lies_on_a_rod(&self, u: &Unresolved) -> bool {
+    pub(super) fn lies_on_a_rod(&self, u: &Unresolved) -> bool {
         let inward = scale(self.part.mesh().normal(u.facet as usize), -self.side.sign());
         self.rods.iter().any(|r| r.holds(along(u.at, inward, 0.5 * r.narrowest.inscribed)))
     }
@@ -302,8 +302,7 @@ impl Sheets<'_> {
     /// The places that the budget left open, as one undecided finding.
     fn budget_ended(&self, q: &Question, cover: &Cover, below: f64) -> Option<Finding> {
         let kind = self.kinds.iter().find(|k| k.reading == Reading::WithinBody)?;
-        let asked = |u: &&Unresolved| u.extent > q.finest && u.low < below && !self.lies_on_a_rod(u);
-        let open: Vec<_> = cover.unresolved.iter().filter(asked).collect();
+        let open: Vec<_> = left_open(q, cover, below).filter(|u| !self.lies_on_a_rod(u)).collect();
         let worst = open.iter().min_by(|a, b| a.low.total_cmp(&b.low))?;
         let bracket = Bracket { value: worst.low, low: worst.low, high: self.notice().max(worst.low) };
         let mut f =
@@ -322,6 +321,12 @@ impl Sheets<'_> {
         Some(f)
     }
 }
+/// The places that the budget left open and that may be thinner than so much.
+pub(super) fn left_open<'c>(q: &Question, cover: &'c Cover, below: f64) -> impl Iterator<Item = &'c Unresolved> {
+    let finest = q.finest;
+    cover.unresolved.iter().filter(move |u| u.extent > finest && u.low < below)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::contract::{Check, Outcome};
@@ -439,8 +444,12 @@ mod tests {
         let at = |n: usize| [2.0 + 4.0 * (n % 5) as f64, 2.0 + 4.0 * (n / 5) as f64, 0.0];
         let put = |n| pin.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], at(n));
         let field = (1..25).fold(put(0), |all, n| all.joined(&put(n)));
-        let found = found(posed(&field, 28.0));
-        assert!(found.iter().all(|f| f.state != State::Undecided), "{found:?}");
+        let process = Process::named("fdm").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
+        let part = Part::new(posed(&field, 28.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
+        assert!(found.findings.iter().all(|f| f.state != State::Undecided), "{:?}", found.findings);
+        assert!(found.cover.ends_with("What the budget left open lies on rods."), "{}", found.cover);
     }
 
     #[test]

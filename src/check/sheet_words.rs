@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, Limits};
 use super::room::{Fit, Growth, NO_ROOM, Thin};
-use super::sheet::{Kind, Sheets};
+use super::sheet::{Kind, Sheets, left_open};
 use crate::geometry::vector::Vec3;
 use crate::medial::{Cover, Question, Sample, Side};
 use crate::units::{enough, short};
@@ -90,8 +90,13 @@ impl Sheets<'_> {
         if wedges > 0 {
             text.push_str(&format!(" {wedges} samples lie in wedges, which are no {noun}s."));
         }
-        if cover.unresolved.iter().any(|u| u.extent > q.finest && u.low < self.widest()) {
-            text.push_str(" The budget ended before all was decided.");
+        let mut open = left_open(q, cover, self.widest()).map(|u| self.lies_on_a_rod(u)).peekable();
+        if open.peek().is_some() {
+            text.push_str(match open.all(|on_a_rod| on_a_rod) {
+                true if self.side == Side::Material => " What the budget left open lies on rods.",
+                true => " What the budget left open lies on round holes.",
+                false => " The budget ended before all was decided.",
+            });
         }
         text
     }
