@@ -4,23 +4,42 @@ use super::sheet::{Sheets, TOUCH};
 use super::sheet_shape::{Sheet, waist_of};
 use super::sheet_thinnest::Sought;
 use crate::geometry::vector::{Vec3, add, bounds, cross, distance, scale, sub, unit};
+use crate::medial::cluster::principal_extents;
 use crate::medial::section::across;
 use crate::medial::{Cover, Sample, Shape};
 use rustc_hash::FxHashMap;
 
+/// Balls whose centres extend by more than so many diameters of the largest go along a wall.
+const WIDTHS: f64 = 1.5;
 /// Ways across a ball's contacts that it may be held along.
 const ASIDE: usize = 12;
 
 impl Sheets<'_> {
-    /// What is thin where edges go round and thinner than all sheets beside it; a wedge beside it is none.
+    /// What was found where edges go round, parted into walls and what may be waists: the balls of a wall whose sides bend towards them
+    /// everywhere touch edges alone, and lie side by side; those around a waist are as good as one.
+    pub(super) fn at_edges(&self, cover: &Cover, below: f64) -> [Vec<Sample>; 2] {
+        let found: Vec<Sample> = self.own(cover, Shape::Waist).into_iter().filter(|s| s.diameter < below).collect();
+        let [mut walls, mut waists] = [Vec::new(), Vec::new()];
+        for samples in self.groups(&found) {
+            let thickest = samples.iter().map(|s| s.diameter).fold(0.0, f64::max);
+            let [long, ..] = principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>());
+            match long > WIDTHS * thickest {
+                true => walls.extend(samples.into_iter().map(|s| Sample { shape: Shape::Sheet, ..s })),
+                false => waists.extend(samples),
+            }
+        }
+        [walls, waists]
+    }
+
+    /// The waists that are thinner than all sheets beside them; a wedge beside one is none.
     pub(super) fn waists(
         &self,
-        cover: &Cover,
+        found: Vec<Sample>,
         sheets: &[(Sheet, Vec<Sample>)],
         [fail, warn]: [f64; 2],
     ) -> Vec<(Sheet, Vec<Sample>)> {
         let beside = sheets.iter().flat_map(|(_, samples)| samples);
-        let waists = thinner(self.own(cover, Shape::Waist), beside, 1.5 * self.resolution());
+        let waists = thinner(found, beside, 1.5 * self.resolution());
         let mut found = Vec::new();
         for (from, to) in [(0.0, fail), (fail.max(0.0), warn)] {
             let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();

@@ -44,6 +44,17 @@ impl Patch {
         0.5 * norm2(cross(sub(b, a), sub(c, a))).sqrt()
     }
 
+    /// The centroids of the n² equal triangles that lines parallel to the edges part it into.
+    pub(super) fn middles(&self, n: u32) -> impl Iterator<Item = Vec3> {
+        let [a, b, c] = self.corners;
+        let third = 1.0 / f64::from(3 * n);
+        let at =
+            move |u: u32, v: u32| along(along(a, sub(b, a), f64::from(u) * third), sub(c, a), f64::from(v) * third);
+        let upright = (0..n).flat_map(move |i| (0..n - i).map(move |j| at(3 * i + 1, 3 * j + 1)));
+        let turned = (1..n).flat_map(move |i| (1..=n - i).map(move |j| at(3 * i - 1, 3 * j - 1)));
+        upright.chain(turned)
+    }
+
     /// Length of the longest edge and the index of its first corner.
     pub fn longest_edge(&self) -> (f64, usize) {
         (0..3)

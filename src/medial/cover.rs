@@ -100,7 +100,7 @@ pub struct Sample {
     pub low: f64,
     /// Angle between the contacts seen from the centre, radians.
     pub separation: f64,
-    /// Area of the patch, mm².
+    /// Area of the surface that it stands for, mm².
     pub area: f64,
     /// Longest edge of the patch, millimetres.
     pub edge: f64,
@@ -138,6 +138,8 @@ pub struct Passed {
     pub chord: [Vec3; 2],
     /// No ball that touches it measures less.
     pub low: f64,
+    /// How much of it lies on a sheet, mm².
+    pub area: f64,
     pub feature: u32,
 }
 
@@ -233,11 +235,14 @@ impl Cover {
                     sampled_area: own.map(|s| s.area).sum(),
                 };
             }
+            let first = all.samples.len();
             all.samples.extend(c.samples);
+            all.stands_for(first, c.passed.iter().map(|p| p.area).sum(), features);
             all.passed.extend(c.passed);
             all.unresolved.extend(c.unresolved);
             all.evaluations += c.evaluations;
         }
+        all.leave_to_edges(mesh, features);
         all
     }
 }

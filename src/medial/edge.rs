@@ -73,6 +73,30 @@ impl Seeker<'_> {
                 return;
             }
         }
+        if let Some(ball) = self.about_chord(patch, chord) {
+            self.record_waist(patch, chord, &ball);
+        }
+    }
+
+    /// The wall's ball beside the middle of a chord: it grows from the point that is nearest to the middle, away from it, which nothing beside
+    /// that point is in the way of.
+    ///
+    /// Where a side bends towards the balls at edge after edge, as that of a twisted blade does, the edges beside leave a ball on an edge hardly
+    /// any other way.
+    fn about_chord(&mut self, patch: &Patch, chord: &Chord) -> Option<TouchingBall> {
+        let q = self.question;
+        let middle = chord.middle();
+        self.cover.evaluations += 2;
+        let near = self.mesh.nearest(middle, 0.5 * chord.length)?;
+        let way = unit(sub(middle, near.point));
+        let ball = self.mesh.touching_ball(near.point, way, 0.51 * q.notice, q.tolerance);
+        let stop = ball.stop.filter(|_| ball.separation() >= WALL_SEPARATION && 2.0 * ball.radius <= q.notice)?;
+        let off = |p: Vec3| distance(p, closest_point(p, patch.corners));
+        let [own, other] = match off(near.point) <= off(stop.point) {
+            true => [near, stop],
+            false => [stop, near],
+        };
+        (off(own.point) <= ball.radius).then_some(TouchingBall { from: own.point, stop: Some(other), ..ball })
     }
 
     fn record_waist(&mut self, patch: &Patch, chord: &Chord, ball: &TouchingBall) {

@@ -311,7 +311,7 @@ mod tests {
             let corners = [0; 3].map(|_| add(base, random.point(-0.3, 0.3)));
             let axis = unit(random.point(-1.0, 1.0));
             let (spread, slack) = ([0.0, 0.6, 1.4][n as usize % 3], 0.08 * random.unit());
-            Feature { corners, axis, spread, slack, arc: [axis; 2], facet: 0 }
+            Feature { corners, axis, spread, slack, arc: [axis; 2], facet: 0, beside: 0 }
         };
         for count in [0, 1, 7, 8, 9, 64, 700] {
             let features: Vec<Feature> = (0..count).map(|n| some(&mut random, n)).collect();
@@ -352,7 +352,7 @@ mod tests {
             .map(|_| {
                 let at = random.point(-9.0, 9.0);
                 let axis = [0.0, 0.0, 1.0];
-                Feature { corners: [at; 3], axis, spread: 0.0, slack: 0.0, arc: [axis; 2], facet: 0 }
+                Feature { corners: [at; 3], axis, spread: 0.0, slack: 0.0, arc: [axis; 2], facet: 0, beside: 0 }
             })
             .collect();
         let tree = Facing::of(&features);

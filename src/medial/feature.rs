@@ -44,6 +44,8 @@ pub struct Feature {
     pub arc: [Vec3; 2],
     /// A facet of the mesh the feature belongs to.
     pub facet: u32,
+    /// The other facet of an edge; the same one for a facet or a vertex.
+    pub beside: u32,
 }
 
 impl Feature {
@@ -71,6 +73,11 @@ impl Feature {
     /// Whether the feature is a facet rather than an edge or a vertex.
     pub fn is_facet(&self) -> bool {
         self.corners[1] != self.corners[2]
+    }
+
+    /// Whether the feature is an edge.
+    pub fn is_edge(&self) -> bool {
+        self.corners[0] != self.corners[1] && !self.is_facet()
     }
 }
 
@@ -105,7 +112,15 @@ impl Features {
         }
         let of_facet = |&facet: &u32| {
             let (f, axis) = (facet as usize, scale(mesh.normal(facet as usize), sign));
-            Feature { corners: mesh.corners(f), axis, spread: 0.0, slack: slack[f], arc: [axis; 2], facet }
+            Feature {
+                corners: mesh.corners(f),
+                axis,
+                spread: 0.0,
+                slack: slack[f],
+                arc: [axis; 2],
+                facet,
+                beside: facet,
+            }
         };
         let sharp: Vec<&Bend> = bends.edges.iter().filter(|b| b.angle > SHARP).collect();
         let edges: Vec<Feature> = sharp.par_iter().map(|b| b.feature(mesh, sign)).collect();
@@ -205,6 +220,7 @@ impl Bend {
             slack: 0.0,
             arc: [scale(m, sign), scale(n, sign)],
             facet: self.facets.0.min(self.facets.1),
+            beside: self.facets.0.max(self.facets.1),
         }
     }
 }
@@ -230,6 +246,7 @@ fn vertices(mesh: &TriangleMesh, sharp: &[&Bend], edges: &[Feature], reflex: &[b
             slack: 0.0,
             arc: [axis; 2],
             facet: edges[first].facet,
+            beside: edges[first].facet,
         })
     };
     at.chunk_by(|a, b| a.0 == b.0).filter_map(tip).collect()

@@ -3,6 +3,7 @@
 //! A wall is a pair of opposing features with an empty ball between them. [`cover`] searches all pairs by branch and
 //! bound, so that *no wall thinner than the limit* is a proof and not a sampling; [`cluster`] turns what it finds into places.
 
+mod area;
 mod axes;
 pub mod axis;
 pub mod chord;

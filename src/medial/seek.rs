@@ -39,7 +39,7 @@ pub(super) struct Seeker<'a> {
     pub(super) features: &'a Features,
     pub(super) question: &'a Question,
     feature: u32,
-    facet: u32,
+    pub(super) facet: u32,
     budget: u64,
     /// Longest edge of the feature.
     extent: f64,
@@ -138,7 +138,8 @@ impl<'a> Seeker<'a> {
         let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
         if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
             let (sides, chord) = (patch.sides(), [chord.from, chord.to]);
-            self.cover.passed.push(Passed { sides, chord, low, feature: self.feature });
+            let area = self.thin_share(patch, low) * patch.area();
+            self.cover.passed.push(Passed { sides, chord, low, area, feature: self.feature });
         } else if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
             queue.extend(patch.halves());
         } else if self.question.is_thin(low) {
@@ -166,7 +167,7 @@ impl<'a> Seeker<'a> {
             return if done { Look::Done } else { Look::Coarse { low: chord.bound } };
         }
         if let Some(exact) = self.along_chord(patch, chord) {
-            self.push(exact);
+            self.push(Sample { area: self.share_of(patch, exact.diameter) * exact.area, ..exact });
             return Look::Done;
         }
         let inward = scale(patch.axis, -1.0);
@@ -182,11 +183,11 @@ impl<'a> Seeker<'a> {
             let low = if apart && finest { 2.0 * ball.radius } else { low };
             let wedge = ball.stop.is_some_and(|s| meets(&patch.whole, &self.mesh.corners(s.facet)));
             let shape = if wedge && ball.separation() < PARALLEL { Shape::Wedge } else { Shape::Sheet };
-            self.record(&ball, shape, low, (patch, 1.0));
+            self.record(&ball, shape, low, (patch, self.share_of(patch, 2.0 * ball.radius)));
             return Look::Done;
         }
         if let Some(wall) = self.balanced(patch, &ball).or_else(|| self.settled(&ball, chord)) {
-            self.record(&wall, Shape::Sheet, chord.bound, (patch, 1.0));
+            self.record(&wall, Shape::Sheet, chord.bound, (patch, self.share_of(patch, 2.0 * wall.radius)));
             return Look::Done;
         }
         let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));

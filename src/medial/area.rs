@@ -1,0 +1,85 @@
+//! How much of the surface a sample stands for.
+
+use super::chord::{Patch, WALL_SEPARATION};
+use super::cover::{Cover, Sample, Shape};
+use super::feature::Features;
+use super::seek::Seeker;
+use crate::geometry::MeshDistance;
+use crate::geometry::vector::{Vec3, angle, cross, distance, dot, norm, scale, sub, unit};
+use rustc_hash::FxHashMap;
+
+/// A patch is looked through at the middles of so many rows of equal parts.
+const PARTS: u32 = 4;
+/// A ball stands for one of them at least.
+const LEAST_SHARE: f64 = 1.0 / (PARTS * PARTS) as f64;
+
+impl Seeker<'_> {
+    /// How much of a patch a ball of a wall found on it stands for.
+    pub(super) fn share_of(&self, patch: &Patch, thickness: f64) -> f64 {
+        self.thin_share(patch, thickness).max(LEAST_SHARE)
+    }
+
+    /// How much of a flat patch lies on a sheet that the same limits tell as one of a thickness: the share of lines straight across, from the
+    /// middles of equal parts of it, that end within the next limit on a side that faces it.
+    pub(super) fn thin_share(&self, patch: &Patch, thickness: f64) -> f64 {
+        let q = self.question;
+        if patch.spread > 0.0 {
+            return 0.0;
+        }
+        let within = q.limits.get(q.class(thickness)).copied().unwrap_or(q.notice);
+        let (normal, inward) = (self.mesh.normal(self.facet), scale(patch.axis, -1.0));
+        let is_thin = |from: &Vec3| {
+            let hit = self.mesh.first_hit(*from, inward, q.tolerance, within);
+            hit.is_some_and(|(_, facet)| angle(self.mesh.normal(facet), normal) >= WALL_SEPARATION)
+        };
+        patch.middles(PARTS).filter(is_thin).count() as f64 * LEAST_SHARE
+    }
+}
+
+impl Cover {
+    /// Adds the area of what was passed over to the sample that it was passed over for: the thinnest from one on.
+    pub(super) fn stands_for(&mut self, first: usize, area: f64, features: &Features) {
+        let own = self.samples.iter_mut().skip(first).filter(|s| s.is_within_a_body(features));
+        if let Some(thinnest) = own.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
+            thinnest.area += area;
+        }
+    }
+
+    /// Gives the samples of edges their area: strips along both sides, no wider than the ball's radius and as seen straight across the wall, of
+    /// what the samples of the facets left.
+    ///
+    /// Where a wall's sides bend towards its balls everywhere, as those of a twisted blade do, the balls touch edges alone.
+    pub(super) fn leave_to_edges(&mut self, mesh: &MeshDistance, features: &Features) {
+        let area_of = |facet: u32| {
+            let [a, b, c] = mesh.corners(facet);
+            0.5 * norm(cross(sub(b, a), sub(c, a)))
+        };
+        let strips = |s: &Sample| {
+            let edge = features.list.get(s.feature as usize).filter(|f| s.shape != Shape::Wedge && f.is_edge());
+            edge.map(|edge| {
+                let [a, b, _] = edge.corners;
+                let way = scale(unit(sub(s.contacts[0], s.contacts[1])), features.side.sign());
+                [edge.facet, edge.beside].map(|facet| {
+                    let wide = (0.5 * s.diameter).min(area_of(facet) / distance(a, b));
+                    (facet, s.edge * wide * dot(way, mesh.normal(facet)).max(0.0))
+                })
+            })
+        };
+        let mut asked: FxHashMap<u32, f64> = FxHashMap::default();
+        for (facet, strip) in self.samples.iter().filter_map(strips).flatten() {
+            *asked.entry(facet).or_default() += strip;
+        }
+        let left = |facet: u32| {
+            let sampled = self.facets.get(facet as usize).map_or(0.0, |f| f.sampled_area);
+            (area_of(facet) - sampled).max(0.0)
+        };
+        let share: FxHashMap<u32, f64> = asked
+            .into_iter()
+            .map(|(facet, asked)| (facet, (left(facet) / asked.max(f64::MIN_POSITIVE)).min(1.0)))
+            .collect();
+        for s in &mut self.samples {
+            let of = |(facet, strip): (u32, f64)| strip * share.get(&facet).copied().unwrap_or(0.0);
+            s.area += strips(s).map_or(0.0, |[one, other]| of(one) + of(other));
+        }
+    }
+}
