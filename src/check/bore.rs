@@ -79,6 +79,10 @@ impl Wanted {
 
 /// Lines beside a vent along which its wall is looked for.
 const LINES: usize = 16;
+/// The cosine of the slope of a surface that a vent may lead through (60°).
+const SLOPE: f64 = 0.5;
+/// What is nearer to a vent than this share of the wall that it has to leave is too near: less is rounding.
+const NEARER: f64 = 1.0 - 1e-6;
 /// A vent that leads up more than this is steep, the sine of 45°.
 const STEEP: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Directions closer than this, in radians, are one.
@@ -116,7 +120,8 @@ impl<'a> Ways<'a> {
         let along = |ways: &[Vec3]| {
             let mut bores: Vec<Bore> = ways.iter().filter_map(|way| Bore::of(solid, at, *way, wanted)).collect();
             bores.sort_by(|a, b| a.vent.wall_mm.total_cmp(&b.vent.wall_mm));
-            bores.into_iter().find(Bore::leaves_a_wall).map(|bore| bore.vent)
+            let keeps = |bore: &Bore| bore.leaves_a_wall() && bore.keeps_its_distance(self.part);
+            bores.into_iter().find(keeps).map(|bore| bore.vent)
         };
         along(&ALONG_AXES).or_else(|| along(self.out_of_faces()))
     }
@@ -187,6 +192,29 @@ impl<'a> Bore<'a> {
         };
         self.material.chunk_by(|a, b| a + 1 == *b).all(is_walled)
     }
+
+    /// Whether the surface of the part comes nowhere nearer to its side than the wall is thick, but about the ends of the material beside it, as
+    /// far as a slope of 60° there reaches: a room or a face that runs along it leaves it no wall.
+    fn keeps_its_distance(&self, part: &Part) -> bool {
+        let (grid, vent, wall) = (self.solid.centres.grid(), &self.vent, self.wanted.wall_mm);
+        let Some(first) = grid.sample_at(vent.from).map(|sample| grid.position(sample)) else { return false };
+        let [u, v] = square_to(vent.way);
+        let radius = 0.5 * vent.diameter_mm;
+        let is_notch = self.wanted.leading == Leading::Sideways && vent.from[2] <= radius;
+        let is_material = |at: Vec3| grid.sample_at(at).is_some_and(|sample| self.solid.centres.contains(sample));
+        let is_near = |at: Vec3| part.distance().nearest(at, NEARER * wall).is_some();
+        let ends = (wall / SLOPE / grid.h()).ceil() as usize;
+        (0..LINES).all(|line| {
+            let (sin, cos) = (std::f64::consts::TAU * line as f64 / LINES as f64).sin_cos();
+            let start = along(along(first, u, radius * cos), v, radius * sin);
+            let beside = |n: usize| along(start, vent.way, n as f64 * grid.h());
+            let inside: Vec<usize> = self.material.iter().copied().filter(|&n| is_material(beside(n))).collect();
+            inside.chunk_by(|a, b| a + 1 == *b).all(|run| {
+                let deep = run.get(ends..run.len().saturating_sub(ends)).unwrap_or_default();
+                deep.iter().map(|&n| beside(n)).all(|at| (is_notch && at[2] < wall) || !is_near(at))
+            })
+        })
+    }
 }
 
 #[cfg(test)]
@@ -251,6 +279,20 @@ mod tests {
             assert!(vent.diameter_mm == 4.0 && (vent.wall_mm - 2.0).abs() <= 2.0 * h, "{vent:?}");
             // Nothing of it is left 5 mm beside the axis: there is no such wall.
             assert_eq!(shortest(&part, part.to_build([0.0; 3]), wanted(3.0)), None);
+        }
+    }
+
+    #[test]
+    fn no_vent_runs_along_a_face_with_less_than_a_wall_beside_it() {
+        // Through 12 mm below a room; a slot beside 2 mm of that way leaves 0.3 mm.
+        let room =
+            cuboid([0.0; 3], [40.0, 40.0, 44.0]).joined(&cuboid([14.0, 14.0, 12.0], [26.0, 26.0, 26.0]).flipped());
+        let wanted = Wanted { ball_mm: 3.0, wall_mm: 1.0, leading: Leading::Anywhere };
+        let slot = |near: f64| cuboid([22.0 + near, 10.0, 3.0], [38.0, 30.0, 5.0]).flipped();
+        for (near, down) in [(0.3, false), (1.6, true)] {
+            let part = cast(room.clone().joined(&slot(near)), Up::PlusZ, 0.25);
+            let vent = shortest(&part, part.to_build([20.0, 20.0, 19.0]), wanted).unwrap();
+            assert_eq!(vent.words(&part).contains("towards -z"), down, "{near}: {}", vent.words(&part));
         }
     }
 

@@ -20,20 +20,23 @@ const FAR: f64 = 6.0;
 const BELOW: f64 = 0.99;
 
 /// The samples of a grid that a ball may stand on for certain, and from where to their neighbours along the axes.
-struct Stands {
+pub(super) struct Stands {
     grid: Grid,
     parts: Components,
+    /// Which pieces lie outside.
+    out: Vec<bool>,
 }
 
 impl Stands {
     /// By the squared clearance: what the part touches lies within half a diagonal of the samples that stand for it, and half a
     /// spacing more lets the ball go on to the next sample.
-    fn of(clearance: &Field<u32>, ball_mm: f64) -> Self {
+    pub(super) fn of(clearance: &Field<u32>, ball_mm: f64) -> Self {
         let grid = *clearance.grid();
         let needed = 0.5 * ball_mm / grid.h() + 0.5 + HALF_DIAGONAL;
         let least = (needed * needed).ceil() as u32;
         let own = Indicator::from_predicate(grid, |at| clearance.values()[at] >= least);
-        Stands { grid, parts: components(&own, Adjacency::Face) }
+        let parts = components(&own, Adjacency::Face);
+        Stands { grid, out: parts.at_border(), parts }
     }
 
     fn at(&self, p: Vec3) -> Option<u32> {
@@ -74,9 +77,8 @@ struct Ways<'a> {
     clearance: &'a Field<u32>,
     ball_mm: f64,
     on_plate: bool,
-    whole: Stands,
-    /// Which pieces of the whole grid lie outside, and which one in the chamber.
-    out: Vec<bool>,
+    whole: &'a Stands,
+    /// The piece of the whole grid that lies in the chamber.
     inside: Option<u32>,
     /// The middle of the chamber.
     middle: Vec3,
@@ -156,7 +158,7 @@ impl Ways<'_> {
         let spare = h * (f64::from(self.clearance.values()[at]).sqrt() - HALF_DIAGONAL) - 0.5 * self.ball_mm;
         // Samples of the whole grid have half its spacing to spare, or more.
         match away <= spare.max(0.5 * h) + 0.5 * step {
-            true if self.out[piece as usize] => Some(End::Outside),
+            true if self.whole.out[piece as usize] => Some(End::Outside),
             true if Some(piece) == self.inside => Some(End::Chamber),
             _ => None,
         }
@@ -179,15 +181,26 @@ impl Voids<'_> {
         (ball_mm, ground): (f64, Ground),
         budget: &mut Budget,
     ) -> Result<bool> {
+        let Some(throat) = chamber.throat else { return Ok(false) };
         let whole = Stands::of(clearance, ball_mm);
-        let (Some(throat), inside) = (chamber.throat, whole.at(chamber.at)) else { return Ok(false) };
-        let out = whole.parts.at_border();
-        if inside.is_some_and(|l| out[l as usize]) {
-            return Ok(true);
+        Ok(self.is_let_out((clearance, &whole), (chamber.at, throat), (ball_mm, ground), budget))
+    }
+
+    /// As [`Voids::lets_out`], from the middle of a chamber through its throat, where the stands of the ball are known.
+    pub(super) fn is_let_out(
+        &self,
+        (clearance, whole): (&Field<u32>, &Stands),
+        (middle, throat): (Vec3, Vec3),
+        (ball_mm, ground): (f64, Ground),
+        budget: &mut Budget,
+    ) -> bool {
+        let inside = whole.at(middle);
+        if inside.is_some_and(|l| whole.out[l as usize]) {
+            return true;
         }
         let on_plate = ground == Ground::Plate;
-        let (part, extent, middle, coarser) = (self.part(), self.part().extent(), chamber.at, Vec::new());
-        let mut ways = Ways { part, extent, clearance, ball_mm, on_plate, whole, out, inside, middle, coarser };
+        let (part, extent, coarser) = (self.part(), self.part().extent(), Vec::new());
+        let mut ways = Ways { part, extent, clearance, ball_mm, on_plate, whole, inside, middle, coarser };
         for step in FINER.map(|f| f * clearance.grid().h()) {
             if !budget.allows(MOST_ASKED) {
                 break;
@@ -195,10 +208,10 @@ impl Voids<'_> {
             let (met, asked) = ways.followed(throat, step);
             budget.note(1, asked);
             if met == Some(Met::BOTH) {
-                return Ok(true);
+                return true;
             }
         }
-        Ok(false)
+        false
     }
 
     /// Whether a ball of this diameter fits into the widest place of a room.

@@ -37,7 +37,8 @@ static META: Meta = Meta {
           1.73 samples. Mouths are where the void goes on to the outside as wide as a ball \
           of the limit; one about as wide is measured on the surface with all others closed. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
-          A room that the samples do not tell from a passage is measured on the surface itself. \
+          A room that the samples do not tell from a passage is measured on the surface itself, and is none only if a ball that it is a \
+          quarter wider than gets out for certain. \
           Where a limit lies within the bracket of a closed mesh, the middle of a ball of the limit is followed from the throat over points up to \
           eight times finer, with the distance to the surface itself, and so for what the plate closes; and one of 0.99 of the limit is stuck \
           where no cube at any way out, halved four times, may hold its middle by the distance to the surface, or where it gets nowhere from \
@@ -127,7 +128,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         let mut small = voids.small_rooms(&clearance, widest, &mut met.clone())?;
         chambers.extend(small.extract_if(.., |t| voids.has_room(t, room)));
         let told: Vec<&Trapped> = chambers.iter().chain(&small).collect();
-        let hidden = voids.hidden_rooms(&clearance, (room, widest), &told)?;
+        let hidden = voids.hidden_rooms(&clearance, (room, widest), &told, budget)?;
         chambers.extend(hidden);
         for chamber in &mut chambers {
             voids.open_for_certain(&clearance, chamber, limits, budget)?;
@@ -360,14 +361,16 @@ impl Judge<'_> {
         let h = short(self.context.spacing_mm);
         m.cover = match limit {
             Some(limit) => {
-                let (least, within) = (self.voids.least_room_mm(limit), 4.0 * HALF_DIAGONAL * self.context.spacing_mm);
-                let narrower = format!(" Narrower rooms were looked for down to {} mm.", hundredths(least));
+                // What the distances of room and way out may each be off by.
+                let (least, doubt) = (self.voids.least_room_mm(limit), 4.0 * HALF_DIAGONAL * self.context.spacing_mm);
                 format!(
-                    "Every void of the mesh and of a grid of {h} mm was looked at; each as wide as {} mm lets a ball of that size out \
-                     unless it is listed, within {} mm.{}",
+                    "Every void of the mesh and of a grid of {h} mm was looked at; each room {} mm wide or more lets a ball of {} mm out \
+                     unless it is listed. Narrower ones were looked for down to {} mm, and what is wider than its way out by less than {} mm \
+                     may be missed: a smaller --voxel sees it.",
+                    short(((limit + doubt) * 100.0).ceil() / 100.0),
                     short(limit),
-                    short((within * 100.0).ceil() / 100.0),
-                    if least < limit { &narrower } else { "" }
+                    hundredths(least.min(limit.max(doubt))),
+                    short((doubt * 100.0).ceil() / 100.0)
                 )
             }
             None => format!("Every closed shell of the mesh and every void of a grid of {h} mm was looked at."),
