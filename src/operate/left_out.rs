@@ -9,6 +9,7 @@ use crate::geometry::vector::Vec3;
 use crate::morphology::{missed, remains};
 use crate::notice::{Notice, number_of};
 use crate::units::{Length, short};
+use std::borrow::Cow;
 
 /// A piece with no side longer than so many spacings is a crumb.
 const CRUMB: f64 = 3.0;
@@ -152,7 +153,12 @@ impl Operated {
     /// # Cost
     /// As [`missed`].
     pub fn misses(&self, part: &TriangleMesh, spacing: Length) -> Option<Notice> {
-        let found = missed(part, self.contact?, &self.mesh, spacing)?;
+        let missed = |part: &TriangleMesh| missed(part, self.contact?, &self.mesh, spacing);
+        // Facets within other bodies are no surface of the part.
+        let found = missed(part).and_then(|found| match Whole::of(part).mesh {
+            Cow::Borrowed(_) => Some(found),
+            Cow::Owned(united) => missed(&united),
+        })?;
         let hundredth = |x: f64| short((100.0 * x).round() / 100.0);
         let text = format!(
             "{} % of the surface ({} mm²) is off by more than 0.3 spacings or missing, as near ({}) mm: walls or gaps are about as thin as the spacing there; \
@@ -194,6 +200,18 @@ mod tests {
 
     fn made(part: &TriangleMesh, by: f64, h: f64) -> Operated {
         offset(part, Length::mm(by), Length::mm(h)).unwrap()
+    }
+
+    #[test]
+    fn nothing_is_missed_of_bodies_that_overlap_touch_or_lie_in_each_other() {
+        let cube = cuboid([0.0; 3], [10.0; 3]);
+        for (at, wide) in [([5.0, 0.0, 0.0], 10.0), ([10.0, 0.0, 0.0], 10.0), ([3.0; 3], 4.0)] {
+            let part = cube.clone().joined(&cuboid(at, at.map(|x: f64| x + wide)));
+            for by in [-1.0, 1.0] {
+                let missed = made(&part, by, 0.25).misses(&part, Length::mm(0.25));
+                assert!(missed.is_none(), "{at:?} by {by}: {missed:?}");
+            }
+        }
     }
 
     #[test]
