@@ -177,19 +177,29 @@ pub fn decimals_of(width: f64) -> usize {
     if width > 1e-9 { (1.0 - width.log10().floor()).clamp(0.0, 4.0) as usize } else { 4 }
 }
 
-/// A value at the digits that its bracket supports, as reports tell it.
+/// Decimals that tell a number above 0 from it, 0 to 4.
+pub fn decimals_above_zero(x: f64) -> usize {
+    if x > 0.0 { (-x.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 }
+}
+
+/// A value at the digits that its bracket supports, as reports tell it: what is there for certain is not told as nothing.
 ///
 /// ```
 /// assert_eq!(amcheck::units::told(0.4501, 0.446, 0.4501), 0.4501);
 /// assert_eq!(amcheck::units::told(0.4501, 0.41, 0.47), 0.45);
+/// assert_eq!(amcheck::units::told(0.09, 0.08, 18.0), 0.09);
 /// ```
 pub fn told(value: f64, low: f64, high: f64) -> f64 {
     let width = high - low;
     if width <= 1e-6 {
         return value;
     }
-    let scale = 10f64.powi(decimals_of(width) as i32);
-    (value * scale).round() / scale
+    let at = |decimals: usize| {
+        let scale = 10f64.powi(decimals as i32);
+        (value * scale).round() / scale
+    };
+    let told = at(decimals_of(width));
+    if told < low { at(decimals_of(width).max(decimals_above_zero(low))) } else { told }
 }
 
 /// A number and the two that it lies between, for people: rounded outwards, at as many digits as tell a hundredth of the bracket, and four at least.

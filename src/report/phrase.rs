@@ -2,7 +2,7 @@
 
 use super::schema::{CheckReport, RefinedReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
-use crate::units::{coarse, decimals_of, hundredths, short, told};
+use crate::units::{coarse, decimals_above_zero, decimals_of, hundredths, short, told};
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
 pub fn unit_sign(unit: &str) -> &str {
@@ -54,8 +54,7 @@ pub fn bracket(low: f64, high: f64) -> Option<String> {
     let width = high - low;
     (width > 1e-6).then(|| {
         let decimals = decimals_of(width);
-        let first_digit = if low > 0.0 { (-low.log10().floor()).clamp(0.0, 4.0) as usize } else { 0 };
-        let lower = outward(low, decimals.max(first_digit), Direction::Down);
+        let lower = outward(low, decimals.max(decimals_above_zero(low)), Direction::Down);
         format!("{lower}–{}", outward(high, decimals, Direction::Up))
     })
 }
