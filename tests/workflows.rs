@@ -168,6 +168,13 @@ fn the_action_judges_every_part_whatever_came_of_those_before() {
     assert_eq!(output, "exit-code=1\n");
     let (output, _) = judged_by_the_action(binary, &folder, &script, "b.stl\n");
     assert_eq!(output, "exit-code=0\n");
+    // Beside the reports that it wrote, in folders that are named as the parts.
+    std::fs::create_dir_all(folder.join("before/b.stl")).expect("a folder");
+    let (output, _) = judged_by_the_action(binary, &folder, &script, "b.stl\nbefore/*.stl\n");
+    assert_eq!(output, "exit-code=2\n");
+    std::fs::copy(fixture("wall_080.stl"), folder.join("before/c.stl")).expect("a copy");
+    let (output, _) = judged_by_the_action(binary, &folder, &script, "b.stl\nbefore/*.stl\n");
+    assert_eq!(output, "exit-code=0\n");
     let (output, _) = judged_by_the_action(binary, &folder, &script, "none*.stl\na.stl\n");
     assert_eq!(output, "exit-code=2\n");
     std::fs::remove_dir_all(&folder).expect("removed");
