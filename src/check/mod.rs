@@ -57,6 +57,7 @@ mod roof;
 mod room;
 mod round_corner;
 mod search;
+mod shared_corner;
 mod sheet;
 mod sheet_shape;
 mod sheet_thinnest;
