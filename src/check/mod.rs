@@ -31,6 +31,7 @@ mod fillet_section;
 mod filling;
 mod finding;
 mod fusing;
+mod gone;
 mod hanging;
 mod hidden_room;
 mod island;
