@@ -991,6 +991,19 @@ fn a_report_of_another_part_does_not_make_way_in_silence() {
     assert!(!told("a/part.stl", &[]), "the same, changed");
     assert!(told("b/part.stl", &[]) && !told("b/part.stl", &[]), "another of that name, once");
     assert!(!told("a/part.stl", &["--out", "r"]) && !told("b/part.stl", &["--out", "r"]), "a folder that was named");
+    // The report that stands there is of the second part.
+    let oriented = |part: &str, more: &[&str]| {
+        let ran = s.run(&[&["orient", part, "--directions", "1", "--format", "json"], more].concat());
+        assert_eq!(ran.exit, 0, "{}", ran.err);
+        ["holds the report of another part beside the orientations", "held the orientations of another part, which"]
+            .map(|said| ran.out.contains(said))
+    };
+    assert_eq!(oriented("b/part.stl", &[]), [false; 2], "its own report");
+    assert_eq!(oriented("a/part.stl", &["--out", "o"]), [false; 2], "a folder that was named");
+    assert_eq!(oriented("a/part.stl", &[]), [true; 2]);
+    assert_eq!(oriented("a/part.stl", &[]), [true, false]);
+    let ran = s.run(&["b/part.stl", "--only", "thin-wall", "--format", "json"]);
+    assert!(ran.out.contains("holds the orientations of another part beside the report"), "{}", ran.out);
     assert!(s.names("reports").iter().eq(["part"]), "{:?}", s.names("reports"));
 }
 

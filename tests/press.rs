@@ -12,7 +12,7 @@ use amcheck::report::{Report, html, json, render};
 
 fn outputs() -> Outputs {
     Outputs {
-        replaced: None,
+        notes: Vec::new(),
         part: "bracket.stl".into(),
         judged_by: Vec::new(),
         written: vec![

@@ -5,7 +5,8 @@ use super::fillet::{Fillets, Laid};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::resting::Ball;
-use super::round_corner::{corner_bend, divides_a_facet};
+use super::round_corner::{chord_radius, corner_bend, divides_a_facet};
+use super::shared_corner::Corners;
 use super::step::{Stretch, higher_than};
 use crate::error::Result;
 use crate::geometry::vector::{Vec3, angle, bounds, distance};
@@ -55,7 +56,7 @@ static META: Meta = Meta {
           the profile across the edge, followed from facet to facet, has turned away from the void as far as the edge turns \
           towards it; an edge is judged piece by piece, from one change of its profile to the next. Shallower edges side by \
           side are the facets of a round: its radius is that of the largest ball that touches them, at most that of the circle \
-          whose chords they are, measured at its corners and not where an edge divides a facet. It is told where it turns by \
+          whose chords they are, measured at its corners and not where an edge divides a facet. What the ball that is asked comes to rest over together with a sharp edge is one corner and told with that. It is told where it turns by \
           more than 49° and the asked ball stays a hundredth of its radius away. The fillet that is suggested has been laid in \
           along every edge: the ball rests on both faces and meets nothing else, so that it fills no slot or hole narrower than \
           itself; where it does not, a smaller one is sought.",
@@ -87,7 +88,7 @@ impl Check for Blend {
         let all_sharp = sharp.len();
         let notches = Notches { part, context, limits, radius, least };
         let chains = notches.chains(&sharp);
-        let rounds = notches.rounds(&shallow);
+        let rounds = notches.rounds(&shallow, &chains);
         let mut measured = Measured {
             cover: format!(
                 "All {} concave edges were looked at, {all_sharp} of them bent by more than {:.0}°; {} of these were left out as relief, at \
@@ -202,13 +203,20 @@ impl Notches<'_> {
         }
     }
 
-    /// Rounds of a smaller radius than asked.
-    fn rounds(&self, shallow: &[ReflexEdge]) -> Vec<Finding> {
+    /// Rounds of a smaller radius than asked, but for what lies in a corner with a sharp edge: that is told with it.
+    fn rounds(&self, shallow: &[ReflexEdge], chains: &[Chain]) -> Vec<Finding> {
+        let sharp: Vec<ReflexEdge> = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect();
+        let corners = Corners::new(self.part, self.radius, &sharp);
+        let is_apart = |t: &Tight| {
+            let rest = self.rest(&t.edge, self.radius, 0.0);
+            rest.is_none_or(|centre| corners.holding(centre) == 0)
+        };
         let tight: Vec<Tight> = shallow
             .par_iter()
             .map(|e| ReflexEdge { bend: corner_bend(self.part, e), ..*e })
             .filter(|e| e.inscribed_radius() < 0.98 * self.radius)
             .filter_map(|edge| Some(Tight { missed: self.missed(&edge)?, edge }))
+            .filter(is_apart)
             .collect();
         let triangles = &self.part.mesh().triangles;
         let corners = |t: &Tight| t.edge.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
@@ -334,6 +342,8 @@ impl Notches<'_> {
             rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
         };
         let has_room = longest.iter().all(fits);
+        // A ball larger than the circle whose chords they are may touch all of few facets.
+        let circle = longest.iter().map(|e| chord_radius(self.part, e)).fold(0.0, f64::max);
         let mut radii: Vec<((f64, f64), Vec3)> = longest.into_iter().map(|e| (self.largest(e), e.middle)).collect();
         radii.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
         let (least, ((middling, _), _)) = (*radii.first()?, *radii.get(radii.len() / 2)?);
@@ -342,7 +352,7 @@ impl Notches<'_> {
         let narrows = least.0.0 < middling - EQUAL * self.radius;
         let ((radius, high), at) =
             if narrows { least } else { ((middling, radii.iter().map(|r| r.0.1).fold(0.0, f64::max)), lead.middle) };
-        let bracket = Bracket::new(radius, low, high);
+        let bracket = Bracket::new(radius.min(circle), low.min(circle), high.min(circle));
         let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, limits, "mm", self.part.tie());
         // A round of few facets that may be as large as asked is told where the ball misses it as it misses a sharp edge.
         if f.state == State::Pass || (f.high >= self.radius && missed <= MISSED * self.radius) {
@@ -443,6 +453,35 @@ mod tests {
             // 30 mm of r²·(1 − π/4).
             let filled = 30.0 * 0.25 * (1.0 - std::f64::consts::FRAC_PI_4);
             assert!((found[0].volume_mm3.unwrap() - filled).abs() < 1e-5 && found[0].fix.contains("fits everywhere"));
+        }
+    }
+
+    #[test]
+    fn a_fillet_of_few_facets_is_no_larger_than_the_circle_of_its_chords() {
+        // A ball of 0.2512 mm touches both walls and both chords of a fillet of 0.2 mm in two.
+        for degrees in [0.0, 31.0] {
+            for facets in [2, 3, 4, 8] {
+                let found = judge(&bracket(0.2, facets, degrees), "0.3mm").findings;
+                assert_eq!((found.len(), found[0].kind.as_str()), (1, "round"), "{facets}: {found:?}");
+                assert!((found[0].value - 0.2).abs() < 0.004 && found[0].low <= found[0].value, "{facets}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_corner_with_a_chamfer_that_is_sharp_at_one_wall_alone_is_told_once() {
+        // A chamfer of 0.1 × 0.058 mm between two walls of 16 mm: bent by 60° at one and by 30° at the other.
+        for [a, b] in [[0.1, 0.058], [0.058, 0.1]] {
+            let outline =
+                [[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [4.0 + a, 4.0], [4.0, 4.0 + b], [4.0, 20.0], [0.0, 20.0]];
+            let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6]];
+            let part = Part::new(crate::geometry::extruded(&outline, &caps, 20.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let found = judge(&part, "0.3mm").findings;
+            let [f] = &found[..] else { panic!("{a} {b}: {found:?}") };
+            assert!(
+                f.kind == "edge" && f.fix.starts_with("round with a radius of 0.3 mm: it fits everywhere"),
+                "{f:?}"
+            );
         }
     }
 

@@ -1,7 +1,8 @@
 //! Fillets laid into concave edges before they are advised: a ball that rests on both faces and meets nothing else.
 
 use super::fillet_section::{Section, added, turns};
-use super::resting::Ball;
+use super::resting::{Ball, GROOVE};
+use super::shared_corner::{Corners, run};
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
 use crate::medial::reflex::ReflexEdge;
@@ -52,7 +53,8 @@ impl Fillets<'_> {
     /// At most 36 looks at the surface for an edge, a few hundred where its faces are bent, and as many for each of four smaller radii where
     /// one does not fit.
     pub fn lay(&self, edges: &[ReflexEdge], radius: f64) -> Laid {
-        let shares: Vec<(f64, Section)> = edges.par_iter().map(|e| self.share(e, radius)).collect();
+        let corners = Corners::new(self.0, radius, edges);
+        let shares: Vec<(f64, Section)> = edges.par_iter().map(|e| self.share(e, &corners)).collect();
         let mut laid = Laid { fitting: 0.0, everywhere: true, volume: 0.0, elsewhere: radius };
         let mut cramped = Vec::new();
         for ((edge, (share, section)), turns) in edges.iter().zip(shares).zip(turns(self.0, edges)) {
@@ -74,57 +76,77 @@ impl Fillets<'_> {
         let (mut fits, mut fails) = (0, STEPS);
         while fails - fits > 1 {
             let step = (fits + fails) / 2;
-            if edges.par_iter().all(|e| self.share(e, of(step)).0 == 1.0) { fits = step } else { fails = step }
+            let corners = Corners::new(self.0, of(step), edges);
+            if edges.par_iter().all(|e| self.share(e, &corners).0 == 1.0) { fits = step } else { fails = step }
         }
         of(fits)
     }
 
     /// The share of the places along an edge at which a ball rests in it, and the mean of the cross-sections that it fills there.
-    fn share(&self, edge: &ReflexEdge, radius: f64) -> (f64, Section) {
+    fn share(&self, edge: &ReflexEdge, corners: &Corners) -> (f64, Section) {
+        let radius = corners.radius;
         let places = ((edge.length / (APART * radius)).ceil() as usize).clamp(1, PLACES);
         let at = |n: usize| edge.length * ((n as f64 + 0.5) / places as f64 - 0.5);
         let even = Section::between_planes(edge, radius);
         let section = |off: f64| match self.rests(edge, off, radius) {
             true => Some(even),
-            false => self.section_on_bent_faces(edge, off, radius),
+            false => self.section_on_bent_faces(edge, off, corners),
         };
         let sections: Vec<Section> = (0..places).filter_map(|n| section(at(n))).collect();
         (sections.len() as f64 / places as f64, Section::mean(&sections))
     }
 
     /// The cross-section that a ball fills which comes to rest on both faces beside an edge, so far from its middle, where these bend
-    /// away from the planes of its facets; none if it does not rest on two faces there, or something lies behind it.
-    fn section_on_bent_faces(&self, edge: &ReflexEdge, off: f64, radius: f64) -> Option<Section> {
-        let (surface, run) = (self.0.distance(), self.run(edge));
+    /// away from the planes of its facets, or towards the ball before it touches them; none if it does not rest on two faces there, or something lies
+    /// behind it. Edges of one corner have equal parts of it.
+    fn section_on_bent_faces(&self, edge: &ReflexEdge, off: f64, corners: &Corners) -> Option<Section> {
+        let (surface, run, radius) = (self.0.distance(), run(self.0, edge), corners.radius);
         let foot = along(edge.middle, run, off);
         let centre = Ball { part: self.0, radius }.rest(foot, edge.outward(), 0.0)?;
         let down = sub(foot, centre);
         let (height, beside) = (norm(down), unit(cross(run, down)));
         let behind = surface.first_hit(foot, scale(down, -1.0 / height), 4.0 * self.0.step() + 1e-6 * radius, height);
-        // Between planes the ball touches them so far from the edge: on faces that bend away it sinks nearer to it. What it touches further out are the
-        // sides of a groove that it would fill.
-        let reach = radius * ((0.5 * edge.bend).tan() + CONTACT);
+        let across = |met: &Nearest| {
+            let way = sub(met.point, centre);
+            along(way, run, -dot(way, run))
+        };
         let contact = |side: f64| {
             let met =
                 surface.nearest_where(centre, RESTING * radius, |_, q| side * dot(sub(q, centre), beside) > 0.0)?;
-            let way = sub(met.point, centre);
-            let is_across = dot(way, run).abs() < AHEAD * radius;
-            let across = along(way, run, -dot(way, run));
-            let is_near = distance(met.point, foot) <= reach;
-            (is_across && is_near && self.is_on_round(&met, centre)).then(|| unit(across))
+            let is_across = dot(sub(met.point, centre), run).abs() < AHEAD * radius;
+            (is_across && self.is_on_round(&met, centre)).then_some(met)
         };
         let contacts = [contact(1.0)?, contact(-1.0)?];
-        if behind.is_some() {
+        let ways = contacts.each_ref().map(|met| unit(across(met)));
+        // Between planes the ball touches them so far from the edge: on faces that bend away it sinks nearer to it. What it touches further out are the
+        // sides of a groove that it would fill, but where all between bends towards it.
+        let reach = radius * ((0.5 * edge.bend).tan() + CONTACT);
+        let is_near = contacts.iter().all(|met| distance(met.point, foot) <= reach);
+        let turn = angle(ways[0], ways[1]);
+        if behind.is_some() || !(is_near || self.covers(foot, &contacts, (radius, turn))) {
             return None;
         }
-        let towards = |d: Vec3| surface.first_hit(centre, d, 0.0, GAPING * height).map_or(radius, |(far, _)| far);
-        Some(Section::under_a_ball(scale(down, -1.0), contacts, radius, towards))
+        let deepest = if is_near { height } else { height.max(radius / (0.5 * turn).cos()) };
+        let towards = |d: Vec3| surface.first_hit(centre, d, 0.0, GAPING * deepest).map_or(radius, |(far, _)| far);
+        let whole = Section::under_a_ball(scale(down, -1.0), ways, radius, towards);
+        Some(if is_near { whole } else { whole.shared_by(corners.holding(centre)) })
+    }
+
+    /// Whether a ball that touches two faces, turned by so much from each other, covers all between them: from an edge there neither lies behind the
+    /// other, as the side of a slot does behind its mouth, and both are touched no further out than planes would be that meet there.
+    fn covers(&self, foot: Vec3, contacts: &[Nearest; 2], (radius, turn): (f64, f64)) -> bool {
+        let reach = radius * ((0.5 * turn).tan() + CONTACT);
+        let lies_before = |met: &Nearest| {
+            let height = dot(self.0.distance().normal(met.facet), sub(foot, met.point));
+            height >= -self.0.tie() && distance(met.point, foot) <= reach
+        };
+        turn <= GROOVE && contacts.iter().all(lies_before)
     }
 
     /// Whether a ball rests on both faces of an edge, so far from its middle, and nothing lies in or behind it.
     fn rests(&self, edge: &ReflexEdge, off: f64, radius: f64) -> bool {
         let (surface, step) = (self.0.distance(), self.0.step());
-        let run = self.run(edge);
+        let run = run(self.0, edge);
         // The two contacts are at the radius itself.
         let clear = radius * (1.0 - 1e-6) - self.slack(edge, radius);
         let mut foot = along(edge.middle, run, off);
@@ -160,12 +182,6 @@ impl Fillets<'_> {
         let width = narrow(edge.facets[0]).min(narrow(edge.facets[1])).max(f64::MIN_POSITIVE);
         let reach = radius * (0.5 * edge.bend).tan();
         (self.0.tie() * (1.0 + reach / width)).min(CONTACT * radius)
-    }
-
-    /// Unit vector along an edge.
-    fn run(&self, edge: &ReflexEdge) -> Vec3 {
-        let [p, q] = edge.ends.map(|v| self.0.mesh().vertices.get(v as usize).copied().unwrap_or(edge.middle));
-        unit(sub(q, p))
     }
 
     /// Whether a ball that touches the surface touches the inside of a facet, and no edge that stands in its way.
@@ -355,6 +371,43 @@ mod tests {
             let found = laid(&part, 1.0);
             assert!(found.fitting == 0.0 && (0.4..0.6).contains(&found.elsewhere), "{round}: {found:?}");
         }
+    }
+
+    #[test]
+    fn a_fillet_between_two_walls_covers_the_chamfer_in_their_corner() {
+        // Walls of 10 mm at right angles, 12 mm deep, with a chamfer from one to the other: the ball touches the walls beyond it.
+        let laid_over = |[a, b]: [f64; 2], radius: f64| {
+            let outline = [[-4.0, -4.0], [10.0, -4.0], [10.0, 0.0], [a, 0.0], [0.0, b], [0.0, 10.0], [-4.0, 10.0]];
+            let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6]];
+            laid(&Part::new(crate::geometry::extruded(&outline, &caps, 12.0), Up::PlusZ, 1e-6, 1.0).unwrap(), radius)
+        };
+        let corner = |radius: f64| radius * radius * (1.0 - std::f64::consts::FRAC_PI_4);
+        for [a, b] in [[0.1, 0.058], [0.058, 0.1], [0.2, 0.11]] {
+            for radius in [0.3, 0.5] {
+                let found = laid_over([a, b], radius);
+                let truth = 12.0 * (corner(radius) - 0.5 * a * b);
+                assert!(found.everywhere && (found.fitting - 12.0).abs() < 1e-9, "{a} {b} {radius}: {found:?}");
+                assert!((found.volume / truth - 1.0).abs() < 0.03, "{a} {b} {radius}: {} for {truth}", found.volume);
+            }
+        }
+        // A chamfer wider than that is a wall of its own.
+        assert_eq!(laid_over([3.0, 1.74], 0.5).fitting, 12.0);
+    }
+
+    #[test]
+    fn what_a_fillet_fills_over_two_sharp_edges_of_a_corner_counts_once() {
+        // A valley of 80 degrees between sides of 10 mm, its bottom 0.1 mm wide: two edges bent by 50 degrees.
+        let (s, c) = 40f64.to_radians().sin_cos();
+        let (wide, high) = (0.05 + 10.0 * s, 10.0 * c);
+        let outline = [[-wide, -3.0], [wide, -3.0], [wide, high], [0.05, 0.0], [-0.05, 0.0], [-wide, high]];
+        let caps = [[0, 1, 3], [1, 2, 3], [0, 3, 4], [0, 4, 5]];
+        let part = Part::new(crate::geometry::extruded(&outline, &caps, 12.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+        let found = laid(&part, 0.5);
+        // The kite less the sector of 100 degrees, and less the tip below the bottom.
+        let tan = 50f64.to_radians().tan();
+        let truth = 12.0 * (0.25 * (tan - 50f64.to_radians()) - 0.05 * 0.05 * tan);
+        assert!(found.everywhere && (found.fitting - 24.0).abs() < 1e-9, "{found:?}");
+        assert!((found.volume / truth - 1.0).abs() < 0.03, "{} for {truth}", found.volume);
     }
 
     #[test]

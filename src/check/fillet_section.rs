@@ -45,6 +45,12 @@ impl Section {
         Section { area, moment: add(scale(from_edge, area), add(sections[0].moment, sections[1].moment)) }
     }
 
+    /// The part of each of so many edges in a section that they have in common.
+    pub fn shared_by(self, edges: usize) -> Self {
+        let share = 1.0 / edges.max(1) as f64;
+        Section { area: share * self.area, moment: scale(self.moment, share) }
+    }
+
     /// The mean of some sections.
     pub fn mean(sections: &[Section]) -> Self {
         match sections {

@@ -210,3 +210,8 @@ pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
 pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
     below_in(part, process).hanging_share(facet)
 }
+
+/// What of a facet lies on the plate with nothing between: its area in plan and the volume beneath it.
+pub fn lying(part: &Part, process: &Process, facet: u32) -> [f64; 2] {
+    below_in(part, process).lying(facet)
+}

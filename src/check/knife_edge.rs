@@ -9,6 +9,7 @@ use super::sheet_shape::RUN_OUT;
 use crate::error::Result;
 use crate::geometry::vector::bounds;
 use crate::medial::crease::{Crease, Ridge, Sharpness, creases, length, ridges};
+use crate::medial::strip::strip_area;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
@@ -33,7 +34,8 @@ static META: Meta = Meta {
     why: "Before a sharp edge the material is thinner than a wall: it is not printed, or it breaks off and leaves a ragged edge further in.",
     how: "The angle between the two facets of each edge is exact. One that differs from a limit by less than a step of the coordinates can turn its \
           facets is equal to the limit, and passes. The depth is where the ball that touches both sides of the mesh, straight \
-          or curved, first is as thick as the wall limit, or where it no longer grows. A face or a rounding \
+          or curved, first is as thick as the wall limit, or where it no longer grows; the area is that of the strip up to there, in which \
+          what two edges share at their corner counts once. A face or a rounding \
           between the sides, up to a twentieth of the wall limit that warns, makes it no less of an edge, which is told once, where it is sharpest; facets of one plane are one face. Edges that follow each other are one finding. A cut that is advised has been made at up to 24 places \
           along them: it stays within the material, and a wall as thick as the limit is left at the blunt face and behind it. Walls and wedges share the rule that a ball with contacts \
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
@@ -137,7 +139,7 @@ fn sharp(
     // What is certainly the sharpest: its own doubt is what it may be equal to a limit by.
     let sharpest = line.iter().min_by(|a, b| (a.angle + a.doubt).total_cmp(&(b.angle + b.doubt)))?;
     let long: f64 = line.iter().map(|c| length(part.mesh(), c)).sum();
-    let area: f64 = line.iter().map(|c| length(part.mesh(), c) * c.depth).sum();
+    let area = strip_area(part.mesh(), &line);
     let depth = line.iter().map(|c| c.depth).fold(0.0, f64::max);
     let (degrees, doubt) = (sharpest.angle.to_degrees(), sharpest.doubt.to_degrees());
     let value = Bracket::new(degrees, (degrees - doubt).max(0.0), degrees + doubt).rounded();

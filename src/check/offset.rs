@@ -4,6 +4,7 @@ use super::apart::{TRIED, can_part, words};
 use super::closing::{closing, closing_finding, rods_within};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Bracket, Finding, Limits, State};
+use super::gone::Known;
 use super::place::{group_equal, reported};
 use super::room::{Beside, NO_ROOM};
 use super::sheet::{Kind, Reading, Sheets};
@@ -11,9 +12,11 @@ use super::vanishing::{Vanished, vanishing, vanishing_finding};
 use crate::error::Result;
 use crate::geometry::BodyPair;
 use crate::medial::Side;
+use crate::medial::rod::Rods;
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::{report_digits, short};
+use std::borrow::Cow;
 
 /// Offsets that differ by less are equal, millimetres.
 const EQUAL: f64 = 0.002;
@@ -79,11 +82,18 @@ impl Check for Offset {
             worst: least(inwards.worst, outwards.worst).map(halved),
             ..Measured::default()
         };
-        let found = inwards.findings.into_iter().chain(outwards.findings);
-        measured.findings = found.map(|f| told(part, f, limits)).collect();
         let widest = limits.fail.unwrap_or(0.0).max(limits.warn.unwrap_or(0.0));
-        let between_more = add_rods((part, process, context), limits, widest, &mut measured);
-        let whole = add_pieces((part, context), limits, widest, &mut measured);
+        let rods = [Side::Material, Side::Void].map(|side| rods_within(part, process, side, widest));
+        let whole = vanishing(part, widest);
+        let pieces = whole.as_ref().map_or(&[][..], |found| &found.pieces);
+        for ((side, found), rods) in
+            [(Side::Material, inwards.findings), (Side::Void, outwards.findings)].into_iter().zip(&rods)
+        {
+            let known = Known { part, side, rods, pieces };
+            measured.findings.extend(found.into_iter().map(|f| told(part, f, limits, &known)));
+        }
+        let between_more = add_rods((part, context), &rods, (limits, widest), &mut measured);
+        let whole = add_pieces((part, context), whole, limits, &mut measured);
         measured.cover.push_str(&format!(" {between_more} {whole}"));
         Ok(Outcome::Measured(Box::new(measured)))
     }
@@ -91,14 +101,12 @@ impl Check for Offset {
 
 /// Adds the rods without opposing sides that an offset closes or severs; what was looked at, in words.
 fn add_rods(
-    (part, process, context): (&Part, &Process, &Context),
-    limits: Limits,
-    widest: f64,
+    (part, context): (&Part, &Context),
+    rods: &[Cow<Rods>; 2],
+    (limits, widest): (Limits, f64),
     measured: &mut Measured,
 ) -> String {
-    let sides = [Side::Material, Side::Void];
-    let rods = sides.map(|side| rods_within(part, process, side, widest));
-    for (side, rods) in sides.into_iter().zip(&rods) {
+    for (side, rods) in [Side::Material, Side::Void].into_iter().zip(rods) {
         let found = closing(part, side, rods, widest, &measured.findings);
         let findings = found.iter().map(|c| closing_finding((part, context), (META.code, side), c, limits));
         add(measured, findings.collect(), |f| closes(f, side));
@@ -108,8 +116,13 @@ fn add_rods(
 }
 
 /// Adds the bodies that are lost and the closed voids that are filled as a whole; what was looked at, in words.
-fn add_pieces((part, context): (&Part, &Context), limits: Limits, widest: f64, measured: &mut Measured) -> String {
-    let Some(Vanished { pieces, all, open }) = vanishing(part, widest) else {
+fn add_pieces(
+    (part, context): (&Part, &Context),
+    whole: Option<Vanished>,
+    limits: Limits,
+    measured: &mut Measured,
+) -> String {
+    let Some(Vanished { pieces, all, open }) = whole else {
         return "Bodies and closed voids were not measured as a whole: the surface is open, or meets itself.".into();
     };
     for side in [Side::Material, Side::Void] {
@@ -194,7 +207,7 @@ fn halved(w: Worst) -> Worst {
 /// A finding about a width, as one about the offset of half of it.
 ///
 /// Its hint to grow stays: it has been tried with the width that an offset of the limit asks for, on both sides of the surface.
-fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
+fn told(part: &Part, mut f: Finding, limits: Limits, known: &Known) -> Finding {
     let width = f.value;
     for x in [&mut f.value, &mut f.low, &mut f.high, &mut f.margin] {
         *x = report_digits(0.5 * *x);
@@ -221,14 +234,10 @@ fn told(part: &Part, mut f: Finding, limits: Limits) -> Finding {
             format!("growing by {offset} mm merges {}{pair}, {width} mm apart", many("bodies", "pairs of bodies")),
             format!("{}{}", more, or_else(&parted(part, &f, limits, &grow))),
         ),
-        "closed" => (
-            format!("growing by {offset} mm closes {} of {width} mm", many("a gap", "gaps")),
-            format!("{}{}", more, or_else(&grow)),
-        ),
-        _ => (
-            format!("shrinking by {offset} mm loses {} of {width} mm", many("a wall", "walls")),
-            format!("{}{}", less, or_else(&grow)),
-        ),
+        "closed" => {
+            (format!("growing by {offset} mm {}", known.goes(&f, &width)), format!("{}{}", more, or_else(&grow)))
+        }
+        _ => (format!("shrinking by {offset} mm {}", known.goes(&f, &width)), format!("{}{}", less, or_else(&grow))),
     };
     f
 }
@@ -394,6 +403,30 @@ mod tests {
         assert!(says("mm fills a closed void: the largest ball") && says("mm loses a whole body: "), "{told:?}");
         assert!(all.iter().all(|f| f.low <= 0.25 && f.value > 0.248 && f.high < 0.254), "{all:?}");
         assert!(found(mesh, "0.24mm,0.24mm").is_empty());
+    }
+
+    #[test]
+    fn what_goes_is_called_what_it_is() {
+        let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let pin = crate::geometry::revolved(&[[0.0, 0.0], [0.25, 0.0], [0.25, 5.0], [0.0, 5.0]], 24);
+        let plate = cuboid([-4.0, -4.0, -2.0], [4.0, 4.0, 0.5]);
+        let on_plate = |m: TriangleMesh| crate::geometry::union::united(&plate.clone().joined(&m), 1e-6).unwrap();
+        let bored = crate::geometry::revolved(&[[0.25, 0.0], [4.0, 0.0], [4.0, 6.0], [0.25, 6.0]], 24);
+        let wall = cuboid([-3.0, -0.25, 0.0], [3.0, 0.25, 5.0]);
+        let ball = Primitive::Ball { radius: Length::mm(0.25) }.mesh(Length::mm(1e-3));
+        let block = || cuboid([-3.0; 3], [3.0; 3]);
+        for (mesh, said) in [
+            (on_plate(pin), "loses a pin or strut of 0."),
+            (bored, "closes a hole of 0."),
+            (on_plate(wall), "loses a wall of 0.5 mm"),
+            (block().joined(&ball.transformed(upright, [5.0, 0.0, 0.0])), "loses a whole body"),
+            (block().joined(&ball.transformed(upright, [0.3, 0.2, 0.1]).flipped()), "fills a closed void"),
+            (block().joined(&cuboid([5.0; 3], [5.5; 3])), "loses a whole body of 0.5 mm"),
+        ] {
+            let all = found(mesh, "0.3mm,0.3mm");
+            let told: Vec<&str> = all.iter().map(|f| f.message.as_str()).collect();
+            assert!(told.len() == 1 && told[0].contains(said), "{said}: {told:?}");
+        }
     }
 
     #[test]

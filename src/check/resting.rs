@@ -6,7 +6,7 @@ use crate::part::Part;
 /// A ball that reaches no deeper than this share of its radius is clear.
 const CLEAR: f64 = 1e-6;
 /// What turns further than this is a groove or a hole, no fillet, radians (150°).
-const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
+pub(super) const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 /// Steps after which a ball that is still not clear takes longer ones: between steep walls each gains little.
 const STRAIGHT: usize = 6;
 /// Facets that a ball slides over at most.

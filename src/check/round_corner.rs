@@ -17,36 +17,59 @@ const CROSSED: usize = 3;
 /// A ball touches the facets, and stays as far from the corner between them as they are bent there, however the corner itself was cut.
 pub(super) fn corner_bend(part: &Part, edge: &ReflexEdge) -> f64 {
     let [one, other] = edge.facets;
-    let across = angle(widest_piece(part, edge, [other, one]), widest_piece(part, edge, [one, other]));
-    across.max(edge.bend)
+    let normal = |facets| Beside::of(part, edge, facets).normal;
+    angle(normal([other, one]), normal([one, other])).max(edge.bend)
 }
 
-/// The normal of the widest piece of the facet that is entered over an edge from another one.
-fn widest_piece(part: &Part, edge: &ReflexEdge, [mut from, mut facet]: [u32; 2]) -> Vec3 {
-    let (mesh, surface) = (part.mesh(), part.distance());
-    let [p, q] = edge.ends.map(|v| mesh.vertices[v as usize]);
-    let run = unit(sub(q, p));
-    let mut widest = (width(part, facet), surface.normal(facet));
-    let mut normal = widest.1;
-    for _ in 0..CROSSED {
-        let corners = mesh.corners(facet as usize);
-        let divides = |e: usize| {
-            let to = part.adjacency().across(facet, e).filter(|to| *to != from)?;
-            let is_alike = || angle(normal, surface.normal(to)) < DIVIDES * edge.bend;
-            let goes_on = width(part, to) == 0.0 || is_alike();
-            (goes_on && runs_along(run, [corners[e], corners[(e + 1) % 3]])).then_some(to)
+/// The radius of the round whose chords both facets beside an edge are, with all the pieces that further edges divide them into: 2·r·sin(φ/2) is
+/// as far as the wider of them goes, for what ends a round may have cut the other short.
+pub(super) fn chord_radius(part: &Part, edge: &ReflexEdge) -> f64 {
+    let [one, other] = edge.facets;
+    let [a, b] = [[other, one], [one, other]].map(|facets| Beside::of(part, edge, facets).reach);
+    a.max(b) / (2.0 * (0.5 * edge.bend).sin())
+}
+
+/// A facet beside an edge, in however many pieces.
+struct Beside {
+    /// The normal of the widest piece.
+    normal: Vec3,
+    /// How far the farthest corner of any is from the line of the edge.
+    reach: f64,
+}
+
+impl Beside {
+    /// The facet that is entered over an edge from another one.
+    fn of(part: &Part, edge: &ReflexEdge, [mut from, mut facet]: [u32; 2]) -> Self {
+        let (mesh, surface) = (part.mesh(), part.distance());
+        let [p, q] = edge.ends.map(|v| mesh.vertices[v as usize]);
+        let run = unit(sub(q, p));
+        let off = |facet: u32| {
+            let corners = mesh.corners(facet as usize).map(|c| norm(cross(sub(c, p), run)));
+            corners.into_iter().fold(0.0, f64::max)
         };
-        let Some(to) = (0..3).find_map(divides) else { break };
-        (from, facet) = (facet, to);
-        let wide = width(part, facet);
-        if wide > 0.0 {
-            normal = surface.normal(facet);
+        let (mut widest, mut normal) = (width(part, facet), surface.normal(facet));
+        let mut beside = Beside { normal, reach: off(facet) };
+        for _ in 0..CROSSED {
+            let corners = mesh.corners(facet as usize);
+            let divides = |e: usize| {
+                let to = part.adjacency().across(facet, e).filter(|to| *to != from)?;
+                let is_alike = || angle(normal, surface.normal(to)) < DIVIDES * edge.bend;
+                let goes_on = width(part, to) == 0.0 || is_alike();
+                (goes_on && runs_along(run, [corners[e], corners[(e + 1) % 3]])).then_some(to)
+            };
+            let Some(to) = (0..3).find_map(divides) else { break };
+            (from, facet) = (facet, to);
+            beside.reach = beside.reach.max(off(facet));
+            let wide = width(part, facet);
+            if wide > 0.0 {
+                normal = surface.normal(facet);
+            }
+            if wide > widest {
+                (widest, beside.normal) = (wide, normal);
+            }
         }
-        if wide > widest.0 {
-            widest = (wide, normal);
-        }
+        beside
     }
-    widest.1
 }
 
 /// How wide a facet is across its longest side.

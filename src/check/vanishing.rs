@@ -1,7 +1,7 @@
 //! Whole bodies and closed voids that an offset takes away: those in which no ball of its radius has room.
 
 use super::contract::Context;
-use super::finding::{Basis, Bracket, Finding, Limits, Witness};
+use super::finding::{Basis, Bracket, Finding, Limits, Spot, Witness};
 use super::place::{locate, reported};
 use crate::geometry::distance::Nearest;
 use crate::geometry::health::Role;
@@ -45,13 +45,13 @@ impl Vanishing {
     /// Whether a finding of the same offset lies in the piece, and speaks for it.
     pub fn is_known(&self, part: &Part, findings: &[Finding]) -> bool {
         let kind = if self.side == Side::Material { "lost" } else { "closed" };
-        let speaks = |f: &&Finding| f.kind == kind;
-        let spots = findings.iter().filter(speaks).flat_map(|f| &f.places);
-        let same = |value: f64| value >= SAME * self.ball.radius;
-        spots.filter(|s| same(s.value)).any(|s| {
-            let nearest = part.distance().nearest(part.to_build(s.at_mm), f64::INFINITY);
-            nearest.is_some_and(|n| self.is_of(part, n.facet))
-        })
+        findings.iter().filter(|f| f.kind == kind).flat_map(|f| &f.places).any(|spot| self.goes_at(part, spot))
+    }
+
+    /// Whether a place of a finding on its side lies in the piece, and goes at about the same offset.
+    pub fn goes_at(&self, part: &Part, spot: &Spot) -> bool {
+        let nearest = || part.distance().nearest(part.to_build(spot.at_mm), f64::INFINITY);
+        spot.value >= SAME * self.ball.radius && nearest().is_some_and(|n| self.is_of(part, n.facet))
     }
 
     /// Whether a facet bounds the piece.

@@ -1,6 +1,6 @@
 //! Writing the files of a report: all of them or none, and never half of one.
 
-use super::record::{self, Record};
+use super::record::{self, Record, Said};
 use crate::error::{Error, Result, printable};
 use crate::io::Temporary;
 use std::fs;
@@ -51,8 +51,8 @@ pub fn is_among(place: &Path, files: &[&Path]) -> bool {
 pub struct Delivery {
     folder: PathBuf,
     made: Vec<Temporary>,
-    /// The part that the files are the report of.
-    of: Option<PathBuf>,
+    /// The part of which the files speak, and what they say of it.
+    of: Option<(Said, PathBuf)>,
 }
 
 impl Delivery {
@@ -68,9 +68,9 @@ impl Delivery {
         Ok(delivery)
     }
 
-    /// The same folder, for the report of a part.
-    pub fn reporting(self, part: &Path) -> Self {
-        Delivery { of: Some(part.into()), ..self }
+    /// The same folder, for what is said of a part.
+    pub fn saying(self, said: Said, part: &Path) -> Self {
+        Delivery { of: Some((said, part.into())), ..self }
     }
 
     fn partial(&self, name: &str) -> Temporary {
@@ -87,8 +87,8 @@ impl Delivery {
         files.0.iter().try_for_each(|(_, name, _)| spare(&self.folder.join(name), inputs))?;
         let mut record = Record::of(&self.folder);
         files.0.iter().for_each(|(_, name, bytes)| record.add(name, bytes));
-        if let Some(part) = &self.of {
-            record.set_of(part);
+        if let Some((said, part)) = &self.of {
+            record.set_of(*said, part);
         }
         let record = record.text();
         // The list gets its name first: whatever ends the run then, nothing stands there that it does not know.

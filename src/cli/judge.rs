@@ -8,7 +8,7 @@ use super::fail_on::FailOn;
 use super::leftover;
 use super::named::Named;
 use super::progress::{Progress, Weights, Wished};
-use super::record::Record;
+use super::record::{Record, Said};
 use super::refusal;
 use super::words::{one_of, usage};
 use crate::analyze::{Analysis, Options, Prepared, Stage, prepare, run_told};
@@ -87,9 +87,12 @@ impl Asked {
 
     fn answered(&self, a: &Arguments) -> Result<Judged> {
         let Asked { part, options, fail_on, formats, folder, .. } = self;
-        let delivery = Delivery::open(folder)?.reporting(part);
-        let replaced = a.out.is_none() && Record::of(folder).is_of_another(folder, part);
-        let replaced = replaced.then(|| folder.to_string_lossy().into_owned());
+        let delivery = Delivery::open(folder)?.saying(Said::Report, part);
+        // A folder that was named is meant.
+        let notes = match a.out {
+            None => Record::of(folder).notes(folder, part, Said::Report),
+            Some(_) => Vec::new(),
+        };
         let progress = Progress::start(if a.quiet || a.json { Wished::No } else { Wished::Yes });
         let (weights, stages) = (Weights::of_last_run(folder), Stage::of(options));
         let told = |name: &str| stages.iter().filter(|s| s.name == name).for_each(|s| progress.stage(s, &weights));
@@ -115,7 +118,7 @@ impl Asked {
         leftover::remove(folder, &names, known, &read)?;
         drop(progress);
         let (part, seconds) = (part.to_string_lossy().into_owned(), Some(self.start.elapsed().as_secs_f64()));
-        let outputs = Outputs { part, judged_by: judged_by(&a.how), written, replaced, seconds };
+        let outputs = Outputs { part, judged_by: judged_by(&a.how), written, notes, seconds };
         Ok(Judged { report: analysis.report, comparison, outputs, fail_on: *fail_on })
     }
 }

@@ -6,6 +6,7 @@ use super::complaint::{Answer, Complaint};
 use super::deliver::{Delivery, Files};
 use super::judge::on_threads;
 use super::leftover;
+use super::record::{Record, Said};
 use super::words::{allowance, one_of, units, usage};
 use crate::access::{Orientation, Question, orientations, standing};
 use crate::error::{Error, Result};
@@ -17,7 +18,7 @@ use crate::part::{Part, Up};
 use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
 use crate::report::render::Picture;
 use crate::report::stances::thumbnail;
-use crate::report::{Tool, html};
+use crate::report::{Tool, html, terminal};
 use rayon::prelude::*;
 
 /// Formats that the orientations can be written in.
@@ -56,7 +57,12 @@ fn run(a: &Orienting) -> Result<String> {
     let stem = a.part.file_stem().map_or_else(|| "part".into(), |s| s.to_string_lossy().into_owned());
     let stem = if stem == "-" { "stdin".into() } else { stem };
     let folder = a.out.clone().unwrap_or_else(|| std::path::Path::new("reports").join(&stem));
-    let delivery = Delivery::open(&folder)?;
+    let delivery = Delivery::open(&folder)?.saying(Said::Orientations, &a.part);
+    // A folder that was named is meant.
+    let notes = match a.out {
+        None => Record::of(&folder).notes(&folder, &a.part, Said::Orientations),
+        Some(_) => Vec::new(),
+    };
     let memory = allowance(&a.memory)?;
     let loaded = memory.mesh(&a.part)?;
     let threads = memory.admit_orienting(loaded.mesh.triangles.len() as u64)?;
@@ -119,7 +125,8 @@ fn run(a: &Orienting) -> Result<String> {
     }
     let of_text = |w: &(String, String, u64)| w.0 != "picture" || formats == ["png"];
     let places: Vec<String> = written.into_iter().filter(of_text).map(|w| w.1).collect();
-    Ok(format!("{}written: {}\n", orient::text(&report), places.join(", ")))
+    let notes: String = notes.iter().map(|text| terminal::note(text) + "\n").collect();
+    Ok(format!("{}{notes}written: {}\n", orient::text(&report), places.join(", ")))
 }
 
 #[cfg(test)]

@@ -150,7 +150,7 @@ pub struct Measuring {
 /// # Cost
 /// O(facets), and for each ceiling wider than `ledge_mm` a search over its boundary as [`Search`] says.
 pub fn ceilings(mesh: &TriangleMesh, hanging: &[u32], how: Measuring, ground: &impl Ground) -> Vec<Ceiling> {
-    let mut joined = with_slivers(mesh, hanging);
+    let mut joined = with_slivers(mesh, hanging, how.step_mm);
     let descents = Descents::new(mesh, hanging, how, ground);
     let mut boundary = Boundary::of(mesh, &joined);
     let steps = boundary.settle(mesh, &descents);

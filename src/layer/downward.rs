@@ -1,6 +1,7 @@
 //! Surface that looks down at less than a given slope.
 
-use crate::geometry::vector::{Vec3, along, angle, bounds, cross, distance, norm, scale, sub};
+use super::sliver::{turned_by, with_slivers};
+use crate::geometry::vector::{Vec3, along, angle, bounds, distance, scale};
 use crate::geometry::{DisjointSets, TriangleMesh};
 use crate::units::Angle;
 use rayon::prelude::*;
@@ -43,7 +44,8 @@ pub struct DownwardRegion {
 /// { f : n_z < 0, ∠(n, −z) < limit − tie, f not wholly within `plate_z` }, joined over edges bent by less than 20°, except that a flat
 /// face at least 5 mm wide is a region of its own, unless three such follow each other that are about as wide and bent alike, by less than 7.5°: the strips of a
 /// large curved surface. The tie of a facet
-/// is what a coordinate step does to its direction: `step` over its least height. `share` tells which share of a facet counts, from 0,
+/// is what a coordinate step does to its direction: `step` over its least height. A sliver that this leaves no direction of its own goes on as the
+/// facet beside it. `share` tells which share of a facet counts, from 0,
 /// for one that is left out, to 1.
 ///
 /// # Cost
@@ -58,7 +60,9 @@ pub fn downward_regions(
     let counted = |f: u32| Some((f, share(f))).filter(|(_, share)| *share > 0.0);
     let shares: Vec<(u32, f64)> =
         downward_facets(mesh, plate_z, limit, step).into_par_iter().filter_map(counted).collect();
-    let down: Vec<(u32, Vec3)> = shares.iter().map(|&(f, _)| (f, mesh.normal(f as usize))).collect();
+    let counted: Vec<u32> = shares.iter().map(|s| s.0).collect();
+    // Slivers only join what they lie between.
+    let down = with_slivers(mesh, &counted, step);
     let edges = shared_edges(mesh, &down);
     let mut sets = DisjointSets::new(down.len());
     join(&mut sets, &edges, |i, j| angle(down[i].1, down[j].1) < FLAT);
@@ -83,7 +87,7 @@ pub fn downward_facets(mesh: &TriangleMesh, plate_z: f64, limit: Angle, step: f6
         let n = mesh.normal(f);
         let corners = mesh.corners(f);
         n[2] < 0.0
-            && slope(n).as_radians() < limit.as_radians() - tie(corners, step)
+            && slope(n).as_radians() < limit.as_radians() - turned_by(corners, step)
             && corners.iter().any(|p| p[2] > on_plate)
     };
     (0..mesh.triangles.len()).into_par_iter().filter(|&f| looks_down(f)).map(|f| f as u32).collect()
@@ -156,13 +160,6 @@ fn slope(normal: Vec3) -> Angle {
     Angle::radians(angle(normal, [0.0, 0.0, -1.0]))
 }
 
-/// How far a coordinate step can turn a facet, radians.
-fn tie([a, b, c]: [Vec3; 3], step: f64) -> f64 {
-    let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
-    let height = norm(cross(sub(b, a), sub(c, a))) / longest;
-    if height > 0.0 { 2.0 * step / height } else { f64::INFINITY }
-}
-
 fn describe(mesh: &TriangleMesh, counted: &[(u32, f64)], step: f64) -> Option<DownwardRegion> {
     let mut area = 0.0;
     let mut moment = [0.0; 3];
@@ -173,7 +170,7 @@ fn describe(mesh: &TriangleMesh, counted: &[(u32, f64)], step: f64) -> Option<Do
         moment = along(moment, mesh.centroid(f as usize), a);
         let s = slope(mesh.normal(f as usize)).as_radians();
         greatest = greatest.max(s);
-        certain = certain.min(s + tie(mesh.corners(f as usize), step));
+        certain = certain.min(s + turned_by(mesh.corners(f as usize), step));
         if s < least.0 {
             least = (s, f);
         }
@@ -250,6 +247,26 @@ mod tests {
         }
         // A ceiling beside a round.
         assert_eq!(underside(&[2.0, 2.0, 2.0, 18.0], 8.0), 2);
+    }
+
+    #[test]
+    fn a_sliver_without_a_direction_parts_no_ceiling() {
+        // Two halves of a ceiling of 20 × 4 mm, between them a facet no wider than the last digit of the file, its third corner off by that.
+        for off in [0.0, 1e-6, -1e-6, 5e-6, -5e-6] {
+            let at = |x: f64, y: f64| [x, y, 5.0];
+            let third = [10.000_001, 2.0, 5.0 + off];
+            let left = [[at(0.0, 0.0), at(10.0, 4.0), at(10.0, 0.0)], [at(0.0, 0.0), at(0.0, 4.0), at(10.0, 4.0)]];
+            let sliver = [[at(10.0, 0.0), at(10.0, 4.0), third]];
+            let right = [
+                [at(10.0, 0.0), third, at(20.0, 0.0)],
+                [third, at(20.0, 4.0), at(20.0, 0.0)],
+                [third, at(10.0, 4.0), at(20.0, 4.0)],
+            ];
+            let mesh = TriangleMesh::weld(left.into_iter().chain(sliver).chain(right));
+            let regions = downward_regions(&mesh, 0.0, Angle::degrees(45.0), 4e-6, |_| 1.0);
+            let areas: Vec<f64> = regions.iter().map(|r| r.area_mm2).collect();
+            assert!(matches!(areas[..], [one] if (one - 80.0).abs() < 1e-4), "{off}: {areas:?}");
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::floor::Floors;
 use super::reading::Search;
 use super::section::clip_below;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, along, bounds, sub};
+use crate::geometry::vector::{Vec3, along, bounds, cross, sub};
 use crate::units::Angle;
 use rayon::prelude::*;
 
@@ -130,6 +130,17 @@ impl<'a, B: Bounding> Below<'a, B> {
     /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
     pub fn hanging_share(&self, facet: u32) -> f64 {
         1.0 - share_below(self.mesh.corners(facet as usize), &self.beneath(facet))
+    }
+
+    /// What of a facet lies on the plate with nothing between: its area in plan and the volume beneath it, down to the plate.
+    pub fn lying(&self, facet: u32) -> [f64; 2] {
+        let on: Vec<[Vec3; 3]> =
+            self.under(facet, self.mesh.corners(facet as usize)).into_iter().flat_map(|(_, on)| on).collect();
+        let free = self.on_plate(facet).filter(|&low| share_below(low, &on) == 0.0);
+        free.fold([0.0; 2], |[area, volume], [a, b, c]| {
+            let plan = 0.5 * cross(sub(b, a), sub(c, a))[2].abs();
+            [area + plan, volume + plan * (a[2] + b[2] + c[2]) / 3.0]
+        })
     }
 
     /// The part of a ceiling's facet that lies on the plate, as triangles; of a steeper one that is a narrow strip.

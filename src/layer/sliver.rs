@@ -2,15 +2,22 @@
 
 use super::bridge::slope;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, norm2, sub};
+use crate::geometry::vector::{Vec3, cross, distance, norm, norm2, sub};
 use rustc_hash::FxHashMap;
 
 /// A facet narrower than this, in millimetres, has no direction worth judging.
 const SLIVER: f64 = 0.01;
 
+/// How far a coordinate step can turn a facet, radians.
+pub(super) fn turned_by([a, b, c]: [Vec3; 3], step: f64) -> f64 {
+    let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
+    let height = norm(cross(sub(b, a), sub(c, a))) / longest;
+    if height > 0.0 { 2.0 * step / height } else { f64::INFINITY }
+}
+
 /// The hanging facets with their normals, and behind them the slivers that continue them: each with the normal of the facet it
-/// continues.
-pub(super) fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Vec3)> {
+/// continues, for its own is what the steps of the coordinates make of it.
+pub(super) fn with_slivers(mesh: &TriangleMesh, hanging: &[u32], step: f64) -> Vec<(u32, Vec3)> {
     let mut list: Vec<(u32, Vec3)> = hanging.iter().map(|&f| (f, mesh.normal(f as usize))).collect();
     let mut taken = vec![false; mesh.triangles.len()];
     hanging.iter().for_each(|&f| taken[f as usize] = true);
@@ -39,7 +46,8 @@ pub(super) fn with_slivers(mesh: &TriangleMesh, hanging: &[u32]) -> Vec<(u32, Ve
     for _ in 0..4 {
         for &f in &slivers {
             let continued = edges(f).into_iter().find_map(|e| normals.get(&e).copied());
-            let looks_down = mesh.facet_area(f) == 0.0 || slope(mesh, f as u32) < std::f64::consts::FRAC_PI_4;
+            let doubt = turned_by(mesh.corners(f), step);
+            let looks_down = doubt.is_infinite() || slope(mesh, f as u32) < std::f64::consts::FRAC_PI_4 + doubt;
             if let Some(normal) = continued.filter(|_| !taken[f] && looks_down) {
                 taken[f] = true;
                 list.push((f as u32, normal));

@@ -27,6 +27,7 @@ mod rod_end;
 pub mod section;
 mod seed;
 mod seek;
+pub mod strip;
 pub mod thickness;
 mod unopposed;
 mod waist;

@@ -14,7 +14,7 @@ const ROUND: f64 = 1.09;
 
 /// Curves whose circles differ by no more than this ratio are not looked at further.
 const NEARLY_ROUND: f64 = 1.4;
-/// A curve that fills less of its convex hull is a star, or bent: its widths say nothing of what is in it.
+/// A curve that fills less of its convex hull is a star, or bent: the hull's least width says nothing of how wide the curve is.
 const FULL: f64 = 0.92;
 
 /// A closed curve in which a plane cuts the surface, summed up.
@@ -36,7 +36,8 @@ pub struct Section {
     /// that is up to 1.4, or where the curve fills less than 0.92 of its hull.
     pub elongation: f64,
     /// How many times as long as wide the curve's convex hull is: its extent across its least width over that; never more than `elongation`,
-    /// and the same where that is the ratio of two circles.
+    /// and the same where the ratio of its circles is up to 1.4, or where the curve fills less than 0.92 of its hull and is bent: not all of
+    /// it is seen from its centroid, as all of a star or a cross is.
     pub aspect: f64,
     /// Whether two of its sides face each other as those of a wall do; a curve of eight corners or more is taken to have such.
     pub is_faced: bool,
@@ -158,7 +159,7 @@ pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], face
     let grain = least_axis(m);
     let grain = if dot(grain, plane.normal) < 0.0 { scale(grain, -1.0) } else { grain };
     let form = dot(grain, [0, 1, 2].map(|r| dot(m[r], grain)));
-    let [elongation, aspect] = elongated(&flat, 0.5 * twice.abs(), outer / inner.max(1e-12));
+    let [elongation, aspect] = elongated(&flat, middle, 0.5 * twice, outer / inner.max(1e-12));
     Some(Section {
         centre: [0, 1, 2].map(|a| plane.point[a] + middle[0] * u[a] + middle[1] * v[a]),
         axis: plane.normal,
@@ -175,14 +176,26 @@ pub(super) fn summed_up(mesh: &TriangleMesh, plane: Plane, points: &[Vec3], face
     })
 }
 
-/// How much wider a curve is than its least width, and how much longer across that, from the ratio of its circles.
-fn elongated(curve: &[[f64; 2]], area: f64, ratio: f64) -> [f64; 2] {
+/// How much wider a curve about such a middle is than its least width, and how much longer across that, from its area, positive if it runs
+/// counter-clockwise, and the ratio of its circles.
+fn elongated(curve: &[[f64; 2]], middle: [f64; 2], area: f64, ratio: f64) -> [f64; 2] {
     if ratio <= NEARLY_ROUND {
         return [ratio; 2];
     }
     let hull = Hull::of(curve.iter().copied());
     let (least, greatest) = hull.widths();
-    if area >= FULL * hull.area() && least > 0.0 { [greatest / least, hull.aspect()] } else { [ratio; 2] }
+    match area.abs() >= FULL * hull.area() {
+        _ if least <= 0.0 => [ratio; 2],
+        true => [greatest / least, hull.aspect()],
+        false if is_seen_from(curve, middle, area.signum()) => [ratio, hull.aspect()],
+        false => [ratio; 2],
+    }
+}
+
+/// Whether a curve that runs so way round goes round a point without turning back: from there all of it is seen.
+fn is_seen_from(curve: &[[f64; 2]], [x, y]: [f64; 2], way: f64) -> bool {
+    let next = curve.iter().cycle().skip(1);
+    curve.iter().zip(next).all(|(p, q)| way * ((p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)) >= 0.0)
 }
 
 /// The point of the segment pq nearest to c.

@@ -34,8 +34,8 @@ pub struct Outputs {
     pub judged_by: Vec<String>,
     /// What was written: a word (`report`, `data`, `pictures`), the place, and its length in bytes.
     pub written: Vec<(String, String, u64)>,
-    /// The folder, where the report of another part made way there.
-    pub replaced: Option<String>,
+    /// Notes on the folder: what it holds, or held, of another part.
+    pub notes: Vec<String>,
     /// Wall-clock seconds of the run.
     pub seconds: Option<f64>,
 }
@@ -123,7 +123,7 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
         let more = if more > 0 { format!(" (and {more} more in the report)") } else { String::new() };
         lines.push(clipped(&format!("note: {}{more}", printable_sentence(&first.message))));
     }
-    lines.extend(outputs.replaced.as_deref().map(replaced));
+    lines.extend(outputs.notes.iter().map(|text| note(text)));
     lines.push(String::new());
     for (what, place, length) in outputs.written.iter().take(3) {
         lines.push(format!("{what:<8}{} ({})", printable(place), byte_count((*length).into())));
@@ -132,10 +132,9 @@ fn rest(report: &Report, outputs: &Outputs, findings: &[Numbered], palette: Pale
     lines
 }
 
-/// That the report of another part is gone.
-fn replaced(folder: &str) -> String {
-    let folder = printable(folder);
-    clipped(&format!("note: {folder} held the report of another part, which this one replaced; --out DIR keeps both"))
+/// A note of one line.
+pub fn note(text: &str) -> String {
+    clipped(&format!("note: {text}"))
 }
 
 /// What deciding took beyond the first looks, in one line: the checks that took most first.
