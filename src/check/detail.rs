@@ -153,7 +153,7 @@ impl<'a> Sought<'a> {
         let samples: Vec<Sample> = cover
             .samples
             .iter()
-            .filter(|s| s.shape != Shape::Waist && s.diameter < self.width)
+            .filter(|s| !matches!(s.shape, Shape::Waist | Shape::Bent) && s.diameter < self.width)
             .filter(|s| {
                 (self.between == Between::Surfaces || body(s.facet) == body(s.opposite)) && !self.is_sealed(s.facet)
             })

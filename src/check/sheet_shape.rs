@@ -40,12 +40,24 @@ pub enum Form {
 pub struct Sheet {
     pub thinnest: Sample,
     pub low: f64,
+    /// Area of the patches it was found on, on one side, mm².
     pub area: f64,
+    /// Area of what of them is thin, mm².
+    pub thin: f64,
     pub extent: (Vec3, Vec3),
     pub spans: [f64; 3],
     pub form: Form,
     /// The axis of what is thin from all sides around it: a waist, or the end of a rod.
     pub axis: Option<Vec3>,
+}
+
+impl Sheet {
+    /// Adds what lies beside its samples and is as thin.
+    pub fn add_area(&mut self, samples: &[Sample]) {
+        self.thin += 0.5 * samples.iter().map(|s| s.thin).sum::<f64>();
+        let of_samples = samples.iter().flat_map(|s| s.contacts);
+        self.extent = bounds(of_samples.chain([self.extent.0, self.extent.1])).unwrap_or(self.extent);
+    }
 }
 
 /// Where a sheet ends.
@@ -116,6 +128,7 @@ pub fn below(sheet: &Sheet, samples: &[Sample], limit: f64) -> Sheet {
     let (thinnest, low) = (sheet.thinnest, sheet.low);
     let spot = || Sheet {
         area: 0.0,
+        thin: 0.0,
         extent: bounds(thinnest.contacts).unwrap_or(sheet.extent),
         spans: [0.0; 3],
         form: Form::Spot,
@@ -148,6 +161,7 @@ fn summed(parallel: &[&Sample]) -> Option<Sheet> {
         thinnest,
         low: parallel.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
         area,
+        thin: 0.5 * parallel.iter().map(|s| s.thin).sum::<f64>(),
         extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,
         spans,
         form,
@@ -184,6 +198,7 @@ pub(super) mod tests {
                     separation: std::f64::consts::PI,
                     shape: Shape::Sheet,
                     area: 1.0,
+                    thin: 1.0,
                     edge: 1.0,
                     sides: ([x, y, 0.0], [x, y, 0.0]),
                     feature: 0,

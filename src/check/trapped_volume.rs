@@ -361,15 +361,15 @@ impl Judge<'_> {
         let h = short(self.context.spacing_mm);
         m.cover = match limit {
             Some(limit) => {
-                // What the distances of room and way out may each be off by.
-                let (least, doubt) = (self.voids.least_room_mm(limit), 4.0 * HALF_DIAGONAL * self.context.spacing_mm);
+                // What the distances of room and way out may be off by together.
+                let (least, doubt) = (self.voids.least_room_mm(limit), 8.0 * HALF_DIAGONAL * self.context.spacing_mm);
+                let narrower = format!(" Narrower rooms were looked for down to {} mm.", hundredths(least));
                 format!(
                     "Every void of the mesh and of a grid of {h} mm was looked at; each room {} mm wide or more lets a ball of {} mm out \
-                     unless it is listed. Narrower ones were looked for down to {} mm, and what is wider than its way out by less than {} mm \
-                     may be missed: a smaller --voxel sees it.",
+                     unless it is listed.{} What is wider than its way out by less than {} mm may be missed; a smaller --voxel sees it.",
                     short(((limit + doubt) * 100.0).ceil() / 100.0),
                     short(limit),
-                    hundredths(least.min(limit.max(doubt))),
+                    if least < limit { &narrower } else { "" },
                     short((doubt * 100.0).ceil() / 100.0)
                 )
             }

@@ -1,13 +1,14 @@
 //! Waists: what is thin from all sides and joins two pieces that are thicker, of material or of void.
 
 use super::sheet::{Sheets, TOUCH};
-use super::sheet_shape::{Sheet, waist_of};
+use super::sheet_shape::{Scale, Sheet, sheet_of, waist_of};
 use super::sheet_thinnest::Sought;
 use crate::geometry::vector::{Vec3, add, bounds, cross, distance, scale, sub, unit};
 use crate::medial::cluster::principal_extents;
 use crate::medial::section::across;
 use crate::medial::{Cover, Sample, Shape};
 use rustc_hash::FxHashMap;
+use std::ops::Range;
 
 /// Balls whose centres extend by more than so many diameters of the largest go along a wall.
 const WIDTHS: f64 = 1.5;
@@ -15,40 +16,69 @@ const WIDTHS: f64 = 1.5;
 const ASIDE: usize = 12;
 
 impl Sheets<'_> {
-    /// What was found where edges go round, parted into walls and what may be waists: the balls of a wall whose sides bend towards them
-    /// everywhere touch edges alone, and lie side by side; those around a waist are as good as one.
-    pub(super) fn at_edges(&self, cover: &Cover, below: f64) -> [Vec<Sample>; 2] {
-        let found: Vec<Sample> = self.own(cover, Shape::Waist).into_iter().filter(|s| s.diameter < below).collect();
-        let [mut walls, mut waists] = [Vec::new(), Vec::new()];
-        for samples in self.groups(&found) {
-            let thickest = samples.iter().map(|s| s.diameter).fold(0.0, f64::max);
-            let [long, ..] = principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>());
-            match long > WIDTHS * thickest {
-                true => walls.extend(samples.into_iter().map(|s| Sample { shape: Shape::Sheet, ..s })),
-                false => waists.extend(samples),
-            }
-        }
-        [walls, waists]
-    }
-
-    /// The waists that are thinner than all sheets beside them; a wedge beside one is none.
+    /// What is thin where edges go round and thinner than all sheets beside it; a wedge beside it is none.
     pub(super) fn waists(
         &self,
-        found: Vec<Sample>,
+        cover: &Cover,
         sheets: &[(Sheet, Vec<Sample>)],
-        [fail, warn]: [f64; 2],
+        levels: [f64; 2],
     ) -> Vec<(Sheet, Vec<Sample>)> {
-        let beside = sheets.iter().flat_map(|(_, samples)| samples);
-        let waists = thinner(found, beside, 1.5 * self.resolution());
-        let mut found = Vec::new();
-        for (from, to) in [(0.0, fail), (fail.max(0.0), warn)] {
-            let level: Vec<Sample> = waists.iter().filter(|s| s.diameter >= from && s.diameter < to).copied().collect();
-            for samples in self.groups(&level) {
-                let waist = waist_of(&samples).filter(|s| self.is_waist(s));
-                found.extend(waist.map(|sheet| (sheet, samples)));
+        let [found, _] = self.thinner_than(sheets, cover, Shape::Waist);
+        let waist = |samples: Vec<Sample>| Some((waist_of(&samples).filter(|s| self.is_waist(s))?, samples));
+        between(levels).into_iter().flat_map(|level| self.grouped(&found, &level)).filter_map(waist).collect()
+    }
+
+    /// Adds the walls whose sides bend towards their balls everywhere and that are thinner than all sheets beside them; what lies beside a
+    /// known sheet is more of it, and if it is no thinner more of its area.
+    pub(super) fn add_bent_walls(
+        &self,
+        cover: &Cover,
+        sheets: &mut Vec<(Sheet, Vec<Sample>)>,
+        (levels, scale): ([f64; 2], Scale),
+    ) {
+        let ([found, others], known) = (self.thinner_than(sheets, cover, Shape::Bent), sheets.len());
+        for level in between(levels) {
+            for more in self.grouped(&others, &level) {
+                let is_beside = |(sheet, of): &&mut (Sheet, Vec<Sample>)| {
+                    level.contains(&sheet.thinnest.diameter) && self.lie_beside(of, &more)
+                };
+                if let Some((sheet, _)) = sheets.iter_mut().take(known).find(is_beside) {
+                    sheet.add_area(&more);
+                }
+            }
+            for wall in self.grouped(&found, &level).into_iter().filter_map(wall_of) {
+                let is_more = |(sheet, of): &&mut (Sheet, Vec<Sample>)| {
+                    level.contains(&sheet.thinnest.diameter) && self.lie_beside(of, &wall)
+                };
+                match sheets.iter_mut().take(known).find(is_more) {
+                    Some((sheet, of)) => {
+                        of.extend(wall);
+                        *sheet = sheet_of(of, level.start, scale, self).unwrap_or(sheet.clone());
+                    }
+                    None => sheets.extend(sheet_of(&wall, level.start, scale, self).map(|sheet| (sheet, wall))),
+                }
             }
         }
-        found
+    }
+
+    /// The samples of a shape that are thinner than all sheets beside them, and the others.
+    fn thinner_than(&self, sheets: &[(Sheet, Vec<Sample>)], cover: &Cover, shape: Shape) -> [Vec<Sample>; 2] {
+        let beside = sheets.iter().flat_map(|(_, samples)| samples);
+        thinner(self.own(cover, shape), beside, 1.5 * self.resolution())
+    }
+
+    fn grouped(&self, found: &[Sample], level: &Range<f64>) -> Vec<Vec<Sample>> {
+        let level: Vec<Sample> = found.iter().filter(|s| level.contains(&s.diameter)).copied().collect();
+        self.groups(&level)
+    }
+
+    /// Whether some of two sheets' samples lie side by side in one body.
+    fn lie_beside(&self, of: &[Sample], others: &[Sample]) -> bool {
+        let (reach, body) = (1.5 * self.resolution(), |s: &Sample| self.body(s.facet));
+        let Some((lo, hi)) = bounds(others.iter().map(|s| s.centre)) else { return false };
+        let near = |s: &&Sample| (0..3).all(|a| s.centre[a] >= lo[a] - reach && s.centre[a] <= hi[a] + reach);
+        let is_beside = |s: &Sample| others.iter().any(|o| body(o) == body(s) && distance(o.centre, s.centre) <= reach);
+        of.iter().filter(near).any(is_beside)
     }
 
     /// Leaves out waists beside a sheet that is as thin, once that is known: they are places of it.
@@ -91,10 +121,23 @@ impl Sheets<'_> {
     }
 }
 
-/// The samples that are thinner than all others within about a distance.
-fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample>, distance: f64) -> Vec<Sample> {
+/// From nothing to the lower limit, and from there to the upper one.
+fn between([fail, warn]: [f64; 2]) -> [Range<f64>; 2] {
+    [0.0..fail, fail.max(0.0)..warn]
+}
+
+/// Balls at edges as samples of a wall, if they lie side by side.
+fn wall_of(samples: Vec<Sample>) -> Option<Vec<Sample>> {
+    let thickest = samples.iter().map(|s| s.diameter).fold(0.0, f64::max);
+    let [long, ..] = principal_extents(&samples.iter().map(|s| s.centre).collect::<Vec<_>>());
+    let of_wall = |s: Sample| Sample { shape: Shape::Sheet, area: s.thin, ..s };
+    (long > WIDTHS * thickest).then(|| samples.into_iter().map(of_wall).collect())
+}
+
+/// The samples that are thinner than all others within about a distance, and those that are not.
+fn thinner<'s>(samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample>, distance: f64) -> [Vec<Sample>; 2] {
     if samples.is_empty() {
-        return samples;
+        return [Vec::new(), Vec::new()];
     }
     let cell = |p: Vec3| p.map(|x| (x / distance).floor() as i64);
     let mut least: FxHashMap<[i64; 3], f64> = FxHashMap::default();
@@ -114,6 +157,5 @@ fn thinner<'s>(mut samples: Vec<Sample>, others: impl Iterator<Item = &'s Sample
         let beside = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [x + i, y + j, z + k])));
         beside.into_iter().all(|c| least.get(&c).is_none_or(|&d| s.diameter < d - TOUCH))
     };
-    samples.retain(is_thinner);
-    samples
+    samples.into_iter().partition::<Vec<Sample>, _>(is_thinner).into()
 }

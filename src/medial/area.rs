@@ -1,7 +1,7 @@
 //! How much of the surface a sample stands for.
 
-use super::chord::{Patch, WALL_SEPARATION};
-use super::cover::{Cover, Sample, Shape};
+use super::chord::{Chord, Patch, WALL_SEPARATION};
+use super::cover::{Cover, Passed, Sample, Shape};
 use super::feature::Features;
 use super::seek::Seeker;
 use crate::geometry::MeshDistance;
@@ -13,15 +13,28 @@ const PARTS: u32 = 4;
 /// A ball stands for one of them at least.
 const LEAST_SHARE: f64 = 1.0 / (PARTS * PARTS) as f64;
 
+/// What of a patch a ball stands for.
+#[derive(Clone, Copy)]
+pub(super) struct Share {
+    pub of_patch: f64,
+    /// What of it lies on a sheet.
+    pub thin: f64,
+}
+
+impl Share {
+    pub const WHOLE: Share = Share { of_patch: 1.0, thin: 1.0 };
+    pub const QUARTER: Share = Share { of_patch: 0.25, thin: 0.25 };
+}
+
 impl Seeker<'_> {
     /// How much of a patch a ball of a wall found on it stands for.
-    pub(super) fn share_of(&self, patch: &Patch, thickness: f64) -> f64 {
-        self.thin_share(patch, thickness).max(LEAST_SHARE)
+    pub(super) fn share_of(&self, patch: &Patch, thickness: f64) -> Share {
+        Share { of_patch: 1.0, thin: self.thin_share(patch, thickness).max(LEAST_SHARE) }
     }
 
     /// How much of a flat patch lies on a sheet that the same limits tell as one of a thickness: the share of lines straight across, from the
     /// middles of equal parts of it, that end within the next limit on a side that faces it.
-    pub(super) fn thin_share(&self, patch: &Patch, thickness: f64) -> f64 {
+    fn thin_share(&self, patch: &Patch, thickness: f64) -> f64 {
         let q = self.question;
         if patch.spread > 0.0 {
             return 0.0;
@@ -36,12 +49,21 @@ impl Seeker<'_> {
     }
 }
 
+impl Seeker<'_> {
+    /// Leaves a patch unsampled.
+    pub(super) fn pass_over(&mut self, patch: &Patch, chord: &Chord, low: f64) {
+        let area = self.thin_share(patch, low) * patch.area();
+        let (sides, chord) = (patch.sides(), [chord.from, chord.to]);
+        self.cover.passed.push(Passed { sides, chord, low, area, feature: self.feature });
+    }
+}
+
 impl Cover {
     /// Adds the area of what was passed over to the sample that it was passed over for: the thinnest from one on.
     pub(super) fn stands_for(&mut self, first: usize, area: f64, features: &Features) {
         let own = self.samples.iter_mut().skip(first).filter(|s| s.is_within_a_body(features));
         if let Some(thinnest) = own.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
-            thinnest.area += area;
+            thinnest.thin += area;
         }
     }
 
@@ -79,7 +101,7 @@ impl Cover {
             .collect();
         for s in &mut self.samples {
             let of = |(facet, strip): (u32, f64)| strip * share.get(&facet).copied().unwrap_or(0.0);
-            s.area += strips(s).map_or(0.0, |[one, other]| of(one) + of(other));
+            s.thin += strips(s).map_or(0.0, |[one, other]| of(one) + of(other));
         }
     }
 }

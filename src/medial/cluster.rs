@@ -221,6 +221,7 @@ mod tests {
             low: 1.0,
             separation: std::f64::consts::PI,
             area: 0.25 * edge * edge,
+            thin: 0.25 * edge * edge,
             edge,
             sides: ([x, 0.0, 0.5], [x, 0.0, 0.5]),
             feature: 0,
@@ -265,6 +266,7 @@ mod tests {
             centre: [x, 0.0, z],
             contacts: [[x, 0.0, z + 0.5], [x, 0.0, z - 0.5]],
             area: 0.0,
+            thin: 0.0,
             ..sample(x, 1.5)
         };
         assert_eq!(groups(&[sample(0.0, 3.0), on_edge(3.0, 0.0), on_edge(5.9, 0.0)]), [[0, 1, 2]]);

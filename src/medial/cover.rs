@@ -75,7 +75,7 @@ pub struct Own<'a> {
     pub from: &'a dyn Fn(Vec3, f64, f64) -> f64,
 }
 
-/// Whether a sample lies in a sheet, in a wedge or in a waist.
+/// What a sample lies in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Contacts at least 150° apart.
@@ -85,6 +85,9 @@ pub enum Shape {
     /// Contacts at least 150° apart of a ball at an edge, or contacts on all sides of it in a plane, beside nearer ones that the surface is in
     /// the way of: where edges go round, what is thin there and nowhere beside it.
     Waist,
+    /// Contacts at least 150° apart of a ball beside an edge on which none has such: side by side they lie in a wall whose sides bend towards
+    /// its balls at edge after edge.
+    Bent,
 }
 
 /// A medial ball found on a patch of surface.
@@ -100,8 +103,10 @@ pub struct Sample {
     pub low: f64,
     /// Angle between the contacts seen from the centre, radians.
     pub separation: f64,
-    /// Area of the surface that it stands for, mm².
+    /// Area of the patch, mm².
     pub area: f64,
+    /// Area of the surface that it stands for, mm²: what is thin of the patch, or lies along it.
+    pub thin: f64,
     /// Longest edge of the patch, millimetres.
     pub edge: f64,
     /// Box of the patch.

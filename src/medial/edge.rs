@@ -1,5 +1,6 @@
 //! A look at an edge or a vertex: the ball on its nearest chord, or the one that grows straight across it.
 
+use super::area::Share;
 use super::chord::{Chord, Patch, WALL_SEPARATION, meets, runs_along};
 use super::cover::Shape;
 use super::feature::Feature;
@@ -53,7 +54,7 @@ impl Seeker<'_> {
         let (run, way) = (unit(sub(b, a)), sub(chord.to, chord.from));
         let across = unit(along(way, run, -dot(way, run)));
         if let Some(ball) = self.across_to_parallel(patch, run) {
-            self.record_waist(patch, chord, &ball);
+            self.record_beside(patch, chord, (&ball, Shape::Waist));
             return;
         }
         for way in [across, scale(patch.axis, -1.0)].into_iter().filter(|way| norm2(*way) > 0.5) {
@@ -69,12 +70,12 @@ impl Seeker<'_> {
             let stops =
                 |ball: &TouchingBall| ball.stop.is_some_and(|s| !meets(&patch.whole, &self.mesh.corners(s.facet)));
             if let Some(ball) = found.filter(stops) {
-                self.record_waist(patch, chord, &ball);
+                self.record_beside(patch, chord, (&ball, Shape::Waist));
                 return;
             }
         }
         if let Some(ball) = self.about_chord(patch, chord) {
-            self.record_waist(patch, chord, &ball);
+            self.record_beside(patch, chord, (&ball, Shape::Bent));
         }
     }
 
@@ -99,11 +100,11 @@ impl Seeker<'_> {
         (off(own.point) <= ball.radius).then_some(TouchingBall { from: own.point, stop: Some(other), ..ball })
     }
 
-    fn record_waist(&mut self, patch: &Patch, chord: &Chord, ball: &TouchingBall) {
+    fn record_beside(&mut self, patch: &Patch, chord: &Chord, (ball, shape): (&TouchingBall, Shape)) {
         let [a, b, _] = patch.corners;
         let low = self.features.nearest_chord_where(patch, self.question.notice, |f| !runs_along([a, b], f));
         let low = low.map_or(chord.bound, |c| c.bound.max(chord.bound));
-        self.record(ball, Shape::Waist, low, (patch, 1.0));
+        self.record(ball, shape, low, (patch, Share::WHOLE));
     }
 
     /// The empty ball whose diameter leads from the middle of the edge to the nearest edge apart from it that runs the same way: where two

@@ -1,7 +1,8 @@
 //! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
 
+use super::area::Share;
 use super::chord::{Chord, NEARLY_WALL, PARALLEL, Patch, WALL_SEPARATION, meets};
-use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Passed, Question, Sample, Shape, Unresolved};
+use super::cover::{Cover, FIRST_LOOK, FacetSheet, Own, Question, Sample, Shape, Unresolved};
 use super::feature::Features;
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::{Nearest, TouchingBall};
@@ -38,7 +39,7 @@ pub(super) struct Seeker<'a> {
     pub(super) mesh: &'a MeshDistance,
     pub(super) features: &'a Features,
     pub(super) question: &'a Question,
-    feature: u32,
+    pub(super) feature: u32,
     pub(super) facet: u32,
     budget: u64,
     /// Longest edge of the feature.
@@ -127,19 +128,14 @@ impl<'a> Seeker<'a> {
         }
         let look = if patch.spread > 0.0 { self.look_at_edge(patch, chord) } else { self.look_at_facet(patch, chord) };
         let (Look::Open { low } | Look::Coarse { low }) = look else { return };
-        let low = match self.own {
-            None => low,
-            Some(own) => (own.from)(chord.middle(), patch.longest_edge().0, low),
-        };
+        let low = self.own.map_or(low, |own| (own.from)(chord.middle(), patch.longest_edge().0, low));
         if self.own.is_some() && !self.question.is_thin(low) {
             return;
         }
         // Coarse patches are sampled for their area as long as that is cheap.
         let pressed = self.budget > FIRST_LOOK && 4 * self.cover.evaluations > self.budget;
         if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
-            let (sides, chord) = (patch.sides(), [chord.from, chord.to]);
-            let area = self.thin_share(patch, low) * patch.area();
-            self.cover.passed.push(Passed { sides, chord, low, area, feature: self.feature });
+            self.pass_over(patch, chord, low);
         } else if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
             queue.extend(patch.halves());
         } else if self.question.is_thin(low) {
@@ -167,7 +163,7 @@ impl<'a> Seeker<'a> {
             return if done { Look::Done } else { Look::Coarse { low: chord.bound } };
         }
         if let Some(exact) = self.along_chord(patch, chord) {
-            self.push(Sample { area: self.share_of(patch, exact.diameter) * exact.area, ..exact });
+            self.push(Sample { thin: self.share_of(patch, exact.diameter).thin * exact.area, ..exact });
             return Look::Done;
         }
         let inward = scale(patch.axis, -1.0);
@@ -195,7 +191,7 @@ impl<'a> Seeker<'a> {
             return Look::Open { low };
         }
         if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.is_thin(2.0 * ball.radius) {
-            self.record(&ball, Shape::Wedge, low, (patch, 1.0));
+            self.record(&ball, Shape::Wedge, low, (patch, Share::WHOLE));
         }
         Look::Done
     }
@@ -220,7 +216,7 @@ impl<'a> Seeker<'a> {
             *ball = Some(grown);
         }
         for ball in balls.into_iter().flatten() {
-            self.record(&ball, Shape::Sheet, chord.bound, (patch, 0.25));
+            self.record(&ball, Shape::Sheet, chord.bound, (patch, Share::QUARTER));
         }
         true
     }
@@ -236,7 +232,7 @@ impl<'a> Seeker<'a> {
         let ball = self.mesh.touching_ball(patch.centroid(), scale(patch.axis, -1.0), 0.51 * q.notice, q.tolerance);
         self.cover.evaluations += 1;
         if ball.stop.is_some() && ball.separation() >= WALL_SEPARATION {
-            self.record(&ball, Shape::Sheet, chord.bound, (patch, 1.0));
+            self.record(&ball, Shape::Sheet, chord.bound, (patch, Share::WHOLE));
         }
         true
     }
@@ -364,6 +360,7 @@ impl<'a> Seeker<'a> {
             low: chord.bound,
             separation: std::f64::consts::PI,
             area: patch.area(),
+            thin: patch.area(),
             edge: patch.longest_edge().0,
             sides: patch.sides(),
             feature: self.feature,
@@ -373,7 +370,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// Records a ball that stands for such a share of a patch.
-    pub(super) fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (patch, share): (&Patch, f64)) {
+    pub(super) fn record(&mut self, ball: &TouchingBall, shape: Shape, low: f64, (patch, share): (&Patch, Share)) {
         let Some(stop) = ball.stop else { return };
         self.push(Sample {
             shape,
@@ -382,7 +379,8 @@ impl<'a> Seeker<'a> {
             diameter: 2.0 * ball.radius,
             low: low.min(2.0 * ball.radius),
             separation: ball.separation(),
-            area: share * patch.area(),
+            area: share.of_patch * patch.area(),
+            thin: share.thin * patch.area(),
             edge: patch.longest_edge().0,
             sides: patch.sides(),
             feature: self.feature,
