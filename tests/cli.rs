@@ -312,6 +312,26 @@ fn words_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn what_test_cases_and_alerts_say_are_sentences() {
+    let s = Scratch::new();
+    let formats = ["--only", "thin-wall", "--out", "r", "--format", "json,junit,sarif"];
+    s.run(&[&[fixture("wall_111_024").as_str()], &formats[..]].concat());
+    let read = |name: &str| serde_json::from_str::<serde_json::Value>(&s.text(name)).expect("JSON");
+    let found = read("r/report.json")["checks"].as_array().expect("checks").clone();
+    let finding = found.iter().find_map(|c| c["findings"].get(0)).expect("a finding");
+    let sentence = |key: &str| {
+        let text = finding[key].as_str().expect("a text");
+        text[..1].to_uppercase() + text[1..].trim_end_matches('.')
+    };
+    let [message, fix] = ["message", "fix"].map(sentence);
+    let alert =
+        read("r/report.sarif")["runs"][0]["results"][0]["message"]["text"].as_str().expect("a text").to_string();
+    assert!(alert.starts_with(&format!("{message}. ")) && alert.ends_with(&format!(" mm. {fix}")), "{alert}");
+    let tests = s.text("r/report.junit.xml").replace("&#39;", "'").replace("&quot;", "\"").replace("&gt;", ">");
+    assert!(tests.contains(&format!(" mm: {message}. {fix}")), "{tests}");
+}
+
+#[test]
 fn a_limit_by_which_nothing_is_judged_is_told() {
     let s = Scratch::new();
     let block = fixture("block");
