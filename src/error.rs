@@ -54,7 +54,7 @@ pub enum ToolFault {
     #[error("its cutter is {cutter_mm:.3} mm wide and the longest side of the part {part_mm:.3} mm")]
     LargerThanPart { cutter_mm: f64, part_mm: f64 },
     /// Its surface has a boundary.
-    #[error("its mesh is open at {edges} edges")]
+    #[error("its mesh is open at {edges} {}", if *edges == 1 { "edge" } else { "edges" })]
     OpenMesh { edges: u64 },
     /// A point that is meant to touch lies inside the tool or beside it.
     #[error("its sharp point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]

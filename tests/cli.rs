@@ -312,6 +312,20 @@ fn words_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn one_is_told_as_one() {
+    let s = Scratch::new();
+    s.write("block.stl", bytes("block"));
+    let one = s.run(&["batch", "block.stl", "--only", "mesh", "--out", "b", "--format", "json"]);
+    assert!(one.out.contains("1 part in ") && one.out.contains("1 does not fail"), "{}", one.out);
+    let merged = s.run(&["merge", "b", "--out", "m"]);
+    assert!(merged.out.starts_with("1 part: 1 does not fail"), "{}", merged.out);
+    assert!(s.text("b/index.html").contains("<h1>1 part</h1>"));
+    let point = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    s.write("point.ply", point);
+    s.refused(&["point.ply"], 4, "E013", &["holds 1 point and no faces"]);
+}
+
+#[test]
 fn what_test_cases_and_alerts_say_are_sentences() {
     let s = Scratch::new();
     let formats = ["--only", "thin-wall", "--out", "r", "--format", "json,junit,sarif"];
