@@ -121,7 +121,8 @@ pub enum Error {
     #[error("{problem}")]
     NoGeometry { problem: String, remedy: String },
 
-    /// The surface encloses nothing: beside too little of it are winding numbers those of a solid.
+    /// The surface is no solid: it encloses nothing, as beside too little of it winding numbers are those of one; or a shape is to be made of it, which takes a
+    /// closed one whose facets agree.
     #[error("the surface is not a solid: {problem}")]
     NotSolid { problem: String, at_mm: Option<[f64; 3]>, remedy: String },
 

@@ -312,6 +312,16 @@ fn words_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn what_is_no_fault_is_not_to_be_repaired() {
+    let s = Scratch::new();
+    s.write("nested.stl", boxes(&[[[0.0; 3], [10.0; 3]], [[2.0; 3], [8.0; 3]]]));
+    let nested = s.run(&["nested.stl", "--repair", "--only", "mesh", "--json", "--format", "json"]);
+    assert!(nested.exit == 0 && nested.out.contains("nothing was to be repaired"), "{}", nested.out);
+    let told = s.run(&["explain", "E014"]).out;
+    assert!(told.contains("encloses nothing") && told.contains("one missing facet"), "{told}");
+}
+
+#[test]
 fn one_is_told_as_one() {
     let s = Scratch::new();
     s.write("block.stl", bytes("block"));
