@@ -312,6 +312,26 @@ fn words_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn what_was_meant_by_a_mistyped_command_is_said() {
+    let s = Scratch::new();
+    s.write("block.stl", bytes("block"));
+    for (words, code, said) in [
+        (&["orinet", "block.stl"][..], "E002", &["unknown command `orinet`", "did you mean `orient`?"][..]),
+        (&["orinet", "block.stl", "--best", "3"], "E002", &["did you mean `orient`?"]),
+        (&["explan", "E014"], "E002", &["did you mean `explain`?"]),
+        (&["proceses"], "E002", &["did you mean `processes`?"]),
+        (&["frobnicate", "block.stl"], "E002", &["unknown command `frobnicate`", "known are", "orient"]),
+        (&["block.stl", "b.stl"], "E001", &["one part is judged at a time", "`amcheck batch block.stl b.stl`"]),
+        (&["block.stl", "block.stl", "--process", "sla"], "E001", &["`amcheck batch block.stl block.stl`"]),
+        (&["block.stl", "--only", "mesh", "orient"], "E001", &["`amcheck orient block.stl`"]),
+        (&["--quiet", "orient", "block.stl"], "E001", &["`orient` stands behind options", "`amcheck orient …`"]),
+        (&["--quiet", "processes"], "E001", &["`processes` stands behind options"]),
+    ] {
+        s.refused(words, 2, code, said);
+    }
+}
+
+#[test]
 fn what_is_no_fault_is_not_to_be_repaired() {
     let s = Scratch::new();
     s.write("nested.stl", boxes(&[[[0.0; 3], [10.0; 3]], [[2.0; 3], [8.0; 3]]]));
