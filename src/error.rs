@@ -57,7 +57,7 @@ pub enum ToolFault {
     #[error("its mesh is open at {edges} {}", if *edges == 1 { "edge" } else { "edges" })]
     OpenMesh { edges: u64 },
     /// A point that is meant to touch lies inside the tool or beside it.
-    #[error("its sharp point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]
+    #[error("its point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]
     SharpOffSurface { name: String, at_mm: [f64; 3], off_mm: f64 },
     /// It is to come from nowhere.
     #[error("no direction is listed for it")]
