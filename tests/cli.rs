@@ -525,6 +525,9 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
     assert_eq!(run(&["--process", "mine.toml"]).exit, 0);
     let idle = run(&["--accept", "idle.toml", "--json"]);
     assert!(idle.exit == 1 && idle.out.contains("acceptance-unused"), "{}", idle.out);
+    s.write("kind.toml", entry("kind = \"wal\"\n"));
+    let misspelt = run(&["--accept", "kind.toml", "--json"]);
+    assert!(misspelt.exit == 1 && misspelt.out.contains("none is of the kind `wal`, only of "), "{}", misspelt.out);
     s.refused(&[&part, "--accept", "bad.toml"], 2, "E003", &["bad.toml: line 5", "untill"]);
     s.refused(&[&part, "--accept", "unknown.toml"], 2, "E003", &["unknown.toml: line 1", "`thin-wall`"]);
     s.refused(&[&part, "--accept", "none.toml"], 2, "E003", &["none.toml"]);
