@@ -54,10 +54,10 @@ pub enum ToolFault {
     #[error("its cutter is {cutter_mm:.3} mm wide and the longest side of the part {part_mm:.3} mm")]
     LargerThanPart { cutter_mm: f64, part_mm: f64 },
     /// Its surface has a boundary.
-    #[error("its mesh is open at {edges} edges")]
+    #[error("its mesh is open at {edges} {}", if *edges == 1 { "edge" } else { "edges" })]
     OpenMesh { edges: u64 },
     /// A point that is meant to touch lies inside the tool or beside it.
-    #[error("its sharp point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]
+    #[error("its point `{name}` at ({}) mm lies {off_mm:.3} mm off its surface", at_mm.map(|x| x.to_string()).join(", "))]
     SharpOffSurface { name: String, at_mm: [f64; 3], off_mm: f64 },
     /// It is to come from nowhere.
     #[error("no direction is listed for it")]
@@ -121,7 +121,8 @@ pub enum Error {
     #[error("{problem}")]
     NoGeometry { problem: String, remedy: String },
 
-    /// The surface encloses nothing: beside too little of it are winding numbers those of a solid.
+    /// The surface is no solid: it encloses nothing, as beside too little of it winding numbers are those of one; or a shape is to be made of it, which takes a
+    /// closed one whose facets agree.
     #[error("the surface is not a solid: {problem}")]
     NotSolid { problem: String, at_mm: Option<[f64; 3]>, remedy: String },
 

@@ -312,6 +312,70 @@ fn words_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn what_was_meant_by_a_mistyped_command_is_said() {
+    let s = Scratch::new();
+    s.write("block.stl", bytes("block"));
+    for (words, code, said) in [
+        (&["orinet", "block.stl"][..], "E002", &["unknown command `orinet`", "did you mean `orient`?"][..]),
+        (&["orinet", "block.stl", "--best", "3"], "E002", &["did you mean `orient`?"]),
+        (&["explan", "E014"], "E002", &["did you mean `explain`?"]),
+        (&["proceses"], "E002", &["did you mean `processes`?"]),
+        (&["frobnicate", "block.stl"], "E002", &["unknown command `frobnicate`", "known are", "orient"]),
+        (&["block.stl", "b.stl"], "E001", &["one part is judged at a time", "`amcheck batch block.stl b.stl`"]),
+        (&["block.stl", "block.stl", "--process", "sla"], "E001", &["`amcheck batch block.stl block.stl`"]),
+        (&["block.stl", "--only", "mesh", "orient"], "E001", &["`amcheck orient block.stl`"]),
+        (&["--quiet", "orient", "block.stl"], "E001", &["`orient` stands behind options", "`amcheck orient …`"]),
+        (&["--quiet", "processes"], "E001", &["`processes` stands behind options"]),
+    ] {
+        s.refused(words, 2, code, said);
+    }
+}
+
+#[test]
+fn what_is_no_fault_is_not_to_be_repaired() {
+    let s = Scratch::new();
+    s.write("nested.stl", boxes(&[[[0.0; 3], [10.0; 3]], [[2.0; 3], [8.0; 3]]]));
+    let nested = s.run(&["nested.stl", "--repair", "--only", "mesh", "--json", "--format", "json"]);
+    assert!(nested.exit == 0 && nested.out.contains("nothing was to be repaired"), "{}", nested.out);
+    let told = s.run(&["explain", "E014"]).out;
+    assert!(told.contains("encloses nothing") && told.contains("one missing facet"), "{told}");
+}
+
+#[test]
+fn one_is_told_as_one() {
+    let s = Scratch::new();
+    s.write("block.stl", bytes("block"));
+    let one = s.run(&["batch", "block.stl", "--only", "mesh", "--out", "b", "--format", "json"]);
+    assert!(one.out.contains("1 part in ") && one.out.contains("1 does not fail"), "{}", one.out);
+    let merged = s.run(&["merge", "b", "--out", "m"]);
+    assert!(merged.out.starts_with("1 part: 1 does not fail"), "{}", merged.out);
+    assert!(s.text("b/index.html").contains("<h1>1 part</h1>"));
+    let point = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    s.write("point.ply", point);
+    s.refused(&["point.ply"], 4, "E013", &["holds 1 point and no faces"]);
+}
+
+#[test]
+fn what_test_cases_and_alerts_say_are_sentences() {
+    let s = Scratch::new();
+    let formats = ["--only", "thin-wall", "--out", "r", "--format", "json,junit,sarif"];
+    s.run(&[&[fixture("wall_111_024").as_str()], &formats[..]].concat());
+    let read = |name: &str| serde_json::from_str::<serde_json::Value>(&s.text(name)).expect("JSON");
+    let found = read("r/report.json")["checks"].as_array().expect("checks").clone();
+    let finding = found.iter().find_map(|c| c["findings"].get(0)).expect("a finding");
+    let sentence = |key: &str| {
+        let text = finding[key].as_str().expect("a text");
+        text[..1].to_uppercase() + text[1..].trim_end_matches('.')
+    };
+    let [message, fix] = ["message", "fix"].map(sentence);
+    let alert =
+        read("r/report.sarif")["runs"][0]["results"][0]["message"]["text"].as_str().expect("a text").to_string();
+    assert!(alert.starts_with(&format!("{message}. ")) && alert.ends_with(&format!(" mm. {fix}")), "{alert}");
+    let tests = s.text("r/report.junit.xml").replace("&#39;", "'").replace("&quot;", "\"").replace("&gt;", ">");
+    assert!(tests.contains(&format!(" mm: {message}. {fix}")), "{tests}");
+}
+
+#[test]
 fn a_limit_by_which_nothing_is_judged_is_told() {
     let s = Scratch::new();
     let block = fixture("block");
@@ -461,6 +525,9 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
     assert_eq!(run(&["--process", "mine.toml"]).exit, 0);
     let idle = run(&["--accept", "idle.toml", "--json"]);
     assert!(idle.exit == 1 && idle.out.contains("acceptance-unused"), "{}", idle.out);
+    s.write("kind.toml", entry("kind = \"wal\"\n"));
+    let misspelt = run(&["--accept", "kind.toml", "--json"]);
+    assert!(misspelt.exit == 1 && misspelt.out.contains("none is of the kind `wal`, only of "), "{}", misspelt.out);
     s.refused(&[&part, "--accept", "bad.toml"], 2, "E003", &["bad.toml: line 5", "untill"]);
     s.refused(&[&part, "--accept", "unknown.toml"], 2, "E003", &["unknown.toml: line 1", "`thin-wall`"]);
     s.refused(&[&part, "--accept", "none.toml"], 2, "E003", &["none.toml"]);

@@ -195,6 +195,16 @@ impl Tool {
         Ok(())
     }
 
+    /// What of the tool touches, in words: all of the cutter of a coaxial one, of any other the points that are meant to.
+    pub fn touching(&self) -> String {
+        match (&self.body, self.sharp.as_slice()) {
+            (Body::Coaxial(_), _) => self.name.clone(),
+            (Body::Solid(_), [SharpPoint { at_mm: [0.0, 0.0, 0.0], .. }]) => format!("the tip of {}", self.name),
+            (Body::Solid(_), [point]) => format!("the point `{}` of {}", printable(&point.name), self.name),
+            (Body::Solid(_), _) => format!("the sharp points of {}", self.name),
+        }
+    }
+
     /// The flat end of a coaxial tool that may touch with all of it.
     pub(super) fn flat_end(&self) -> Option<Support> {
         self.meridian().filter(|_| self.sharp.is_empty())?.support(0.0, 1.0).filter(|s| s.flat > 0.0)
@@ -396,6 +406,20 @@ mod tests {
         assert!(matches!((open, blunt), (ToolFault::OpenMesh { edges: 3 }, ToolFault::NoCutter)));
         // The middle of the cube.
         assert!(matches!(off, ToolFault::SharpOffSurface { off_mm, .. } if (off_mm - 1.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn what_touches_is_called_what_it_is() {
+        let cube = crate::geometry::cuboid([-1.0, -1.0, 0.0], [1.0, 1.0, 5.0]);
+        let with = |points: &[(&str, [f64; 3])]| {
+            let sharp = points.iter().map(|(name, at_mm)| SharpPoint { name: (*name).into(), at_mm: *at_mm }).collect();
+            Tool::from_mesh("block", cube.clone(), sharp).unwrap().touching()
+        };
+        // The middle of a flat face is a tip, and nothing sharp.
+        assert_eq!(with(&[("tip", [0.0; 3])]), "the tip of block");
+        assert_eq!(with(&[("hook", [1.0, 0.0, 2.0])]), "the point `hook` of block");
+        assert_eq!(with(&[("tip", [0.0; 3]), ("hook", [1.0, 0.0, 2.0])]), "the sharp points of block");
+        assert_eq!(Tool::chosen(&ToolChoice::named("end-mill-6").unwrap()).unwrap().touching(), "end-mill-6");
     }
 
     #[test]

@@ -2,10 +2,15 @@
 
 use super::row::Row;
 use crate::error::escaped;
+use crate::notice::number_of;
 use crate::report::markup::{Markup, markup};
+
+/// The words for one part and for several.
+pub const PARTS: [&str; 2] = ["part", "parts"];
 
 /// The page; pictures and reports stand beside it and are named by their places below it.
 pub fn page(rows: &[Row]) -> String {
+    let parts = number_of(rows.len() as u64, PARTS);
     let mut sorted: Vec<&Row> = rows.iter().collect();
     sorted.sort_by(|a, b| b.rank().cmp(&a.rank()).then_with(|| a.part.cmp(&b.part)));
     let head = markup!(
@@ -14,7 +19,7 @@ pub fn page(rows: &[Row]) -> String {
          style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
-        format!("amcheck: {} parts", rows.len()),
+        format!("amcheck: {parts}"),
         Markup::raw(include_str!("index.css"))
     );
     let counts = [
@@ -32,7 +37,7 @@ pub fn page(rows: &[Row]) -> String {
         .filter(|(n, _)| *n > 0)
         .map(|(n, words)| format!("{n} {words}"))
         .collect();
-    let title = markup!("<h1>{} parts</h1>\n<p>{}</p>\n", rows.len(), counted.join(" · "));
+    let title = markup!("<h1>{}</h1>\n<p>{}</p>\n", parts, counted.join(" · "));
     let columns = Markup::raw(
         "<table>\n<thead><tr><th></th><th>Part</th><th>Result</th><th>Code</th><th>Size, mm</th><th>Seconds</th><th>MiB</th></tr></thead>\n<tbody>\n",
     );

@@ -14,6 +14,7 @@ mod shard;
 mod store;
 mod table;
 
+pub use index::PARTS;
 pub use key::key;
 pub use list::{Entry, entries};
 pub use merge::{Merged, merge};

@@ -3,10 +3,11 @@
 use super::contract::Meta;
 use super::finding::{Accepted, Finding, Sense, Spot};
 use super::registry;
-use crate::error::Result;
+use crate::error::{Result, printable};
 use crate::notice::Notice;
 use crate::process::{Date, Region, Waiver};
 use crate::units::{short, told};
+use std::collections::BTreeSet;
 
 /// A place that fills less of its box may lie anywhere in it.
 const FILLED: f64 = 0.3;
@@ -16,6 +17,8 @@ const AS_GOOD: f64 = 0.005;
 /// The entries of a process, and what became of each.
 pub struct Acceptance<'a> {
     entries: Vec<(&'a Waiver, Fate)>,
+    /// The checks that ran, and the kinds of their findings.
+    kinds: Vec<(&'static Meta, BTreeSet<String>)>,
     today: Option<Date>,
 }
 
@@ -40,11 +43,12 @@ impl<'a> Acceptance<'a> {
     /// [`crate::Error::UnknownName`] for a check that is not in the registry.
     pub fn new(waivers: &'a [Waiver], today: Option<Date>) -> Result<Self> {
         waivers.iter().try_for_each(|w| registry::find(&w.check).map(|_| ()))?;
-        Ok(Acceptance { entries: waivers.iter().map(|w| (w, Fate::Unasked)).collect(), today })
+        Ok(Acceptance { entries: waivers.iter().map(|w| (w, Fate::Unasked)).collect(), kinds: Vec::new(), today })
     }
 
     /// Marks the findings of a check that ran: those whose every place is covered by an entry, by one and the same or by several.
-    pub fn apply(&mut self, meta: &Meta, findings: &mut [Finding]) {
+    pub fn apply(&mut self, meta: &'static Meta, findings: &mut [Finding]) {
+        self.kinds.push((meta, findings.iter().map(|f| f.kind.clone()).collect()));
         let today = self.today;
         let mut own: Vec<&mut (&Waiver, Fate)> = self.entries.iter_mut().filter(|e| is_of(e.0, meta)).collect();
         own.iter_mut().for_each(|e| e.1 = Fate::Unused.max(e.1));
@@ -81,10 +85,9 @@ impl<'a> Acceptance<'a> {
             let end = waiver.until.map_or(String::new(), |d| format!(" on {d}"));
             let notice = match fate {
                 Fate::Ended => Notice::new("acceptance-ended", format!("{entry} ended{end}: the finding counts again")),
-                Fate::Unused => Notice::new(
-                    "acceptance-unused",
-                    format!("{entry} meets no finding: it was mended, has moved, or has become worse"),
-                ),
+                Fate::Unused => {
+                    Notice::new("acceptance-unused", format!("{entry} meets no finding: {}", self.why_unused(waiver)))
+                }
                 Fate::Partial => Notice::new(
                     "acceptance-unused",
                     format!("{entry} covers only some places of a finding: give one for each, or a box around all"),
@@ -97,6 +100,21 @@ impl<'a> Acceptance<'a> {
             })
         };
         self.entries.iter().filter_map(said).collect()
+    }
+
+    /// Why an entry may meet no finding of a check that ran.
+    fn why_unused(&self, waiver: &Waiver) -> String {
+        let met = self.kinds.iter().filter(|(meta, _)| is_of(waiver, meta)).flat_map(|(_, kinds)| kinds);
+        let met: BTreeSet<&str> = met.map(String::as_str).collect();
+        let usual = "it was mended, has moved, or has become worse";
+        match waiver.kind.as_deref().filter(|kind| !met.contains(kind)).map(printable) {
+            None => usual.into(),
+            Some(kind) if met.is_empty() => format!("{usual}, or there is no kind `{kind}`"),
+            Some(kind) => {
+                let named = met.into_iter().map(|kind| format!("`{kind}`")).collect::<Vec<_>>().join(", ");
+                format!("none is of the kind `{kind}`, only of {named}: that is misspelt, or {usual}")
+            }
+        }
     }
 }
 
@@ -257,6 +275,31 @@ mod tests {
         // As another number of facets has it.
         let other = |low: f64| Finding { low, ..rib(98.0) };
         assert!(is_accepted(other(0.5975)) && !is_accepted(other(0.596)));
+    }
+
+    #[test]
+    fn a_kind_that_none_is_of_is_told_with_those_that_there_are() {
+        let said = |kind: &str, findings: &mut [Finding]| {
+            let text = format!(
+                "[[accept]]\ncheck = \"AM101\"\nreason = \"why\"\nkind = \"{kind}\"\nat_mm = [0, 0, 0]\nwithin_mm = 0.1"
+            );
+            let entries = waivers("a.toml", &text).unwrap();
+            let mut acceptance = Acceptance::new(&entries, None).unwrap();
+            acceptance.apply(registry::find("thin-wall").unwrap().meta(), findings);
+            acceptance.notices().into_iter().map(|n| n.message).collect::<String>()
+        };
+        let body = || Finding { kind: "body".into(), ..finding(0.4, [3.0, 0.0, 0.0]) };
+        let both = || [finding(0.4, [0.0; 3]), body()];
+        assert_eq!(said("wall", &mut both()), "");
+        let misspelt = said("wal", &mut both());
+        assert!(
+            misspelt.contains("none is of the kind `wal`, only of `body`, `wall`: that is misspelt, or"),
+            "{misspelt}"
+        );
+        // Of a kind that there is, as ever; of none at all nobody knows.
+        let moved = said("body", &mut both());
+        assert!(moved.ends_with("meets no finding: it was mended, has moved, or has become worse"), "{moved}");
+        assert!(said("wal", &mut []).ends_with("has become worse, or there is no kind `wal`"));
     }
 
     #[test]

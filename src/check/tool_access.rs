@@ -38,7 +38,7 @@ static META: Meta = Meta {
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. What a rounder corner than the cutter keeps it from, and narrow places within about four spacings of a tool's width, may stay open: their area is given, and for tools that the user named they are undecided. A tool \
-             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches with its sharp points only, within 2·√3 spacings; \
+             of any shape comes along the six axes, or the directions of --tool-from, in four quarter turns about its own axis, with sphere:N at N rotations spread evenly over all, and touches only with its tip, or the [[sharp]] points of its description, within 2·√3 spacings; \
              one thinner than two spacings proves nothing unreachable. Tools that the user did not name never make a part fail.",
     source: "Inaccessibility measure: A. Mirzendehdel, M. Behandish, S. Nelaturi, Topology optimization with accessibility \
              constraint for multi-axis machining, 2020; obstacles: L. Kavraki, Computation of configuration-space obstacles using \
@@ -325,9 +325,7 @@ impl Judged<'_> {
     }
 
     fn names(&self) -> String {
-        let name =
-            |t: &Tool| if t.meridian().is_some() { t.name.clone() } else { format!("the sharp points of {}", t.name) };
-        self.tooling.tools.iter().map(name).collect::<Vec<_>>().join(" or ")
+        self.tooling.tools.iter().map(Tool::touching).collect::<Vec<_>>().join(" or ")
     }
 }
 

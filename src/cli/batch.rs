@@ -11,12 +11,13 @@ use super::stdout::put;
 use super::words::{one_of, usage};
 use crate::analyze::{Options, prepare, run};
 use crate::batch::{
-    Earlier, Entry, Finished, Row, Shard, Store, Work, entries, json_lines, line, merge, names_key, remove_outdated,
-    worst_code, write_tables,
+    Earlier, Entry, Finished, PARTS, Row, Shard, Store, Work, entries, json_lines, line, merge, names_key,
+    remove_outdated, worst_code, write_tables,
 };
 use crate::error::{Error, Result};
 use crate::io::{Salvage, read};
 use crate::memory::Allowance;
+use crate::notice::number_of;
 use crate::report::Exhibited;
 use crate::report::render::thumbnail;
 use crate::units::short;
@@ -93,7 +94,12 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
         return Ok((String::new(), code));
     }
     let share = shard.map_or(String::new(), |s| format!(" (share {} of {} of {all})", s.index, s.count));
-    let head = format!("{} parts{share} in {:.1} s: {}\n", rows.len(), start.elapsed().as_secs_f64(), counted(&rows));
+    let head = format!(
+        "{}{share} in {:.1} s: {}\n",
+        number_of(rows.len() as u64, PARTS),
+        start.elapsed().as_secs_f64(),
+        counted(&rows)
+    );
     Ok((head + &listed(&places), code))
 }
 
@@ -103,7 +109,7 @@ pub fn merge_tables(folders: &[PathBuf], out: Option<&Path>) -> Result<(String, 
     let merged = merge(folders, out)?;
     let store = Store::open(out)?;
     let places = write_tables(store.out(), None, &merged.rows)?;
-    let mut text = format!("{} parts: {}\n", merged.rows.len(), counted(&merged.rows));
+    let mut text = format!("{}: {}\n", number_of(merged.rows.len() as u64, PARTS), counted(&merged.rows));
     for (index, count) in &merged.missing {
         text.push_str(&format!("note: share {index} of {count} has no table; its parts are missing\n"));
     }
@@ -180,19 +186,19 @@ impl How<'_> {
 /// How many parts ended with each code, worst first, and what they took together.
 fn counted(rows: &[Row]) -> String {
     let words = [
-        (70, "broke down"),
-        (6, "not written"),
-        (5, "too large"),
-        (4, "refused"),
-        (1, "fail"),
-        (3, "undecided"),
-        (0, "do not fail"),
+        (70, ["broke down"; 2]),
+        (6, ["not written"; 2]),
+        (5, ["too large"; 2]),
+        (4, ["refused"; 2]),
+        (1, ["fails", "fail"]),
+        (3, ["undecided"; 2]),
+        (0, ["does not fail", "do not fail"]),
     ];
     let mut parts: Vec<String> = words
         .iter()
-        .map(|(code, word)| (rows.iter().filter(|r| r.code == *code).count(), word))
+        .map(|(code, words)| (rows.iter().filter(|r| r.code == *code).count() as u64, *words))
         .filter(|(n, _)| *n > 0)
-        .map(|(n, word)| format!("{n} {word}"))
+        .map(|(n, words)| number_of(n, words))
         .collect();
     let kept = rows.iter().filter(|r| r.reused).count();
     if kept > 0 {

@@ -2,19 +2,26 @@
 
 use super::args::{Arguments, Command};
 use super::complaint::{Answer, Complaint};
-use super::{batch, judge, lists, operate, orient, plan, stdout, tools, watch};
+use super::{batch, judge, lists, mistyped, operate, orient, plan, stdout, tools, watch};
 use crate::error::{Error, printable};
 use crate::report::terminal::{self, Palette};
 use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, Parser};
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 /// Runs the command line and returns the exit code; results go to stdout, errors and progress to stderr.
-pub fn main(arguments: impl IntoIterator<Item = std::ffi::OsString>) -> u8 {
-    let arguments = match Arguments::try_parse_from(arguments) {
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    let arguments = match Arguments::try_parse_from(&words) {
         Ok(arguments) => arguments,
-        Err(e) => return refuse(&e),
+        Err(e) => return refuse(&e, &words),
     };
+    let command_meant = arguments.part.as_deref().filter(|_| arguments.command.is_none()).and_then(mistyped::misspelt);
+    if let Some(error) = command_meant {
+        return failed(&Complaint::from(error));
+    }
     stop_cleanly(&arguments);
     let part = arguments.part.as_deref();
     let done: Answer<(String, u8)> = match &arguments.command {
@@ -74,7 +81,7 @@ fn stop_cleanly(arguments: &Arguments) {
 }
 
 /// Answers words that are no command: the help where it was asked for, else an error like any other.
-fn refuse(e: &clap::Error) -> u8 {
+fn refuse(e: &clap::Error, words: &[OsString]) -> u8 {
     use clap::error::ErrorKind;
     match e.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
@@ -84,7 +91,15 @@ fn refuse(e: &clap::Error) -> u8 {
             let _ = e.print();
             2
         }
-        _ => failed(&Complaint::from(usage(e))),
+        _ => failed(&Complaint::from(meant(e, words).unwrap_or_else(|| usage(e)))),
+    }
+}
+
+/// What was meant, where a word stands behind the part or the first one is nearly a command.
+fn meant(e: &clap::Error, words: &[OsString]) -> Option<Error> {
+    match e.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(second)) => mistyped::behind_part(words, second),
+        _ => words.get(1).and_then(|first| mistyped::misspelt(Path::new(first))),
     }
 }
 

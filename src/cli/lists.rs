@@ -34,7 +34,9 @@ const ERRORS: &[(&str, &str)] = &[
     ),
     (
         "E014",
-        "The surface encloses nothing: beside too little of it are winding numbers those of a solid. Close the holes first. Exit code 4.",
+        "The surface is not a solid. A part that is judged encloses nothing: beside too little of it winding numbers are those of a solid; or it is closed and \
+              holds no volume. A shape is made only from a closed surface: no edge may be open, as around one missing facet, and neighbouring facets face \
+              the same side. Close the holes and turn the facets first; what --repair can do of that, it says. Exit code 4.",
     ),
     ("E020", "The question needs more memory than allowed; the message says how much, and what fits. Exit code 5."),
     ("E030", "A result could not be written; what was there before is untouched. Exit code 6."),

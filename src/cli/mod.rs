@@ -11,6 +11,7 @@ mod judge;
 mod leftover;
 mod lists;
 mod made;
+mod mistyped;
 mod named;
 mod need;
 mod operand;

@@ -7,7 +7,7 @@ use crate::geometry::vector::{Vec3, norm};
 use crate::geometry::{Health, Primitive, TriangleMesh};
 use crate::io::Loaded;
 use crate::memory::Allowance;
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use crate::operate::Element;
 use crate::units::Length;
 use std::path::Path;
@@ -124,7 +124,10 @@ fn why_no_solid(health: &Health) -> Error {
     let (open, miswound) = (health.open_edges, health.miswound_edges);
     let repair = "`amcheck PART --repair` leaves repaired.3mf, if turning facets and closing cracks is enough";
     let (problem, at_mm, remedy) = if open.count > 0 {
-        let problem = format!("{} of its edges are open; shapes are made from closed ones", open.count);
+        let problem = format!(
+            "{}; shapes are made from closed ones",
+            number_of(open.count, ["of its edges is open", "of its edges are open"])
+        );
         (problem, open.at_mm, format!("close the holes, or export a closed solid; {repair}"))
     } else if miswound.count > 0 {
         let problem = format!("along {} of its edges facets face opposite sides", miswound.count);

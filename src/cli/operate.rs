@@ -14,7 +14,7 @@ use crate::geometry::{Primitive, TriangleMesh};
 use crate::grid::{BYTES_PER_SAMPLE, Fitting};
 use crate::io::motion::{Motion, read_motion};
 use crate::memory::Allowance;
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 use crate::operate::{self, Element, Operated, Reach};
 use crate::units::{Length, short};
 use std::path::Path;
@@ -310,9 +310,9 @@ fn crossings(made: &Operated) -> String {
     found.at_mm.map_or_else(String::new, |at| {
         let place = at.map(short).join(", ");
         format!(
-            "note       {} pairs of facets cross, one near ({place}) mm, as they do where it is thinner than the spacing and by a hair along \
-             edges; choose a smaller --voxel\n",
-            found.count
+            "note       {} near ({place}) mm, as happens where it is thinner than the spacing and by a hair along edges; choose a smaller \
+             --voxel\n",
+            number_of(found.count, ["pair of facets crosses,", "pairs of facets cross, one"])
         )
     })
 }

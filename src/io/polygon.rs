@@ -1,7 +1,7 @@
 //! Triangles of a plane or nearly plane polygon.
 
 use crate::geometry::vector::{Vec3, add, cross, sub};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 
 /// More corners than this are refused: clipping is quadratic, and no exporter writes such faces on purpose.
 pub(super) const MOST_CORNERS: usize = 4096;
@@ -57,7 +57,13 @@ pub(super) fn facets(corners: &[Vec3], counts: &[usize], notices: &mut Vec<Notic
     if fanned > 0 {
         let notice = Notice::new(
             "polygon-fan",
-            format!("{fanned} polygons that cross themselves or have no area were split as fans"),
+            number_of(
+                fanned,
+                [
+                    "polygon that crosses itself or has no area was split as a fan",
+                    "polygons that cross themselves or have no area were split as fans",
+                ],
+            ),
         );
         notices.push(at_mm.into_iter().fold(notice.counted(fanned), Notice::at));
     }

@@ -163,14 +163,13 @@ fn line(n: &Numbered) -> String {
     let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
     let held = phrase::acceptance(f).map_or(String::new(), |a| format!(" ({a})"));
     format!(
-        "{} {}[{}] {}{bracket}, {}, at {} mm: {} {}{held}",
+        "{} {}[{}] {}{bracket}, {}, at {} mm: {}{held}",
         if f.accepted.is_some() { "–" } else { f.state.glyph() },
         n.check.name,
         n.within,
         n.measured(),
         phrase::deciding(f),
         phrase::point(f.at_mm),
-        f.message,
-        f.fix
+        phrase::sentences([f.message.as_str(), &f.fix])
     )
 }

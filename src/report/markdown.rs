@@ -94,7 +94,14 @@ fn others(report: &Report) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    format!("\n<details><summary>The other {} checks</summary>\n\n{}\n</details>\n", lines.len(), lines.concat())
+    format!(
+        "\n<details><summary>The other {}</summary>\n\n{}\n</details>\n",
+        match lines.len() {
+            1 => "check".into(),
+            n => format!("{n} checks"),
+        },
+        lines.concat()
+    )
 }
 
 /// A text of at most 300 characters.

@@ -174,6 +174,12 @@ pub fn sentence(text: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Texts as sentences, one behind the other; none where there is no text.
+pub fn sentences<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
+    let told = texts.into_iter().map(|text| text.trim().trim_end_matches('.')).filter(|text| !text.is_empty());
+    told.map(sentence).collect::<Vec<_>>().join(". ")
+}
+
 /// A whole number in groups of three: `101,806`.
 pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
@@ -345,6 +351,15 @@ mod tests {
         assert_eq!(of([0.5, 29.0, 299.0]), "top, back, left");
         assert_eq!(of([1.5, 15.0, 10.0]), "bottom");
         assert_eq!(of([1.5, 15.0, 150.0]), "middle");
+    }
+
+    #[test]
+    fn texts_become_sentences() {
+        assert_eq!(
+            sentences(["a wall is thin", "0.15 mm, must ≥ 0.2 mm", "thicken it."]),
+            "A wall is thin. 0.15 mm, must ≥ 0.2 mm. Thicken it"
+        );
+        assert_eq!(sentences(["a wall is thin", ""]), "A wall is thin");
     }
 
     #[test]

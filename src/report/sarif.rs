@@ -60,11 +60,7 @@ pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> S
 pub fn refused(part: &Path, error: &Error) -> String {
     let file = reference(part).unwrap_or_else(|| encoded(part.file_name().unwrap_or(part.as_os_str())));
     let place = error.place().map_or(String::new(), |place| format!(" ({place})"));
-    let text = format!(
-        "{}. {}",
-        phrase::sentence(&format!("{error}{place}")).trim_end_matches('.'),
-        phrase::sentence(&error.remedy())
-    );
+    let text = phrase::sentences([format!("{error}{place}").as_str(), &error.remedy()]);
     let rule = json!({"id": error.code(), "name": "refused", "shortDescription": {"text": "A part that could not be judged"},
         "help": {"text": format!("amcheck explain {}", error.code())}});
     let told = json!({"level": "error", "descriptor": {"id": error.code()}, "message": {"text": text}});
@@ -92,20 +88,14 @@ fn result(report: &Report, n: &Numbered, file: &str) -> Value {
         _ => "warning",
     };
     let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
-    let text = format!(
-        "{} {}{bracket}, {}, at {} mm. {}",
-        f.message,
-        n.measured(),
-        phrase::deciding(f),
-        phrase::point(f.at_mm),
-        f.fix
-    );
+    let measured = format!("{}{bracket}, {}, at {} mm", n.measured(), phrase::deciding(f), phrase::point(f.at_mm));
+    let text = phrase::sentences([f.message.as_str(), &measured, &f.fix]);
     let rule = report.checks.iter().position(|c| c.name == n.check.name).unwrap_or(0);
     let mut result = json!({
         "ruleId": n.check.code,
         "ruleIndex": rule,
         "level": level,
-        "message": {"text": text.trim()},
+        "message": {"text": text},
         "locations": [location(file)],
         "partialFingerprints": {"amcheck/v1": f.fingerprint},
         "properties": {

@@ -311,7 +311,10 @@ fn threemf_models() {
     noticed(&with("", &support, &format!("{ITEM}<item objectid=\"2\"/>")), &["objects-excluded"]);
     refused(&with("", &support, "<item objectid=\"2\"/>"), "no triangles");
     refused(&with("", "", ""), "builds nothing");
-    noticed(&with("", "", &format!("{ITEM}<item objectid=\"1\" printable=\"0\"/>")), &["objects-excluded"]);
+    let one_left =
+        noticed(&with("", "", &format!("{ITEM}<item objectid=\"1\" printable=\"0\"/>")), &["objects-excluded"]);
+    let said = |n: &amcheck::notice::Notice| n.message == "1 build item marked as not printable was left out";
+    assert!(one_left.notices.iter().any(said), "{:?}", one_left.notices);
     let foreign = "<object id=\"2\"><b:lattice xmlns:b=\"http://x.org/beamlattice/2017/02\"/></object>";
     noticed(&with("", foreign, ITEM), &["extension-ignored"]);
     let script = good::package(&[

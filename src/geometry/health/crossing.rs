@@ -96,13 +96,16 @@ pub fn meetings_through(
                     let longest = cross_of([f, g].map(|f| (tree.corners(f), tree.normal(f))), tolerance, through);
                     let longest = longest.map(|ends| Crossing::between([f, g], ends));
                     let largest = overlap_of(tree, [f, g], [tolerance, hair]);
-                    found = found.and(Tally {
-                        crossings: u64::from(longest.is_some()),
-                        overlaps: u64::from(largest.is_some()),
-                        squares: largest.map_or(0, |o| (o.area / square) as u128),
-                        longest,
-                        largest,
-                    });
+                    // Nearly all pairs only touch, and a tally is long to hand on.
+                    if longest.is_some() || largest.is_some() {
+                        found = found.and(Tally {
+                            crossings: u64::from(longest.is_some()),
+                            overlaps: u64::from(largest.is_some()),
+                            squares: largest.map_or(0, |o| (o.area / square) as u128),
+                            longest,
+                            largest,
+                        });
+                    }
                 }
             });
             found

@@ -36,8 +36,10 @@ impl Repaired {
         if !self.notices.is_empty() {
             return self.notices.clone();
         }
-        let faults = Health::of(&self.mesh).notices().len();
-        let text = if faults == 0 {
+        // Shells inside others are no faults, nor is what is passed over.
+        let health = Health::of(&self.mesh);
+        let left = [health.open_edges, health.non_manifold_edges, health.miswound_edges, health.duplicate_facets];
+        let text = if left.iter().all(|fault| fault.count == 0) {
             "nothing was to be repaired"
         } else {
             "nothing could be repaired without inventing surface"
@@ -305,6 +307,20 @@ mod tests {
         // Vertices are numbered anew in order of use, facets stay.
         let corners = |m: &TriangleMesh| (0..m.triangles.len()).map(|f| m.corners(f)).collect::<Vec<_>>();
         assert_eq!(corners(&mended.mesh), corners(&mesh));
+    }
+
+    #[test]
+    fn nothing_is_to_be_repaired_of_shells_within_others() {
+        let said = |mesh: TriangleMesh| repaired(&mesh, 1e-3).said().into_iter().map(|n| n.message).collect::<Vec<_>>();
+        // A body in the material of another, a cavity, and a box without one of its facets.
+        let (around, within) = (cube([0.0; 3], 2.0), cube([0.0; 3], 1.0));
+        for sound in [around.clone().joined(&within), around.clone().joined(&within.flipped())] {
+            assert!(!Health::of(&sound).notices().is_empty());
+            assert_eq!(said(sound), ["nothing was to be repaired"]);
+        }
+        let mut open = around;
+        open.triangles.pop();
+        assert_eq!(said(open), ["nothing could be repaired without inventing surface"]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::error::{Error, Place, Result, printable};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use crate::io::{Loaded, accept, polygon};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 
 /// The mesh of a PLY file: its faces in file order, polygons clipped into triangles, corners welded.
 ///
@@ -43,7 +43,10 @@ pub fn read(bytes: &[u8]) -> Result<Loaded> {
     }
     if faces.counts.is_empty() {
         return Err(Error::NoGeometry {
-            problem: format!("the PLY file holds {} points and no faces", vertices.points.len()),
+            problem: format!(
+                "the PLY file holds {} and no faces",
+                number_of(vertices.points.len() as u64, ["point", "points"])
+            ),
             remedy: "reconstruct a surface from the points and export that".into(),
         });
     }
@@ -166,7 +169,9 @@ impl Faces {
 
     fn notices(&self) -> Vec<Notice> {
         let dropped = (self.dropped > 0).then(|| {
-            let message = format!("{} faces of fewer than three corners were left out", self.dropped);
+            let words =
+                ["face of fewer than three corners was left out", "faces of fewer than three corners were left out"];
+            let message = number_of(self.dropped, words);
             Notice::new("lines-dropped", message).counted(self.dropped)
         });
         dropped.into_iter().collect()

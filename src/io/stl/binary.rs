@@ -136,10 +136,11 @@ fn facets(bytes: &[u8], count: u32, salvage: Salvage, notices: &mut Vec<Notice>)
         }
     }));
     if dropped > 0 {
-        notices.push(
-            Notice::new("salvaged", format!("{dropped} triangles with coordinates out of range were dropped"))
-                .counted(dropped),
-        );
+        let words = [
+            "triangle with a coordinate out of range was dropped",
+            "triangles with coordinates out of range were dropped",
+        ];
+        notices.push(Notice::new("salvaged", number_of(dropped, words)).counted(dropped));
     }
     failure.map_or(Ok(mesh), Err)
 }

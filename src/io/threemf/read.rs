@@ -4,7 +4,7 @@ use super::model::extension_name;
 use super::{assemble, package, scene, settings};
 use crate::error::{Error, Result, printable};
 use crate::io::{Loaded, accept};
-use crate::notice::Notice;
+use crate::notice::{Notice, number_of};
 
 /// The mesh of a 3MF package: all build items under their transforms, in the units of the root model.
 ///
@@ -26,7 +26,10 @@ pub fn read(bytes: &[u8]) -> Result<Loaded> {
     let scene = scene::read(&mut package)?;
     if scene.items.is_empty() {
         return Err(Error::NoGeometry {
-            problem: format!("the 3MF package builds nothing; it holds {} objects", scene.nodes.len()),
+            problem: format!(
+                "the 3MF package builds nothing; it holds {}",
+                number_of(scene.nodes.len() as u64, ["object", "objects"])
+            ),
             remedy: "put the part on the plate and export again".into(),
         });
     }
@@ -53,7 +56,9 @@ fn noticed(scene: &scene::Scene, settings: &settings::Settings) -> Vec<Notice> {
     });
     let mut notices: Vec<Notice> = foreign.chain(unread).collect();
     if scene.unprinted > 0 {
-        let message = format!("{} build items marked as not printable were left out", scene.unprinted);
+        let words =
+            ["build item marked as not printable was left out", "build items marked as not printable were left out"];
+        let message = number_of(scene.unprinted, words);
         notices.push(Notice::new("objects-excluded", message).counted(scene.unprinted));
     }
     if settings.plates > 1 {
