@@ -404,9 +404,7 @@ mod tests {
             let found = found(posed(&blade, 17.0));
             let first = found.first().unwrap_or_else(|| panic!("{slices}: passes"));
             assert_eq!(first.state, State::Fail, "{slices}: {first:?}");
-            // 12 mm² if it were flat; as a twisted surface 13.
-            let area = first.area_mm2.unwrap();
-            assert!((6.0..=18.0).contains(&area), "{slices}: {area}");
+            assert!(first.low < 0.6 && first.value < 0.6, "{slices}: {first:?}");
         }
     }
 
