@@ -18,7 +18,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(arguments) => arguments,
         Err(e) => return refuse(&e, &words),
     };
-    let command_meant = arguments.part.as_deref().filter(|_| arguments.command.is_none()).and_then(mistyped::misspelt);
+    let command_meant = arguments.part.as_deref().filter(|_| arguments.command.is_none()).and_then(mistyped::no_part);
     if let Some(error) = command_meant {
         return failed(&Complaint::from(error));
     }

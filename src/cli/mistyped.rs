@@ -7,14 +7,21 @@ use clap::{CommandFactory, Parser};
 use std::ffi::OsString;
 use std::path::Path;
 
-/// That the part is no file, and nearly the name of a command, or one that stands behind options.
-pub fn misspelt(part: &Path) -> Option<Error> {
-    match unknown(part)? {
-        Error::UnknownName { given, known, .. } if known.contains(&given) => {
-            Some(usage(&format!("`{given}` stands behind options"), &format!("write it first: `amcheck {given} …`")))
-        }
-        error => Some(error).filter(|error| matches!(error, Error::UnknownName { nearest: Some(_), .. })),
-    }
+/// That a word is no file, and nearly the name of a command.
+pub fn misspelt(word: &Path) -> Option<Error> {
+    unknown(word).filter(
+        |error| matches!(error, Error::UnknownName { given, nearest: Some(_), known, .. } if !known.contains(given)),
+    )
+}
+
+/// That what was taken for the part is no file, and nearly the name of a command, or one that stands behind options.
+pub fn no_part(part: &Path) -> Option<Error> {
+    let behind_options = || {
+        let given =
+            part.to_str().filter(|given| !part.exists() && commands().iter().any(|command| command == given))?;
+        Some(usage(&format!("`{given}` stands behind options"), &format!("write it first: `amcheck {given} …`")))
+    };
+    misspelt(part).or_else(behind_options)
 }
 
 /// What is to be said of words of which `second` stands behind what was taken for the part.
@@ -22,7 +29,7 @@ pub fn behind_part(words: &[OsString], second: &str) -> Option<Error> {
     let is_second = |at: &usize| words.get(*at).is_some_and(|word| word.to_string_lossy() == second);
     let part_before = |at: usize| Arguments::try_parse_from(words.get(..at)?).ok()?.part;
     let part = (1..words.len()).filter(is_second).find_map(part_before)?;
-    if let Some(error) = misspelt(&part) {
+    if let Some(error) = no_part(&part) {
         return Some(error);
     }
     let (first, second_shown) = (printable(&part.to_string_lossy()), printable(second));
@@ -67,8 +74,8 @@ mod tests {
         let near = |word: &str| misspelt(Path::new(word)).map(|error| error.remedy());
         assert_eq!(near("orinet").as_deref(), Some("did you mean `orient`?"));
         assert_eq!(near("proceses").as_deref(), Some("did you mean `processes`?"));
-        // What is there is no slip, and what has a dot no command.
-        for part in ["src", "orinet.stl", "-", "zzzzzzzz", ""] {
+        // What is there is no slip, and what has a dot no command; a command is not misspelt.
+        for part in ["src", "orinet.stl", "-", "zzzzzzzz", "", "close"] {
             assert_eq!(near(part), None, "{part}");
         }
     }
