@@ -47,9 +47,7 @@ impl Seeker<'_> {
         };
         patch.middles(PARTS).filter(is_thin).count() as f64 * LEAST_SHARE
     }
-}
 
-impl Seeker<'_> {
     /// Leaves a patch unsampled.
     pub(super) fn pass_over(&mut self, patch: &Patch, chord: &Chord, low: f64) {
         let area = self.thin_share(patch, low) * patch.area();
