@@ -136,10 +136,11 @@ fn accepted<'w>(waivers: impl Iterator<Item = &'w Waiver> + Clone) -> Option<Acc
     (!reasons.is_empty()).then(|| Accepted { reason: reasons.join("; "), until: until.map(|d| d.to_string()) })
 }
 
-/// Every place that a finding tells of, its own among them.
+/// Every place that a finding tells of, its own among them; where that is listed, it is told with its box there.
 fn places(f: &Finding) -> Vec<Spot> {
     let own = Spot { at_mm: f.at_mm, box_mm: None, value: f.value, low: f.low, high: f.high };
-    f.places.iter().copied().chain([own]).collect()
+    let is_listed = f.places.iter().any(|place| place.at_mm == f.at_mm);
+    f.places.iter().copied().chain((!is_listed).then_some(own)).collect()
 }
 
 /// Whether an entry covers one place of a finding, at the value there.
@@ -320,6 +321,20 @@ mod tests {
         assert_eq!(applied("at_mm = [61.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
         wall[0].count = 2;
         assert_eq!(applied("at_mm = [60.5, 0, 5]", None, &mut wall), ["acceptance-unused"]);
+    }
+
+    #[test]
+    fn each_place_of_a_group_is_accepted_anywhere_along_its_own_box() {
+        let mut walls = [finding(0.4, [0.0; 3])];
+        let along_z = |x: f64| Some([[x, 0.0, 0.0], [x + 0.4, 0.0, 9.0]]);
+        walls[0].places = [0.0, 20.0]
+            .map(|x| Spot { at_mm: [x, 0.0, 0.0], box_mm: along_z(x), value: 0.4, low: 0.4, high: 0.4 })
+            .into();
+        walls[0].count = 2;
+        let second = "[[accept]]\ncheck = \"AM101\"\nreason = \"too\"\nat_mm = [20, 0, 8]";
+        assert!(applied(&format!("at_mm = [0, 0, 8]\n{second}"), None, &mut walls).is_empty());
+        assert_eq!(walls[0].accepted.take().unwrap().reason, "why; too");
+        assert_eq!(applied("at_mm = [0, 0, 8]", None, &mut walls), ["acceptance-unused"]);
     }
 
     #[test]

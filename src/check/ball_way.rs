@@ -115,7 +115,7 @@ impl Search {
     /// The nearest point of the lattice, if what leads there is a way for certain where both have half their step to spare, and
     /// the one end that is known to be met from it.
     pub fn beside(&self, p: Vec3, own_step: f64) -> Option<(Vec3, Option<End>)> {
-        let index = [0, 1, 2].map(|a| ((p[a] - self.lattice.origin[a]) / self.lattice.step).round() as i32);
+        let index = self.lattice.nearest(p);
         let at = self.lattice.at(index);
         let end = self.free.get(&index).and_then(|met| met.only());
         (distance(at, p) <= 0.5 * (self.lattice.step + own_step)).then_some((at, end))
@@ -123,7 +123,22 @@ impl Search {
 }
 
 impl Lattice {
-    fn at(&self, index: [i32; 3]) -> Vec3 {
+    /// The point that is nearest to a place.
+    pub fn nearest(&self, p: Vec3) -> [i32; 3] {
+        [0, 1, 2].map(|a| ((p[a] - self.origin[a]) / self.step).round() as i32)
+    }
+
+    /// The six points beside one, along the axes.
+    pub fn faces(&self, at: [i32; 3]) -> [[i32; 3]; 6] {
+        [0, 1, 2, 3, 4, 5].map(|n: usize| {
+            let mut beside = at;
+            beside[n / 2] += if n % 2 == 0 { -1 } else { 1 };
+            beside
+        })
+    }
+
+    /// Where a point is.
+    pub fn at(&self, index: [i32; 3]) -> Vec3 {
         [0, 1, 2].map(|a| self.origin[a] + self.step * f64::from(index[a]))
     }
 }

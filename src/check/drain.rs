@@ -6,7 +6,7 @@ use super::cup::{self, CupVents};
 use super::finding::{Basis, Bracket, Finding, Limits, Spot, State};
 use super::place::{group_equal, locate, reported, reported_box};
 use super::tilt::{MEASURED_TILTS, best_tilt};
-use super::void::Voids;
+use super::void::{HALF_DIAGONAL, Voids};
 use crate::access::up_option;
 use crate::error::Result;
 use crate::field::Indicator;
@@ -15,7 +15,7 @@ use crate::geometry::vector::Vec3;
 use crate::part::Part;
 use crate::process::Process;
 use crate::topology::{Falls, Passage, retained};
-use crate::units::{report_digits, short};
+use crate::units::{bulk, hundredths, report_digits, short};
 
 /// AM302 `drain`.
 pub struct Drain;
@@ -211,9 +211,18 @@ impl Judge<'_> {
     fn finish(&mut self) -> Result<()> {
         let m = &mut self.measured;
         let h = short(self.context.spacing_mm);
-        m.cover = format!("Every layer of a grid of {h} mm was flooded, with the plate above and below.");
+        // What a sample may be touched by, on both sides.
+        let narrow = hundredths(4.0 * HALF_DIAGONAL * self.context.spacing_mm);
+        m.cover = format!(
+            "Every layer of a grid of {h} mm was flooded, with the plate above and below. Cups narrower than {narrow} mm may be missed; \
+             a smaller --voxel sees them."
+        );
         if self.small > 0 {
-            m.cover.push_str(&format!(" {} samples lie in basins too small to tell.", self.small));
+            m.cover.push_str(&format!(
+                " {} samples lie in basins too small to tell, {} in all.",
+                self.small,
+                bulk(self.small as f64 * self.context.spacing_mm.powi(3))
+            ));
         }
         if !self.shown.is_empty() {
             let mesh = surface(&self.shown, |_| 0.5)?;

@@ -1,89 +1,89 @@
 //! Rooms that a whole grid does not tell from passages of uneven width: they are measured on the surface itself.
 
 use super::budget::Budget;
-use super::throat::{Ground, Stands};
-use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids, holds, rises};
+use super::finding::Bracket;
+use super::throat::Stands;
+use super::void::{HALF_DIAGONAL, LEAST_RISE, Trapped, Voids};
+use super::widest_way::{Way, WaysOut};
 use crate::error::Result;
 use crate::field::Field;
 use crate::geometry::vector::Vec3;
 use crate::topology::Chamber;
 
-/// Balls that are let out differ by this factor, so that the whole grid is looked at for each size once.
-const SIZES: f64 = 1.02;
-
-/// A chamber with what is measured of it on the surface.
-struct Room {
-    chamber: Chamber,
-    /// The middle of its widest place.
-    middle: Vec3,
-    /// Where its way out is narrowest by the grid; one that has no sample of its own is narrower than any room that has.
-    throat: Option<Vec3>,
-    /// How often a ball that gets out of what is no room is smaller than the limit by [`SIZES`].
-    size: i32,
+/// What is found beside the rooms that the whole grid tells.
+#[derive(Debug, Default)]
+pub(super) struct Hidden {
+    pub rooms: Vec<Trapped>,
+    /// Places whose way out was not followed to its end.
+    pub unfollowed: u64,
 }
 
 impl Voids<'_> {
     /// Rooms that a ball of `room_mm` fits into and whose way out is, or may be, narrower than `limit_mm`, beside those told.
     ///
-    /// On a grid of spacing h both may be wrong by 2√3·h: a room of 3.6 mm behind a neck of 2.6 mm looks like a passage at 0.4 mm.
-    /// So in every chamber of the grid, however little it rises over its throat, a ball is moved to its widest place by the surface. It is
-    /// no room, and told by nothing, if the ball of the limit, or one that the widest place is [`LEAST_RISE`] times as wide as, gets out for
-    /// certain. Each of the others is told with the bracket of the whole grid.
+    /// On a grid of spacing h both may be wrong by 2√3·h: a room of 3.6 mm behind a neck of 2.6 mm looks like a passage at 0.4 mm, and
+    /// at no level like a room. So every [peak](Voids::peaks) is moved to its widest place by the surface, and its
+    /// [widest way](WaysOut::from) is followed to the outside or to what is told. It is no room if the ball of the limit gets there, or one that
+    /// it is [`LEAST_RISE`] times as wide as. Each of the others is told with the bracket of its way.
     ///
     /// # Cost
-    /// O(samples) for each of about ten levels and each size of ball, a search of some hundred distances for each chamber, and for
-    /// those that are wide enough one for the way out.
+    /// That of the peaks, and of a way for each that lies on no way of another.
     pub(super) fn hidden_rooms(
         &self,
         clearance: &Field<u32>,
         (room_mm, limit_mm): (f64, f64),
         told: &[&Trapped],
         budget: &mut Budget,
-    ) -> Result<Vec<Trapped>> {
-        let mut rooms = self.rooms_by_surface(clearance, (room_mm, limit_mm))?;
-        rooms.retain(|room| {
-            let own = self.extent(&room.chamber);
-            !told.iter().any(|t| holds(t.extent, room.middle) && holds(own, t.at))
-        });
-        rooms.sort_by_key(|room| room.size);
-        let mut found = Vec::new();
-        for alike in rooms.chunk_by(|a, b| a.size == b.size) {
-            let ball = limit_mm * SIZES.powi(-alike.first().map_or(0, |room| room.size));
-            let whole = Stands::of(clearance, ball);
-            for room in alike {
-                let passes = |throat: Vec3, budget: &mut Budget| {
-                    self.is_let_out((clearance, &whole), (room.middle, throat), (ball, Ground::Nothing), budget)
-                };
-                if !room.throat.is_some_and(|throat| passes(throat, budget)) {
-                    found.push(Trapped { at: room.middle, ..self.trapped(&room.chamber, clearance)? });
-                }
+    ) -> Result<Hidden> {
+        let (part, h) = (self.part(), self.spacing_mm());
+        let stands = Stands::of(clearance, limit_mm);
+        let wanted = room_mm.max(LEAST_RISE * limit_mm);
+        // A ball's middle lies within half a diagonal of a sample; its widest place may lie further on.
+        let widest = |from: Vec3| self.widest_about(from, 4.0 * HALF_DIAGONAL * h, wanted);
+        let middles = told.iter().flat_map(|t| [t.at, widest(t.at).1]).collect();
+        let mut ways = WaysOut::of(part, (clearance, &stands), limit_mm, middles);
+        let mut hidden = Hidden::default();
+        for peak in self.peaks(clearance, &stands, (room_mm, limit_mm)) {
+            let ball = |wide: f64| limit_mm.min(wide / LEAST_RISE);
+            let from = self.place(peak.at);
+            let may_be = 2.0 * (peak.distance_mm + HALF_DIAGONAL * h);
+            if self.is_sealed(peak.at) || ways.is_known(from, ball(may_be)) {
+                continue;
+            }
+            let (wide_mm, middle) = widest(from);
+            if wide_mm < room_mm - part.tie() || ways.is_known(middle, ball(wide_mm)) {
+                continue;
+            }
+            match ways.from((middle, wide_mm), ball(wide_mm), budget) {
+                None => hidden.unfollowed += 1,
+                // What is narrower than the limit is a passage if the best estimate says so.
+                Some(way) if way.width_mm.low >= ball(wide_mm) => {}
+                Some(way) if wide_mm < LEAST_RISE * limit_mm && way.width_mm.value >= ball(wide_mm) => {}
+                Some(way) => hidden.rooms.push(self.room((middle, wide_mm), way, clearance)?),
             }
         }
-        Ok(found)
+        Ok(hidden)
     }
 
-    /// The chambers of this grid that hold the ball of `room_mm` by the surface.
-    fn rooms_by_surface(&self, clearance: &Field<u32>, (room_mm, limit_mm): (f64, f64)) -> Result<Vec<Room>> {
-        let (h, extent) = (clearance.grid().h(), self.part().extent());
-        let samples = |diameter: f64| 0.5 * diameter / h;
-        // A ball's middle lies within half a diagonal of a sample, and what the part touches within as much of its own.
-        let least = (samples(room_mm) - 2.0 * HALF_DIAGONAL).max(1.0);
-        // In steps of a tenth, or of the squares that there are.
-        let next = |r: &f64| Some((r * r + 1.0).floor().sqrt().max(1.1 * r));
-        let levels = std::iter::successors(Some(least.powi(2).ceil().sqrt()), next);
-        let levels: Vec<f64> = levels.take_while(|&r| r < samples(limit_mm) + 1.0).collect();
-        let chambers = self.closed_at(clearance, &levels, &mut self.nothing())?;
-        let rooms = chambers.into_iter().filter(|c| !rises(c)).filter_map(|chamber| {
-            // Its widest sample is off by the doubt of two clearances and as much for where samples stand.
-            let reach = 4.0 * HALF_DIAGONAL * h;
-            let most = room_mm.max(LEAST_RISE * limit_mm);
-            let (wide_mm, middle) = self.widest_about(self.place(chamber.deepest), reach, most);
-            let throat = chamber.throat.map(|throat| self.place(throat.at));
-            let is_room = wide_mm >= room_mm - self.part().tie() && holds(([0.0; 3], extent), middle);
-            let size = (limit_mm * LEAST_RISE / wide_mm).max(1.0).ln() / SIZES.ln();
-            is_room.then_some(Room { chamber, middle, throat, size: size.floor() as i32 })
-        });
-        Ok(rooms.collect())
+    /// A room by the points that its widest way was followed from.
+    fn room(&self, (middle, wide_mm): (Vec3, f64), way: Way, clearance: &Field<u32>) -> Result<Trapped> {
+        let grid = clearance.grid();
+        let inside =
+            way.room.iter().chain([&middle]).filter_map(|&p| grid.sample_at(p)).map(|index| grid.offset(index));
+        let mut inside: Vec<usize> = inside.filter(|&at| clearance.values()[at] > 0).collect();
+        inside.sort_unstable();
+        inside.dedup();
+        if inside.is_empty() {
+            inside.extend(grid.sample_at(middle).map(|index| grid.offset(index)));
+        }
+        let deepest = inside.iter().copied().max_by_key(|&at| clearance.values()[at]).unwrap_or_default();
+        let region = inside.iter().map(|&at| (at as u32, 1)).collect();
+        let chamber = Chamber { deepest, widest: clearance.values()[deepest], throat: None, region };
+        let Bracket { value, low, high } = way.width_mm;
+        // What leads into a room that is told may be shut there.
+        let low = if way.leads_out { low } else { 0.0 };
+        let way_out_mm = Bracket::new(value.min(wide_mm), low.min(wide_mm), high);
+        Ok(Trapped { at: middle, way_out_mm, throat: way.throat, ..self.trapped(&chamber, clearance)? })
     }
 }
 
@@ -101,7 +101,8 @@ mod tests {
         told.extend(voids.small_rooms(&clearance, limit_mm, &mut met).unwrap());
         let (known, mut budget) = (told.iter().collect::<Vec<_>>(), Budget::of(1 << 24));
         let found = voids.hidden_rooms(&clearance, (room_mm, limit_mm), &known, &mut budget).unwrap();
-        [told, found]
+        assert_eq!(found.unfollowed, 0);
+        [told, found.rooms]
     }
 
     #[test]
@@ -132,19 +133,24 @@ mod tests {
     }
 
     #[test]
-    fn a_room_hardly_wider_than_the_limit_is_rarely_taken_for_a_passage() {
+    fn a_room_that_differs_from_its_neck_by_four_half_diagonals_is_never_taken_for_a_passage() {
         let mut rng = Lcg(94);
-        let mut missed = 0;
-        for _ in 0..60 {
+        for case in 0..60 {
+            // 1.53 mm are 2.8 to 3.4 spacings, and 3.55 to 4.5: only the latter are told for certain.
+            let coarse = case % 2 == 0;
+            let h = if coarse { 0.45 + 0.1 * rng.unit() } else { 0.34 + 0.09 * rng.unit() };
             let mesh = turned(&flask(12.0, 3.03, 1.5), || rng.unit());
-            let part = part(mesh, 0.45 + 0.1 * rng.unit(), [0, 1, 2].map(|_| rng.unit() - 0.5));
+            let part = part(mesh, h, [0, 1, 2].map(|_| rng.unit() - 0.5));
             let voids = Voids::of(&part).unwrap();
             let [told, found] = looked_for(&voids, (2.5, 2.5));
             let closed = !voids.sealed().unwrap().undecided.is_empty();
-            missed += usize::from(!closed && told.is_empty() && found.is_empty());
+            let count = told.len() + found.len();
+            assert!(count == 1 || closed && count < 2, "{case}: {count} at {h}, closed {closed}");
+            for t in &found {
+                let b = t.way_out_mm;
+                assert!(b.low <= 1.5 && 1.5 <= b.high && b.high < 2.5, "{case}: {b:?}");
+            }
         }
-        // Room and way out differ by less than the 6.93 spacings by which both are told apart for certain.
-        assert!(missed <= 6, "{missed} of 60 missed");
     }
 
     #[test]

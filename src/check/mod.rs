@@ -46,6 +46,7 @@ mod narrow_gap;
 mod obstructed;
 mod offset;
 mod overhang;
+mod peak;
 mod place;
 mod powder;
 pub mod registry;
@@ -86,6 +87,7 @@ mod vent;
 mod void;
 mod waist;
 mod way_out;
+mod widest_way;
 
 pub use acceptance::Acceptance;
 pub use budget::Budget;

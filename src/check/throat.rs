@@ -39,12 +39,23 @@ impl Stands {
         Stands { grid, out: parts.at_border(), parts }
     }
 
-    fn at(&self, p: Vec3) -> Option<u32> {
+    /// The piece of the sample nearest to a point.
+    pub(super) fn at(&self, p: Vec3) -> Option<u32> {
         self.grid.sample_at(p).and_then(|index| self.parts.of(index))
     }
 
+    /// Whether a piece lies outside.
+    pub(super) fn is_out(&self, piece: u32) -> bool {
+        self.out.get(piece as usize).is_some_and(|&out| out)
+    }
+
+    /// All samples of the pieces outside.
+    pub(super) fn outside(&self) -> Indicator {
+        self.parts.select(|piece| self.is_out(piece))
+    }
+
     /// The piece of the sample nearest to a point, its offset in storage and how far away it is.
-    fn beside(&self, p: Vec3) -> Option<(u32, usize, f64)> {
+    pub(super) fn beside(&self, p: Vec3) -> Option<(u32, usize, f64)> {
         let index = self.grid.sample_at(p)?;
         let piece = self.parts.of(index)?;
         Some((piece, self.grid.offset(index), distance(self.grid.position(index), p)))

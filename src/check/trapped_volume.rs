@@ -37,8 +37,9 @@ static META: Meta = Meta {
           1.73 samples. Mouths are where the void goes on to the outside as wide as a ball \
           of the limit; one about as wide is measured on the surface with all others closed. A vent is named only after it has been drilled into the sets and the way out was measured or the mouths were counted again, and only if it leaves \
              the part in as many pieces as it is in and the least wall of the process on all sides. \
-          A room that the samples do not tell from a passage is measured on the surface itself, and is none only if a ball that it is a \
-          quarter wider than gets out for certain. \
+          A room that the samples do not tell from a passage is measured on the surface itself: each place that is wider by the surface than all about it \
+          is followed to the outside over points up to eight times finer, the widest first, and is no room only if a ball of the limit, or one that it is a \
+          quarter wider than, gets there. \
           Where a limit lies within the bracket of a closed mesh, the middle of a ball of the limit is followed from the throat over points up to \
           eight times finer, with the distance to the surface itself, and so for what the plate closes; and one of 0.99 of the limit is stuck \
           where no cube at any way out, halved four times, may hold its middle by the distance to the surface, or where it gets nowhere from \
@@ -113,6 +114,7 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         measured: Measured::default(),
         shapes: Vec::new(),
         doubtful_rooms: 0,
+        unfollowed: 0,
     };
     let widest = way_out.map_or(0.0, |l| l.fail.unwrap_or(0.0).max(l.warn.unwrap_or(0.0)));
     if let Some(limits) = sealed {
@@ -129,7 +131,8 @@ fn look(part: &Part, solid: &Solid, process: &Process, context: &Context, budget
         chambers.extend(small.extract_if(.., |t| voids.has_room(t, room)));
         let told: Vec<&Trapped> = chambers.iter().chain(&small).collect();
         let hidden = voids.hidden_rooms(&clearance, (room, widest), &told, budget)?;
-        chambers.extend(hidden);
+        judge.unfollowed = hidden.unfollowed;
+        chambers.extend(hidden.rooms);
         for chamber in &mut chambers {
             voids.open_for_certain(&clearance, chamber, limits, budget)?;
             voids.shut_for_certain(&clearance, chamber, limits, budget)?;
@@ -186,6 +189,8 @@ struct Judge<'a> {
     shapes: Vec<(f64, TriangleMesh)>,
     /// Rooms narrower than the limit that may have a way out as wide as it.
     doubtful_rooms: usize,
+    /// Places whose way out was not followed to its end.
+    unfollowed: u64,
 }
 
 impl Judge<'_> {
@@ -361,8 +366,8 @@ impl Judge<'_> {
         let h = short(self.context.spacing_mm);
         m.cover = match limit {
             Some(limit) => {
-                // What the distances of room and way out may be off by together.
-                let (least, doubt) = (self.voids.least_room_mm(limit), 8.0 * HALF_DIAGONAL * self.context.spacing_mm);
+                // A room is climbed to from a sample half a diagonal off, and as much may be lost on the way to the next.
+                let (least, doubt) = (self.voids.least_room_mm(limit), 4.0 * HALF_DIAGONAL * self.context.spacing_mm);
                 let narrower = format!(" Narrower rooms were looked for down to {} mm.", hundredths(least));
                 format!(
                     "Every void of the mesh and of a grid of {h} mm was looked at; each room {} mm wide or more lets a ball of {} mm out \
@@ -375,14 +380,14 @@ impl Judge<'_> {
             }
             None => format!("Every closed shell of the mesh and every void of a grid of {h} mm was looked at."),
         };
-        if *nooks > 0 {
-            m.cover
-                .push_str(&format!(" {nooks} samples lie in nooks that the grid closes and that were not followed."));
-        }
-        if self.doubtful_rooms > 0 {
-            let n = self.doubtful_rooms;
-            m.cover.push_str(&format!(" {n} such rooms may have a way out as wide as the limit and are not listed."));
-        }
+        let mut left = |count: u64, what: &str| {
+            if count > 0 {
+                m.cover.push_str(&format!(" {count} {what}."));
+            }
+        };
+        left(*nooks, "samples lie in nooks that the grid closes and that were not followed");
+        left(self.doubtful_rooms as u64, "such rooms may have a way out as wide as the limit and are not listed");
+        left(self.unfollowed, "more may be wider than their way out, which the budget did not allow to follow");
         let volume: f64 = self.shapes.iter().map(|s| s.0).sum();
         let mesh = self.shapes.drain(..).fold(TriangleMesh::default(), |all, (_, one)| all.joined(&one));
         if !mesh.triangles.is_empty() {

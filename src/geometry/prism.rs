@@ -30,11 +30,7 @@ impl Prism {
         let ends = self.base.iter().flat_map(|&p| [p, add(p, self.along)]);
         let Some(extent) = bounds(ends) else { return false };
         let sides = self.sides();
-        let mut is_met = false;
-        surface.tree().in_box(extent, |f| {
-            is_met = is_met || counts(f) && holds_part_of(&sides, surface.corners(f));
-        });
-        is_met
+        surface.tree().any_in_box(extent, |f| counts(f) && holds_part_of(&sides, surface.corners(f)))
     }
 
     /// Its faces: a point on each and a vector that leads inwards.

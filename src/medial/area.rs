@@ -1,7 +1,7 @@
 //! How much of the surface a sample stands for.
 
 use super::chord::{Chord, Patch, WALL_SEPARATION};
-use super::cover::{Cover, Passed, Sample, Shape};
+use super::cover::{Cover, Passed, Question, Sample, Shape};
 use super::feature::Features;
 use super::seek::Seeker;
 use crate::geometry::MeshDistance;
@@ -57,11 +57,20 @@ impl Seeker<'_> {
 }
 
 impl Cover {
-    /// Adds the area of what was passed over to the sample that it was passed over for: the thinnest from one on.
-    pub(super) fn stands_for(&mut self, first: usize, area: f64, features: &Features) {
-        let own = self.samples.iter_mut().skip(first).filter(|s| s.is_within_a_body(features));
-        if let Some(thinnest) = own.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
-            thinnest.thin += area;
+    /// Adds the area of what was passed over on a feature to the thinnest of its samples, from one on, that the same limits tell as thin.
+    ///
+    /// What is thicker than all of them by the limits is no part of their sheets.
+    pub(super) fn stands_for(&mut self, first: usize, passed: &[Passed], (question, features): (&Question, &Features)) {
+        let mut areas: FxHashMap<usize, f64> = FxHashMap::default();
+        for p in passed {
+            *areas.entry(question.class(p.low)).or_default() += p.area;
+        }
+        for (class, area) in areas {
+            let own = self.samples.iter_mut().skip(first);
+            let alike = own.filter(|s| s.is_within_a_body(features) && question.class(s.diameter) == class);
+            if let Some(thinnest) = alike.min_by(|a, b| a.diameter.total_cmp(&b.diameter)) {
+                thinnest.thin += area;
+            }
         }
     }
 

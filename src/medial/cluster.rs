@@ -5,9 +5,13 @@ use super::cover::Sample;
 use crate::geometry::DisjointSets;
 use crate::geometry::vector::{Vec3, bounds, distance, dot, scale, sub, unit};
 use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// Chords whose directions have at least this cosine run alike.
 const ALIKE: f64 = 0.8;
+
+/// Patches with shorter edges are points, millimetres.
+const LEAST_EDGE: f64 = 1e-6;
 
 /// Planes that differ by no more than this share of what lies between them are one, and directions by so many radians.
 const COPLANAR: f64 = 1e-3;
@@ -24,7 +28,7 @@ pub type Group = Vec<usize>;
 ///
 /// # Cost
 /// Samples are thinned to one representative per cell of `link`/3 and direction, so the cost follows the extent of the
-/// thin region and not its triangles; what touches is found by a sweep along each facet.
+/// thin region and not its triangles; what touches is found in cells as large as the patches.
 pub fn group(
     samples: &[Sample],
     link: f64,
@@ -71,8 +75,8 @@ pub fn group(
         }
     }
     for at in at_vertex.into_values() {
-        let mut patches: Vec<(u32, &Sample)> = at.into_iter().map(|(rep, i)| (rep as u32, &samples[i])).collect();
-        join_touching(&mut patches, &mut sets, |s, t| {
+        let patches: Vec<(u32, &Sample)> = at.into_iter().map(|(rep, i)| (rep as u32, &samples[i])).collect();
+        join_touching(&patches, &mut sets, |s, t| {
             // An edge names only one of its two facets, which may reach from sheet to sheet.
             let of_facets = s.area > 0.0 && t.area > 0.0;
             label(s) == label(t)
@@ -144,17 +148,26 @@ fn is_of_one_plane(s: &Sample, t: &Sample) -> bool {
 }
 
 /// Joins the samples at one vertex whose patches may touch: their contacts are no farther apart than both longest edges.
-fn join_touching(patches: &mut [(u32, &Sample)], sets: &mut DisjointSets, alike: impl Fn(&Sample, &Sample) -> bool) {
-    let Some((lo, hi)) = bounds(patches.iter().map(|(_, s)| s.contacts[0])) else { return };
-    let axis = (0..3).max_by(|&a, &b| (hi[a] - lo[a]).total_cmp(&(hi[b] - lo[b]))).unwrap_or(0);
-    patches.sort_by(|(_, s), (_, t)| s.contacts[0][axis].total_cmp(&t.contacts[0][axis]));
-    let widest = patches.iter().map(|(_, s)| s.edge).fold(0.0, f64::max);
-    for (at, &(r, s)) in patches.iter().enumerate() {
-        let ahead = patches.get(at + 1..).unwrap_or_default();
-        for &(q, t) in ahead.iter().take_while(|(_, t)| t.contacts[0][axis] - s.contacts[0][axis] <= s.edge + widest) {
-            if sets.root(r) != sets.root(q) && distance(s.contacts[0], t.contacts[0]) <= s.edge + t.edge && alike(s, t)
-            {
-                sets.join(r, q);
+///
+/// # Cost
+/// Each looks at 27 cells for each size of patch from its own up, a power of two apart, where few of that size have room beside one another.
+fn join_touching(patches: &[(u32, &Sample)], sets: &mut DisjointSets, alike: impl Fn(&Sample, &Sample) -> bool) {
+    let size = |s: &Sample| s.edge.max(LEAST_EDGE).log2().ceil() as i32;
+    // What is no larger than the cells' patches, and touches one, lies within two of their edges.
+    let cell = |s: &Sample, size: i32| s.contacts[0].map(|x| (x / f64::from(size + 1).exp2()).floor() as i64);
+    let mut sizes: BTreeMap<i32, FxHashMap<[i64; 3], Vec<usize>>> = BTreeMap::new();
+    for (n, (_, s)) in patches.iter().enumerate() {
+        sizes.entry(size(s)).or_default().entry(cell(s, size(s))).or_default().push(n);
+    }
+    for &(r, s) in patches {
+        for (&size, cells) in sizes.range(size(s)..) {
+            let [x, y, z] = cell(s, size);
+            let beside = (0..27).filter_map(|n| cells.get(&[x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1]));
+            for &(q, t) in beside.flatten().filter_map(|&n| patches.get(n)) {
+                let touch = || distance(s.contacts[0], t.contacts[0]) <= s.edge + t.edge;
+                if sets.root(r) != sets.root(q) && touch() && alike(s, t) {
+                    sets.join(r, q);
+                }
             }
         }
     }

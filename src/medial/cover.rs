@@ -242,7 +242,7 @@ impl Cover {
             }
             let first = all.samples.len();
             all.samples.extend(c.samples);
-            all.stands_for(first, c.passed.iter().map(|p| p.area).sum(), features);
+            all.stands_for(first, &c.passed, (question, features));
             all.passed.extend(c.passed);
             all.unresolved.extend(c.unresolved);
             all.evaluations += c.evaluations;

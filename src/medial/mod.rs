@@ -27,6 +27,7 @@ mod rod_end;
 pub mod section;
 mod seed;
 mod seek;
+mod slab;
 pub mod strip;
 pub mod thickness;
 mod unopposed;

@@ -23,7 +23,7 @@ const SAME: f64 = 0.95;
 const ALIKE: f64 = 1e-3;
 /// A ball that is almost a wall's measures the sheet if it differs from the bound by no more than this share.
 const BORDERS: f64 = 0.05;
-/// Patches up to this many resolutions are taken whole where the sheet is even.
+/// Patches up to this many resolutions, and larger ones of a slab, are taken whole where the sheet is even.
 const EVEN: f64 = 8.0;
 /// A ball stopped at up to this was stopped by a side beside its own, as in a hole of seven sides or more, and not by the rim of a wall (52°).
 const BENDS: f64 = 52.0 * std::f64::consts::PI / 180.0;
@@ -43,7 +43,7 @@ pub(super) struct Seeker<'a> {
     pub(super) facet: u32,
     budget: u64,
     /// Longest edge of the feature.
-    extent: f64,
+    pub(super) extent: f64,
     /// Which sheets within a body are sought; `None` for all.
     own: Option<Own<'a>>,
     /// Least diameter of such a sheet found so far; how far bodies are apart is known from their pairs.
@@ -159,7 +159,9 @@ impl<'a> Seeker<'a> {
         let resolution = q.resolution(chord.bound);
         let large = patch.area() > 0.5 * resolution * resolution || edge > 8.0 * resolution;
         if q.is_thin(chord.bound) && edge > resolution && large {
-            let done = edge <= EVEN * resolution && (self.even(patch, chord) || self.between(patch, chord));
+            let is_small = edge <= EVEN * resolution;
+            let is_even = (is_small || self.is_slab(patch, chord)) && self.even(patch, chord);
+            let done = is_even || is_small && self.between(patch, chord);
             return if done { Look::Done } else { Look::Coarse { low: chord.bound } };
         }
         if let Some(exact) = self.along_chord(patch, chord) {
