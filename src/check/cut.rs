@@ -312,7 +312,7 @@ mod tests {
         for sides in [40, 64, 100, 150] {
             let arc = |from: f64, to: f64, r: f64, x: f64, ends: std::ops::Range<i32>| {
                 let at = move |k: i32| (from + (to - from) * f64::from(k) / f64::from(sides)).sin_cos();
-                ends.map(move |k| at(k)).map(move |(s, c)| [x + r * c, r * s]).collect::<Vec<_>>()
+                ends.map(at).map(move |(s, c)| [x + r * c, r * s]).collect::<Vec<_>>()
             };
             let turn = std::f64::consts::TAU;
             // Both tips once, on the outer arc.
