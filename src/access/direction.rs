@@ -29,7 +29,7 @@ pub(super) struct Facets {
     area: Vec<Vec3>,
     pub size: Vec<f64>,
     centroid: Vec<Vec3>,
-    hull: Vec<Vec3>,
+    pub hull: Vec<Vec3>,
 }
 
 /// Measures of the part that costs are relative to.
@@ -40,8 +40,8 @@ pub(super) struct Whole {
     pub diagonal: f64,
 }
 
-/// Directions to be scored: axes first, then faces, then the sphere; each once.
-pub(super) fn candidates(facets: &Facets, directions: usize) -> Vec<(Vec3, &'static str)> {
+/// Directions to be scored: axes first, then faces, then rests, then the sphere; each once.
+pub(super) fn candidates(facets: &Facets, rests: &[Vec3], directions: usize) -> Vec<(Vec3, &'static str)> {
     let mut found: Vec<(Vec3, &'static str)> = Vec::new();
     let mut offer = |d: Vec3, from: &'static str| {
         if norm(d) > 0.5 && found.iter().all(|(e, _)| angle(*e, d) > 1e-3) {
@@ -56,6 +56,7 @@ pub(super) fn candidates(facets: &Facets, directions: usize) -> Vec<(Vec3, &'sta
         }
     }
     facets.face_normals().into_iter().for_each(|n| offer(scale(n, -1.0), "face"));
+    rests.iter().for_each(|d| offer(*d, "rest"));
     sphere(directions).into_iter().for_each(|d| offer(d, "sphere"));
     found
 }

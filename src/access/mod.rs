@@ -16,6 +16,7 @@ mod pose;
 mod question;
 mod reach;
 mod removal;
+mod rest;
 mod rise;
 mod setup;
 mod sight;

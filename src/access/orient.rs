@@ -2,6 +2,7 @@
 
 use super::direction::{Facets, LEVEL, Score, Whole, candidates};
 use super::question::{Footing, Liquid, Question};
+use super::rest::rests;
 use crate::error::{Error, Result};
 use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, angle, unit};
@@ -23,7 +24,7 @@ pub struct Orientation {
     pub up: Vec3,
     /// Rows of the rotation from the frame of the file to that of the build.
     pub rotation: [Vec3; 3],
-    /// How the direction was found: `given`, `axis`, `face` or `sphere`.
+    /// How the direction was found: `given`, `axis`, `face`, `rest` or `sphere`.
     pub from: String,
     /// Sides of the box in this pose, mm.
     pub box_mm: Vec3,
@@ -79,8 +80,9 @@ const HELD: f64 = 0.01;
 
 /// The best ways to stand a part up for printing.
 ///
-/// Every direction, `directions` of a Fibonacci lattice, the six axes and the normals of the part's largest flat faces, gets a score from
-/// the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured: support
+/// Every direction, `directions` of a Fibonacci lattice, the six axes, the normals of the part's largest flat faces and its rests on a plate
+/// (faces of its convex hull that its centre of mass lies over, flat or not: a ring has no flat face and lies still), gets a score from
+/// the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured, some of the rests first: support
 /// volume by columns ([`support_volume`]), what of it cannot be seen from outside, liquid kept and cups on the film, first layer, steps.
 /// The cost of a pose is
 ///
@@ -106,7 +108,10 @@ pub fn orientations(mesh: &TriangleMesh, facets: &impl Bounding, question: &Ques
         });
     }
     let whole = Whole { volume, area, diagonal };
-    let candidates = candidates(&flats, question.directions);
+    let centre = mesh.centre_of_mass(|f| facets.bounds_solid(f));
+    let slack = (2.0 * question.step_mm).max(1e-9 * diagonal);
+    let rests = centre.map_or(Vec::new(), |centre| rests(&flats.hull, centre, slack));
+    let candidates = candidates(&flats, &rests, question.directions);
     let mut scores: Vec<Score> =
         candidates.into_par_iter().with_max_len(1).map(|(up, from)| flats.score(up, from, question, &whole)).collect();
     let scored = scores.len();
@@ -115,9 +120,11 @@ pub fn orientations(mesh: &TriangleMesh, facets: &impl Bounding, question: &Ques
         question.given.map(|up| flats.score(unit(up), "given", question, &whole)).into_iter().collect();
     // Hardly anything stands on a curved side: where it has to stand, half of what is measured stands on an axis or a face.
     let on_faces = if question.footing == Footing::Needed { question.best.div_ceil(2) } else { 0 };
-    let is_on_face = |s: &Score| s.from != "sphere";
-    let (flat, all) = (scores.iter().filter(|s| is_on_face(s)), scores.iter());
-    for (s, most) in flat.map(|s| (s, on_faces)).chain(all.map(|s| (s, question.best))) {
+    let is_on_face = |s: &&Score| s.from != "sphere";
+    // A direction of the sphere a little beside a rest may score better, and topples.
+    let at_rest = scores.iter().filter(|s| s.from == "rest").map(|s| (s, question.best.div_ceil(4)));
+    let flat = scores.iter().filter(is_on_face).map(|s| (s, on_faces));
+    for (s, most) in at_rest.chain(flat).chain(scores.iter().map(|s| (s, question.best))) {
         if chosen.len() < most && chosen.iter().all(|c| angle(c.up, s.up) > question.apart.as_radians()) {
             chosen.push(*s);
         }
@@ -416,6 +423,23 @@ mod tests {
         assert!(orientations(&mesh, &|_| true, &question()).unwrap().list.iter().all(|o| !o.topples));
         let turn = super::super::least_hanging(&mesh, &|_| true, &fdm).unwrap();
         assert!(fdm.is_footed(&standing(&mesh, &upright(turn.up)), |_| true), "{turn:?}");
+    }
+
+    #[test]
+    fn a_ring_without_a_flat_face_lies_flat_however_it_is_turned() {
+        // A torus of radii 8 and 2 mm.
+        let round = (0..32).map(|k| (std::f64::consts::TAU * f64::from(k) / 32.0).sin_cos());
+        let ring = crate::geometry::revolved(&round.map(|(s, c)| [8.0 + 2.0 * c, 2.0 * s]).collect::<Vec<_>>(), 64);
+        for turn in [[-0.2096, -0.7642, 0.61], [0.5, 0.3, -0.2]] {
+            let r = upright(turn);
+            let back = [0, 1, 2].map(|a| [r[0][a], r[1][a], r[2][a]]);
+            let turned = ring.transformed(back, [0.0; 3]);
+            let question = Question { footing: Footing::Needed, ..question() };
+            let best = &orientations(&turned, &|_| true, &question).unwrap().list[0];
+            let off = angle(best.up, turn).to_degrees();
+            assert!(best.from == "rest" && !best.topples && off.min(180.0 - off) < 0.1, "{off}: {best:?}");
+            assert!((best.box_mm[2] - 4.0).abs() < 0.01, "{best:?}");
+        }
     }
 
     #[test]

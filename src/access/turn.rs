@@ -43,7 +43,7 @@ pub fn least_hanging(mesh: &TriangleMesh, facets: &impl Bounding, question: &Que
     }
     let apart = question.apart.as_radians();
     let turned = |(up, _): &(Vec3, &str)| angle(*up, [0.0, 0.0, 1.0]) > apart;
-    let list: Vec<(Vec3, &str)> = candidates(&flats, 0).into_iter().filter(turned).collect();
+    let list: Vec<(Vec3, &str)> = candidates(&flats, &[], 0).into_iter().filter(turned).collect();
     let mut scores: Vec<Score> =
         list.into_par_iter().with_max_len(1).map(|(up, from)| flats.score(up, from, question, &whole)).collect();
     scores.sort_by(|a, b| a.cost.total_cmp(&b.cost));

@@ -14,6 +14,8 @@ const DEPTHS: (usize, f64) = (24, 0.25);
 const BEHIND: [f64; 3] = [0.0, 0.5, 0.95];
 /// A face wider than this many times the wedge, and a wall more, cuts into what stands behind it.
 const WEDGE: f64 = 1.5;
+/// The middle of a wedge that bends goes no farther aside than this share of a stride.
+const BENT: f64 = 0.3;
 /// What a ball meets within 60 degrees of the edge's own direction is the end of the edge, and no side of the wedge.
 const AHEAD: f64 = 0.5;
 
@@ -38,10 +40,9 @@ pub struct Cut {
 
 /// A place on a sharp edge.
 struct Place {
-    at: Vec3,
     run: Vec3,
-    inward: Vec3,
-    across: Vec3,
+    /// The middle of the wedge, straight from each of these depths on: a point there, and the way inwards.
+    middle: Vec<(f64, Vec3, Vec3)>,
     /// Half the angle of the wedge, as its tangent.
     slope: f64,
     /// How far the material reaches inwards.
@@ -52,7 +53,7 @@ impl Cut {
     /// Cuts a line of edges back by a depth, or by another where that leaves less than `wall`.
     ///
     /// # Cost
-    /// At most 7 rays at each of 24 places; 150 more at those where the depth does not do.
+    /// At most a hundred rays along the wedge and 7 across at each of 24 places; 150 more at those where the depth does not do.
     pub fn of_line(part: &Part, line: &[&Crease], depth: f64, wall: f64) -> Self {
         let places = places(part, line, wall);
         let first = in_hundredths(depth);
@@ -178,9 +179,45 @@ impl Place {
         let aside = scale(part.mesh().normal(*crease.facets.first()? as usize), -0.5 * crease.blunt);
         let (at, inward) = (add(along(a, run, off), aside), inward(part.mesh(), crease)?);
         let far = (DEPTHS.0 as f64 * DEPTHS.1 + 2.0) * wall;
-        let hit = part.distance().first_hit(at, inward, 4.0 * part.step() + 1e-4 * wall, far);
-        let (across, slope) = (unit(cross(run, inward)), (0.5 * crease.angle).tan());
-        Some(Place { at, run, inward, across, slope, reach: hit.map_or(far, |h| h.0) })
+        let slope = (0.5 * crease.angle).tan();
+        let mut place = Place { run, middle: vec![(0.0, at, inward)], slope, reach: far };
+        place.follow(part, wall);
+        Some(place)
+    }
+
+    /// Follows the middle of the wedge as far as it may reach, to where a line along it leaves the material.
+    ///
+    /// Both sides of a horn bend the same way, and a straight line into it comes out at one of them. Where the wedge ends at something wider its
+    /// middle leaps aside, and is followed no further.
+    fn follow(&mut self, part: &Part, wall: f64) {
+        let (stride, mut near) = (DEPTHS.1 * wall, 4.0 * part.step() + 1e-4 * wall);
+        let mut from = 0.0;
+        while from < self.reach {
+            let (p, inward) = self.at(from);
+            if let Some((hit, _)) = part.distance().first_hit(p, inward, near, stride.min(self.reach - from)) {
+                self.reach = from + hit;
+                return;
+            }
+            (from, near) = (from + stride, 0.0);
+            let (next, across) = (along(p, inward, stride), self.across(inward));
+            let [ahead, behind] = self.sides(part, from);
+            let aside = 0.5 * (ahead - behind);
+            if aside.abs() > part.tie() && aside.abs() <= BENT * stride {
+                let on_middle = along(next, across, aside);
+                self.middle.push((from, on_middle, unit(sub(on_middle, p))));
+            }
+        }
+    }
+
+    /// The middle of the wedge so deep behind the edge, and the way inwards there.
+    fn at(&self, depth: f64) -> (Vec3, Vec3) {
+        let before = self.middle.partition_point(|m| m.0 <= depth).saturating_sub(1);
+        let &(from, p, inward) = self.middle.get(before).unwrap_or(&(0.0, [0.0; 3], [0.0; 3]));
+        (along(p, inward, depth - from), inward)
+    }
+
+    fn across(&self, inward: Vec3) -> Vec3 {
+        unit(cross(self.run, inward))
     }
 
     /// Whether a cut so deep stays within the material, with a wall behind it that is nowhere thinner than asked.
@@ -196,14 +233,19 @@ impl Place {
 
     /// Width of the material across the wedge, so deep behind the edge.
     fn width(&self, part: &Part, depth: f64) -> f64 {
-        let (from, far) = (along(self.at, self.inward, depth), 8.0 * depth + 1.0);
-        let ways = [self.across, self.across.map(|x| -x)];
-        ways.map(|way| part.distance().first_hit(from, way, 0.0, far).map_or(far, |h| h.0)).iter().sum()
+        self.sides(part, depth).iter().sum()
+    }
+
+    /// How far it is from the middle to both sides, so deep behind the edge.
+    fn sides(&self, part: &Part, depth: f64) -> [f64; 2] {
+        let ((from, inward), far) = (self.at(depth), 8.0 * depth + 1.0);
+        let across = self.across(inward);
+        [across, across.map(|x| -x)].map(|way| part.distance().first_hit(from, way, 0.0, far).map_or(far, |h| h.0))
     }
 
     /// Whether a rod as thick as `wall` fits there along the edge.
     fn holds_rod(&self, part: &Part, depth: f64, wall: f64) -> bool {
-        let centre = along(self.at, self.inward, depth);
+        let (centre, _) = self.at(depth);
         let met = part.distance().nearest(centre, 0.5 * wall - part.tie());
         met.is_none_or(|met| dot(sub(met.point, centre), self.run).abs() > AHEAD * met.distance)
     }
@@ -260,6 +302,41 @@ mod tests {
             cut.depths[0] >= depth && cut.depths[0] < depth + 0.011 && (cut.thickness - wide).abs() < 2e-3,
             "{cut:?}"
         );
+    }
+
+    #[test]
+    fn a_horn_is_cut_back_to_the_wall_limit_however_its_sides_bend() {
+        // What a circle of radius 9 leaves of one of radius 10, its middle 3 mm aside.
+        let tip = (19.0f64 + 9.0) / 6.0;
+        let (out, inner) = ((tip / 10.0).acos(), ((tip - 3.0) / 9.0).acos());
+        for sides in [40, 64, 100, 150] {
+            let arc = |from: f64, to: f64, r: f64, x: f64, ends: std::ops::Range<i32>| {
+                let at = move |k: i32| (from + (to - from) * f64::from(k) / f64::from(sides)).sin_cos();
+                ends.map(at).map(move |(s, c)| [x + r * c, r * s]).collect::<Vec<_>>()
+            };
+            let turn = std::f64::consts::TAU;
+            // Both tips once, on the outer arc.
+            let outer = arc(out, turn - out, 10.0, 0.0, 0..sides + 1);
+            let back = arc(turn - inner, inner, 9.0, 3.0, 1..sides);
+            let outline = [outer, back].concat();
+            let n = outline.len();
+            let caps: Vec<[usize; 3]> = (0..sides as usize)
+                .flat_map(|k| {
+                    // Across from a corner of the outer arc.
+                    let [c, d] = [k, k + 1].map(|k| (n - k) % n);
+                    [[k, k + 1, d], [k, d, c]]
+                })
+                .filter(|[a, b, c]| a != b && b != c && c != a)
+                .collect();
+            let part = Part::new(extruded(&outline, &caps, 6.0), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let found = creases(part.mesh(), part.distance(), part.adjacency(), sought(0.8));
+            assert_eq!(found.len(), 2, "{sides}");
+            for edge in &found {
+                let cut = Cut::of_line(&part, &[edge], edge.depth, 0.8);
+                let is_there = cut.holding == cut.tried && cut.depths[1] < 3.0 && cut.thickness >= 0.8 - 1e-6;
+                assert!(is_there, "{sides}: {cut:?} at {}", edge.depth);
+            }
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_
 use super::finding::Limits;
 use super::rods::round_void;
 use super::room::Beside;
+use super::section_ball::Goes;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
 use crate::medial::Side;
@@ -46,7 +47,8 @@ impl Check for NarrowGap {
         };
         let rods = round_void(part, process);
         let (code, side, beside) = (META.code, Side::Void, Beside::Limit);
-        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks: Vec::new(), beside };
+        let (necks, goes) = (Vec::new(), Goes::AtThinnest);
+        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks, beside, goes };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,
