@@ -917,6 +917,22 @@ fn reports_are_compared() {
 }
 
 #[test]
+fn what_the_baseline_did_not_run_is_not_compared() {
+    let s = Scratch::new();
+    let wall = fixture("wall_111_024");
+    let json = ["--format", "json", "--fail-on", "never", "--out"];
+    s.run(&[&[wall.as_str(), "--only", "mesh"][..], &json, &["old"]].concat());
+    s.run(&[&[wall.as_str(), "--only", "mesh,thin-wall"][..], &json, &["now"]].concat());
+    let ran = s.run(&["compare", "old/report.json", "now/report.json"]);
+    assert_eq!(ran.exit, 0, "{}", ran.out);
+    assert!(ran.out.contains("not compared: the baseline did not run AM101 thin-wall"), "{}", ran.out);
+    assert!(ran.out.contains("1 unchecked"), "{}", ran.out);
+    let since = ["--only", "mesh,thin-wall", "--baseline", "old/report.json", "--fail-on", "new", "--out", "r"];
+    let ran = s.run(&[&[wall.as_str()][..], &since].concat());
+    assert_eq!(ran.exit, 0, "{}", ran.out);
+}
+
+#[test]
 fn what_is_undecided_or_warns_and_is_new_is_no_success() {
     let s = Scratch::new();
     let names = ["block", "block_open", "wall_080"];

@@ -124,7 +124,9 @@ fn changes_are_matched_by_place_and_need_parted_brackets() {
     );
     assert!(c.worst_news() == Some(State::Fail));
     let back = compare(&new, &old);
-    assert_eq!((back.count(Delta::Better), back.count(Delta::Fixed), back.count(Delta::New)), (1, 1, 2));
+    // `blend` was not run in what is the baseline now.
+    let counts = [Delta::Better, Delta::Fixed, Delta::New, Delta::Unchecked].map(|delta| back.count(delta));
+    assert_eq!(counts, [1, 1, 1, 1]);
     let said = text(&c, Palette::Plain);
     assert!(said.contains("0.45 mm → 0.4 mm") && said.contains("1 new, 1 worse"), "{said}");
     // By another limit nobody knows whether what is gone was mended.
@@ -314,6 +316,49 @@ fn test_cases_and_alerts_know_what_was_there_before() {
     let mut states = baseline_states(&new, &changed);
     states.sort();
     assert_eq!(states, ["new", "new", "unchanged", "unchanged", "unchanged", "unchanged", "updated"]);
+}
+
+#[test]
+fn what_a_baseline_did_not_look_for_is_no_news() {
+    let new = sample::report("a.stl");
+    let mut old = new.clone();
+    let walls = at(&old, "thin-wall");
+    for (state, kept) in
+        [(State::NotRun, true), (State::Error, true), (State::NotApplicable, true), (State::Pass, false)]
+    {
+        old.checks[walls].state = state;
+        old.checks[walls].findings.clear();
+        if !kept {
+            old.checks.remove(walls);
+        }
+        let compared = compare(&old, &new);
+        let news = compared.worst_news();
+        if state == State::NotApplicable {
+            // That is an answer, too: what is found since came since.
+            assert_eq!((news, compared.not_compared.len()), (Some(State::Fail), 0));
+            continue;
+        }
+        assert_eq!((news, compared.count(Delta::New)), (None, 0), "{state:?}");
+        assert_eq!(compared.not_compared, ["AM101 thin-wall"]);
+        let said = "not compared: the baseline did not run AM101 thin-wall";
+        assert!(text(&compared, Palette::Plain).contains(said));
+        assert!(
+            markdown::write(&new, Some(&compared))
+                .contains("Not compared&#58; the baseline did not run AM101 thin-wall")
+        );
+        let cases = junit::write(&new, &[], Some(&compared));
+        assert!(
+            cases.contains("failures=\"0\"") && cases.contains("not compared, the baseline did not run"),
+            "{cases}"
+        );
+        let count = new.checks[walls].findings.len();
+        let states = baseline_states(&new, &compared);
+        assert_eq!(states.iter().filter(|s| *s == "none").count(), count, "{states:?}");
+        let schema = jsonschema::validator_for(&serde_json::from_str(json::SCHEMA_TEXT).unwrap()).unwrap();
+        let told = Report { baseline: Some(compared.told()), ..new.clone() };
+        let value: serde_json::Value = serde_json::from_str(&json::write(&told)).unwrap();
+        assert!(schema.is_valid(&value) && value["baseline"]["not_compared"][0] == "AM101 thin-wall", "{value}");
+    }
 }
 
 /// The sample as two bodies with a gap between them that fails, and what has become of them.

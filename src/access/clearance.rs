@@ -4,32 +4,18 @@ use super::meridian::{Meridian, Outline, Piece};
 use super::pose::Rotation;
 use crate::geometry::MeshDistance;
 use crate::geometry::bvh::Node;
-use crate::geometry::halfspace::cut;
 use crate::geometry::triangle::closest_point;
-use crate::geometry::vector::{Vec3, dot, norm, sub};
+use crate::geometry::vector::{Vec3, along, dot, norm, sub};
 
 /// Slices of a cone, at most.
 const SLICES: f64 = 64.0;
 
 /// Whether what is in a box reaches into a tool.
-enum Meeting {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Meeting {
     Never,
     Perhaps,
     Surely,
-}
-
-/// The facets that were in the way of poses before, the last ones: what is in the way of one is often in the way of the next.
-#[derive(Default)]
-pub(super) struct InTheWay {
-    facets: [Option<u32>; 4],
-    next: usize,
-}
-
-impl InTheWay {
-    fn note(&mut self, facet: u32) {
-        self.facets[self.next] = Some(facet);
-        self.next = (self.next + 1) % self.facets.len();
-    }
 }
 
 impl Meridian {
@@ -58,21 +44,12 @@ impl Meridian {
 
     /// Whether no facet reaches into the tool that stands with its tip at a point of a frame, whose rows are given; its last piece goes on upwards without end.
     ///
-    /// Cones are taken in slices that differ in radius by `step` at most. What was in the way before is asked first.
+    /// Cones are taken in slices that differ in radius by `step` at most. For many poses in one frame [`super::placed::Placed`] tells it faster.
     ///
     /// # Cost
     /// O(log facets) and an exact distance for each facet beside the tool; where something is in the way, often that of one facet.
-    pub(super) fn is_clear(
-        &self,
-        view: &MeshDistance,
-        (frame, tip): (&Rotation, Vec3),
-        step: f64,
-        before: &mut InTheWay,
-    ) -> bool {
+    pub(super) fn is_clear(&self, view: &MeshDistance, (frame, tip): (&Rotation, Vec3), step: f64) -> bool {
         let placed = |p: Vec3| sub(frame.map(|row| dot(row, p)), tip);
-        if before.facets.iter().flatten().any(|f| self.meets(view.corners(*f).map(placed), step)) {
-            return false;
-        }
         let (tree, nodes) = (view.tree(), view.tree().nodes());
         let mut open = vec![0usize];
         while let Some(at) = open.pop() {
@@ -85,9 +62,8 @@ impl Meridian {
             match node.children() {
                 Some(children) => open.extend(children),
                 None => {
-                    let met = |f: &&u32| self.meets(view.corners(**f).map(placed), step);
-                    if let Some(&facet) = tree.order()[node.run()].iter().find(met) {
-                        before.note(facet);
+                    let mut facets = tree.order()[node.run()].iter();
+                    if facets.any(|f| self.meets(view.corners(*f).map(placed), step)) {
                         return false;
                     }
                 }
@@ -96,7 +72,7 @@ impl Meridian {
         true
     }
 
-    /// Whether what is in a box reaches into the tool.
+    /// Whether what is in a box of the part's frame reaches into the tool.
     fn meeting(&self, node: &Node, frame: &Rotation, tip: Vec3) -> Meeting {
         let (lo, hi) = node.extent();
         let half = [0, 1, 2].map(|a| 0.5 * (hi[a] - lo[a]));
@@ -107,11 +83,19 @@ impl Meridian {
             let off = [0, 1].map(|a| (at[a].abs() + way * reach[a]).max(0.0));
             off[0] * off[0] + off[1] * off[1]
         };
-        let (low, high) = (at[2] - reach[2], at[2] + reach[2]);
+        self.meeting_between([at[2] - reach[2], at[2] + reach[2]], squared(-1.0), || squared(1.0))
+    }
+
+    /// Whether what is between two heights reaches into the tool, of which the squared distance of the nearest and of the farthest possible point from the axis
+    /// is known.
+    #[inline]
+    pub(super) fn meeting_between(&self, [low, high]: [f64; 2], near2: f64, far2: impl Fn() -> f64) -> Meeting {
         match self.largest_within(low, high) {
-            Some(r) if squared(-1.0) < r * r => {
-                let least = self.least_within(low, high);
-                if squared(1.0) < least * least { Meeting::Surely } else { Meeting::Perhaps }
+            Some(r) if near2 < r * r => {
+                // None of it is wider than that.
+                let far2 = far2();
+                let least = if far2 < r * r { self.least_within(low, high) } else { 0.0 };
+                if far2 < least * least { Meeting::Surely } else { Meeting::Perhaps }
             }
             _ => Meeting::Never,
         }
@@ -133,46 +117,110 @@ impl Meridian {
         0.0
     }
 
+    /// The corners of facets that may reach into the tool at a tip, from there.
+    pub(super) fn facets_beside(&self, view: &MeshDistance, (frame, tip): (&Rotation, Vec3)) -> Vec<[Vec3; 3]> {
+        let placed = |p: Vec3| sub(frame.map(|row| dot(row, p)), tip);
+        let (tree, nodes) = (view.tree(), view.tree().nodes());
+        let (mut open, mut found) = (vec![0usize], Vec::new());
+        while let Some(at) = open.pop() {
+            let Some(node) = nodes.get(at) else { continue };
+            match (self.meeting(node, frame, tip), node.children()) {
+                (Meeting::Never, _) => {}
+                (_, Some(children)) => open.extend(children),
+                (_, None) => found.extend(tree.order()[node.run()].iter().map(|f| view.corners(*f).map(placed))),
+            }
+        }
+        found
+    }
+
     /// Whether a triangle in the tool's frame reaches into it.
-    fn meets(&self, corners: [Vec3; 3], step: f64) -> bool {
-        let last = self.pieces().len().saturating_sub(1);
+    pub(super) fn meets(&self, corners: [Vec3; 3], step: f64) -> bool {
+        (0..self.pieces().len()).any(|n| self.piece_meets(n, &corners, step))
+    }
+
+    /// Whether a triangle in the tool's frame reaches into one of its pieces.
+    pub(super) fn piece_meets(&self, n: usize, corners: &[Vec3; 3], step: f64) -> bool {
+        let Some(p) = self.pieces().get(n) else { return false };
         let (lo, hi) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c[2]), h.max(c[2])));
-        self.pieces().iter().enumerate().any(|(n, p)| {
-            let to = if n == last { f64::INFINITY } else { p.to };
-            if lo >= to || hi <= p.from {
-                return false;
+        let to = if n + 1 == self.pieces().len() { f64::INFINITY } else { p.to };
+        if lo >= to || hi <= p.from {
+            return false;
+        }
+        match p.outline {
+            Outline::LowerBall { radius } | Outline::Ball { radius } => {
+                is_in_ball(corners, [p.from, p.to], ([0.0, 0.0, p.from + radius], radius))
+                    || to > p.to && is_about_axis(corners, [p.to, to], p.radius(p.to))
             }
-            match p.outline {
-                Outline::LowerBall { radius } | Outline::Ball { radius } => {
-                    let centre = [0.0, 0.0, p.from + radius];
-                    between(&corners, p.from, p.to).is_some_and(|met| distance_to(&met, centre) < radius)
-                        || to > p.to && is_about_axis(&corners, [p.to, to], p.radius(p.to))
-                }
-                Outline::Straight { lower, upper } => {
-                    let slices = ((upper - lower).abs() / step).ceil().clamp(1.0, SLICES);
-                    let at = |k: f64| p.from + (p.to - p.from) * k / slices;
-                    (0..slices as usize)
-                        .map(|k| k as f64)
-                        .any(|k| is_about_axis(&corners, [at(k), at(k + 1.0)], p.radius(0.5 * (at(k) + at(k + 1.0)))))
-                        || to > p.to && is_about_axis(&corners, [p.to, to], upper)
-                }
+            Outline::Straight { lower, upper } => {
+                let slices = ((upper - lower).abs() / step).ceil().clamp(1.0, SLICES);
+                let at = |k: f64| p.from + (p.to - p.from) * k / slices;
+                (0..slices as usize)
+                    .map(|k| k as f64)
+                    .any(|k| is_about_axis(corners, [at(k), at(k + 1.0)], p.radius(0.5 * (at(k) + at(k + 1.0)))))
+                    || to > p.to && is_about_axis(corners, [p.to, to], upper)
             }
-        })
+        }
+    }
+}
+
+/// Corners of a triangle cut twice, at most: one that is cut so obliquely that its corners seem to alternate counts too.
+const MOST_CORNERS: usize = 6;
+
+/// A convex polygon of few corners.
+#[derive(Clone, Copy)]
+struct Polygon {
+    corners: [Vec3; MOST_CORNERS],
+    count: usize,
+}
+
+impl Polygon {
+    fn corners(&self) -> &[Vec3] {
+        &self.corners[..self.count]
+    }
+
+    fn push(&mut self, p: Vec3) {
+        if let Some(free) = self.corners.get_mut(self.count) {
+            *free = p;
+            self.count += 1;
+        }
+    }
+
+    /// What of it lies where a height above something is not negative.
+    fn cut(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Polygon {
+        let mut left = Polygon { corners: [[0.0; 3]; MOST_CORNERS], count: 0 };
+        for (n, &p) in polygon.iter().enumerate() {
+            let q = polygon[(n + 1) % polygon.len()];
+            let (a, b) = (height(p), height(q));
+            if a >= 0.0 {
+                left.push(p);
+            }
+            if (a < 0.0) != (b < 0.0) {
+                left.push(along(p, sub(q, p), a / (a - b)));
+            }
+        }
+        left
     }
 }
 
 /// What of a triangle lies between two heights; `None` where nothing does.
-fn between(corners: &[Vec3; 3], lo: f64, hi: f64) -> Option<Vec<Vec3>> {
-    let above = cut(corners, |p| p[2] - lo);
-    let met = if hi.is_finite() { cut(&above, |p| hi - p[2]) } else { above };
-    (!met.is_empty()).then_some(met)
+fn between(corners: &[Vec3; 3], lo: f64, hi: f64) -> Option<Polygon> {
+    let above = Polygon::cut(corners, |p| p[2] - lo);
+    let met = if hi.is_finite() { Polygon::cut(above.corners(), |p| hi - p[2]) } else { above };
+    (met.count > 0).then_some(met)
 }
 
-/// The distance of a convex polygon to a point.
-fn distance_to(polygon: &[Vec3], p: Vec3) -> f64 {
-    let first = polygon[0];
-    let fan = polygon.windows(2).map(|w| norm(sub(closest_point(p, [first, w[0], w[1]]), p)));
-    fan.fold(norm(sub(first, p)), f64::min)
+/// Whether what of a triangle lies between two heights comes into a ball.
+fn is_in_ball(corners: &[Vec3; 3], [lo, hi]: [f64; 2], (centre, radius): (Vec3, f64)) -> bool {
+    let nearest = closest_point(centre, *corners);
+    if norm(sub(nearest, centre)) >= radius {
+        return false;
+    }
+    let distance_to = |polygon: Polygon| {
+        let first = polygon.corners[0];
+        let fan = polygon.corners().windows(2).map(|w| norm(sub(closest_point(centre, [first, w[0], w[1]]), centre)));
+        fan.fold(norm(sub(first, centre)), f64::min)
+    };
+    (lo..=hi).contains(&nearest[2]) || between(corners, lo, hi).is_some_and(|met| distance_to(met) < radius)
 }
 
 /// Whether a triangle, where it lies between two heights, comes nearer to the axis than a radius.
@@ -186,14 +234,15 @@ fn is_about_axis(corners: &[Vec3; 3], [lo, hi]: [f64; 2], radius: f64) -> bool {
         return false;
     }
     let Some(met) = between(corners, lo, hi) else { return false };
-    let flat: Vec<[f64; 2]> = met.iter().map(|p| [p[0], p[1]]).collect();
+    let flat = met.corners();
     let next = |n: usize| flat[(n + 1) % flat.len()];
     let turn = |n: usize| flat[n][0] * next(n)[1] - flat[n][1] * next(n)[0];
     let turns = || (0..flat.len()).map(turn);
     if flat.len() > 2 && (turns().all(|t| t > 0.0) || turns().all(|t| t < 0.0)) {
         return radius > 0.0;
     }
-    (0..flat.len()).any(|n| to_origin(flat[n], next(n)) < radius * radius)
+    let level = |p: Vec3| [p[0], p[1]];
+    (0..flat.len()).any(|n| to_origin(level(flat[n]), level(next(n))) < radius * radius)
 }
 
 /// The squared distance of a segment in the plane to the origin.
@@ -268,7 +317,7 @@ mod tests {
             ([-5.0, 10.0, 2.03], true),
             ([-5.0, 10.0, 1.9], false),
         ] {
-            assert_eq!(thin.is_clear(&block, (&UPRIGHT, tip), 0.01, &mut InTheWay::default()), clear, "{tip:?}");
+            assert_eq!(thin.is_clear(&block, (&UPRIGHT, tip), 0.01), clear, "{tip:?}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What of a surface the tools of a list can touch from the directions of a list.
 
-use super::clearance::InTheWay;
 use super::meridian::Meridian;
+use super::placed::{InTheWay, Placed};
 use super::setup::Setup;
 use super::station::{Stand, Station};
 use super::surface::Patch;
@@ -101,11 +101,13 @@ pub fn reach(
             break;
         }
         found.setups_used = s + 1;
+        let exactly = touching == Touching::Exactly && tools.iter().any(|t| t.meridian().is_some());
+        let placed = (exactly && !open.is_empty()).then(|| Placed::of(view, &setup.frame));
         for (t, tool) in tools.iter().enumerate() {
             for station in Station::all(tool, setups[0], setup) {
                 let station = station?;
                 let axis = station.axis();
-                let look = Look { station: &station, by: (t, s), touching, stand_off, view };
+                let look = Look { station: &station, by: (t, s), stand_off, view, placed: placed.as_ref() };
                 let known = &found.states;
                 let looked: Vec<(usize, State)> = open
                     .par_chunks(256)
@@ -138,9 +140,10 @@ struct Look<'a> {
     station: &'a Station<'a>,
     /// Its tool and its setup.
     by: (usize, usize),
-    touching: Touching,
     stand_off: f64,
     view: &'a MeshDistance,
+    /// The part's facets before the tool, where it has to touch exactly.
+    placed: Option<&'a Placed<'a>>,
 }
 
 impl Look<'_> {
@@ -148,11 +151,11 @@ impl Look<'_> {
     fn at(&self, patch: &Patch, so_far: State, before: &mut InTheWay) -> State {
         let (tool, setup) = self.by;
         let by = |tip| Standing { tool, setup, tip };
-        let exact = self.station.tool().meridian().filter(|_| self.touching == Touching::Exactly);
+        let exact = self.station.tool().meridian().zip(self.placed);
         // What can be drawn out needs no free pose beside to get there.
-        let drawn_out = exact.is_some_and(Meridian::widens_upwards);
-        if drawn_out {
-            if let Some(tip) = self.station.touches(patch, None, self.view, before) {
+        let drawn_out = exact.filter(|(m, _)| m.widens_upwards());
+        if let Some((_, placed)) = drawn_out {
+            if let Some(tip) = self.station.touches(patch, None, (self.view, placed), before) {
                 return State::Reached(by(tip));
             }
             if so_far != State::Open {
@@ -160,8 +163,9 @@ impl Look<'_> {
             }
         }
         let Some(Stand { tip, .. }) = self.station.stand(patch, self.stand_off, self.view) else { return so_far };
-        let mut touches = || !drawn_out && self.station.touches(patch, Some(tip), self.view, before).is_some();
-        if exact.is_none() || touches() { State::Reached(by(tip)) } else { State::Near(by(tip)) }
+        let mut touches = |placed| self.station.touches(patch, Some(tip), (self.view, placed), before).is_some();
+        let reached = exact.is_none_or(|(_, placed)| drawn_out.is_none() && touches(placed));
+        if reached { State::Reached(by(tip)) } else { State::Near(by(tip)) }
     }
 }
 
@@ -223,32 +227,10 @@ fn walls_beside(patch: &Patch, view: &MeshDistance, within: f64) -> Vec<Vec3> {
     }
 }
 
-/// The height above the tip at which a coaxial tool first strikes the part from a pose, and where, in the frame of the part.
-pub fn strike(tool: &Meridian, setup: &Setup, tip: Vec3) -> Option<(f64, Vec3)> {
-    let grid = setup.grid();
-    let (at, h) = (setup.to_frame(tip), grid.h());
-    let middle = grid.continuous_index(at);
-    let layers = (0..grid.dims()[2]).filter(|&k| k as f64 > middle[2] - 0.5);
-    layers.into_iter().find_map(|k| {
-        let z = (k as f64 - middle[2]) * h;
-        let r = tool.largest_within(z - 0.5 * h, z + 0.5 * h)?;
-        let span = |a: usize| {
-            let (lo, hi) = ((middle[a] - r / h).floor().max(0.0), (middle[a] + r / h).ceil().max(0.0));
-            lo as usize..=(hi as usize).min(grid.dims()[a] - 1)
-        };
-        let met = span(1).flat_map(|j| span(0).map(move |i| [i, j, k])).filter(|&index| {
-            let beside = [0, 1].map(|a| ((index[a] as f64 - middle[a]).abs() - 0.5).max(0.0) * h);
-            beside[0].hypot(beside[1]) < r && setup.inner.contains(index)
-        });
-        let off = |i: [usize; 3]| (i[0] as f64 - middle[0]).hypot(i[1] as f64 - middle[1]);
-        let nearest = met.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
-        Some((z.max(0.0), setup.to_part(grid.position(nearest))))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::pose::{axis_directions, lattice_directions};
+    use super::super::struck::strike;
     use super::super::surface::patches;
     use super::*;
     use crate::geometry::{InsideRule, Primitive, TriangleMesh, revolved};

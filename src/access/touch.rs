@@ -1,7 +1,7 @@
 //! Whether a coaxial tool touches a piece of the surface while all of it keeps clear of the part, exactly.
 
-use super::clearance::InTheWay;
-use super::meridian::{Meridian, Support, lies_flat};
+use super::meridian::{Meridian, lies_flat};
+use super::placed::{InTheWay, Placed, ways};
 use super::pose::{Rotation, transposed};
 use super::setup::Setup;
 use super::station::Station;
@@ -49,7 +49,7 @@ impl Station<'_> {
         &self,
         patch: &Patch,
         free: Option<Vec3>,
-        view: &MeshDistance,
+        (view, placed): (&MeshDistance, &Placed),
         before: &mut InTheWay,
     ) -> Option<Vec3> {
         let before = RefCell::new(before);
@@ -57,18 +57,20 @@ impl Station<'_> {
         let radii = self.tool().meridian().map_or(Vec::new(), Meridian::radii);
         let wide = radii.iter().copied().fold(0.0, f64::max) + self.slack();
         let walls = OnceCell::new();
-        let is_clear = |tip: &Vec3| {
-            let gets_there =
-                || thin.widens_upwards() || free.is_some_and(|f| self.is_clear_between(thin, f, *tip, view));
-            thin.is_clear(view, (self.frame(), *tip), 0.5 * self.slack(), &mut before.borrow_mut()) && gets_there()
+        let free = free.map(|tip| self.frame().map(|row| dot(row, tip)));
+        let straight = thin.widens_upwards();
+        let all_clear = |tips: &[Vec3]| {
+            let clear = |tips: &[Vec3]| placed.is_clear((thin, 0.5 * self.slack()), tips, &mut before.borrow_mut());
+            clear(tips) && (straight || free.is_some_and(|free| clear(&ways(tips, free, self.slack()))))
         };
+        let is_clear = |tip: &Vec3| all_clear(&[*tip]);
         let touching = |at: Vec3| {
             let [here, normal] = [at, patch.normal].map(|v| self.frame().map(|row| dot(row, v)));
             match self.tool().flat_end().filter(|_| lies_flat(normal)) {
                 Some(end) => {
                     let walls = || walls.get_or_init(|| walls_near(patch, view, wide));
                     let middle = sub(here, [0.0, 0.0, end.height]);
-                    let beside = || covering((&end, &radii), self.frame(), walls(), sub(at, patch.at)).into_iter();
+                    let beside = || covering((end.flat, &radii), self.frame(), walls(), sub(at, patch.at)).into_iter();
                     let beside = || beside().map(|aside| add(middle, aside)).find(is_clear);
                     Some(middle).filter(is_clear).or_else(beside)
                 }
@@ -76,22 +78,22 @@ impl Station<'_> {
             }
         };
         let corners = patch.corners.map(|c| along(c, sub(patch.at, c), INWARDS));
-        let tip = touching(patch.at)?;
         let back = transposed(*self.frame());
-        corners.into_iter().all(|at| touching(at).is_some()).then(|| back.map(|row| dot(row, tip)))
+        let to_part = |tip: Vec3| back.map(|row| dot(row, tip));
+        let normal = self.frame().map(|row| dot(row, patch.normal));
+        let is_flat = self.tool().flat_end().is_some() && lies_flat(normal);
+        if let (false, [contact]) = (is_flat, &self.contacts(normal)[..]) {
+            // From one pose each: all at once.
+            let [a, b, c] = corners;
+            let tips = [patch.at, a, b, c].map(|at| sub(self.frame().map(|row| dot(row, at)), *contact));
+            return all_clear(&tips).then(|| to_part(tips[0]));
+        }
+        let tip = touching(patch.at)?;
+        corners.into_iter().all(|at| touching(at).is_some()).then(|| to_part(tip))
     }
 
     fn slack(&self) -> f64 {
         self.tool().meridian().map_or(SLACK, Meridian::slack)
-    }
-
-    /// Whether the way from one tip to another, straight, is clear: by steps of the slack. The first is given in the frame of the part.
-    fn is_clear_between(&self, thin: &Meridian, from: Vec3, to: Vec3, view: &MeshDistance) -> bool {
-        let from = self.frame().map(|row| dot(row, from));
-        let steps = (distance(from, to) / self.slack()).ceil().max(1.0);
-        (1..steps as usize)
-            .map(|n| along(to, sub(from, to), n as f64 / steps))
-            .all(|tip| thin.is_clear(view, (self.frame(), tip), 0.5 * self.slack(), &mut InTheWay::default()))
     }
 }
 
@@ -106,8 +108,8 @@ pub(super) fn walls_near(patch: &Patch, view: &MeshDistance, within: f64) -> Vec
     std::iter::once(first).chain(second.map(told)).collect()
 }
 
-/// How far a coaxial tool that widens upwards is drawn back along its axis, exactly, from a tip in the part's frame, or, if that is less, from where its flat end covers the
-/// middle of a level patch clear of its walls; `None` if not within so much. What keeps it off by less than 1e-3 mm does not.
+/// How far a coaxial tool that widens upwards is drawn back along its axis, exactly, from a tip in the part's frame, if there is one, or, if that is less, from where its flat end covers the
+/// middle of a level patch clear of its walls, and that tip; `None` if not within so much. What keeps it off by less than 1e-3 mm does not, nor do sides by less than its slack.
 ///
 /// # Cost
 /// A few dozen looks at poses.
@@ -115,43 +117,66 @@ pub fn drawn_back(
     tool: &Tool,
     setup: &Setup,
     patch: &Patch,
-    tip: Vec3,
+    tip: Option<Vec3>,
     within: f64,
     view: &MeshDistance,
-) -> Option<f64> {
+) -> Option<(f64, Vec3)> {
     let meridian = tool.meridian().filter(|m| m.widens_upwards())?;
-    let thin = meridian.thinner(KEEPS_OFF);
-    let is_clear = |tip: Vec3, by: f64| {
-        thin.is_clear(view, (&setup.frame, add(tip, [0.0, 0.0, by])), meridian.slack(), &mut InTheWay::default())
-    };
     let [here, normal] = [setup.to_frame(patch.at), setup.frame.map(|row| dot(row, patch.normal))];
-    let mut tips = vec![setup.to_frame(tip)];
+    let mut tips: Vec<Vec3> = tip.into_iter().map(|tip| setup.to_frame(tip)).collect();
     if let Some(end) = tool.flat_end().filter(|_| lies_flat(normal)) {
         let middle = sub(here, [0.0, 0.0, end.height]);
         let radii = meridian.radii();
         let walls = walls_near(patch, view, radii.iter().copied().fold(0.0, f64::max));
         tips.push(middle);
         tips.extend(
-            covering((&end, &radii), &setup.frame, &walls, [0.0; 3]).into_iter().map(|aside| add(middle, aside)),
+            covering((end.flat, &radii), &setup.frame, &walls, [0.0; 3]).into_iter().map(|aside| add(middle, aside)),
         );
     }
-    tips.into_iter().fold(None, |best: Option<f64>, tip| {
-        let mut between = [0.0, best.unwrap_or(within)];
-        if !is_clear(tip, between[1]) {
-            return best;
-        }
-        // The wider the way up, the clearer: it widens upwards.
-        while between[1] - between[0] > KEEPS_OFF {
-            let middle = 0.5 * (between[0] + between[1]);
-            between[usize::from(is_clear(tip, middle))] = middle;
-        }
-        Some(between[1])
-    })
+    let least = |less: f64| {
+        let thin = meridian.thinner(less);
+        let is_clear =
+            |tip: Vec3, by: f64| thin.is_clear(view, (&setup.frame, add(tip, [0.0, 0.0, by])), meridian.slack());
+        tips.iter().fold(None, |best: Option<(f64, Vec3)>, &tip| {
+            let mut between = [0.0, best.map_or(within, |b| b.0)];
+            if !is_clear(tip, between[1]) {
+                return best;
+            }
+            // The wider the way up, the clearer: it widens upwards.
+            while between[1] - between[0] > KEEPS_OFF {
+                let middle = 0.5 * (between[0] + between[1]);
+                between[usize::from(is_clear(tip, middle))] = middle;
+            }
+            Some((between[1], tip))
+        })
+    };
+    // Thinner by its slack it is shorter by as much; that counts where its sides are what does not pass.
+    let (exact, slack) = (least(KEEPS_OFF), meridian.slack());
+    let passing = least(slack).map(|(by, tip)| (by + slack, tip));
+    let passing = passing.filter(|p| exact.is_none_or(|e| p.0 < e.0 - 2.0 * slack));
+    passing.or(exact).map(|(by, tip)| (by, setup.to_part(tip)))
+}
+
+/// How far aside of a tip, in the frame of the part, a coaxial tool stands clear of it, but for its slack: off the walls nearest to the patch that it would touch from
+/// there by as much as its cutter is wide. What has room there is kept from the patch by the shape of its end, and not by how wide it is.
+///
+/// # Cost
+/// A few looks at poses.
+pub fn clear_aside(tool: &Tool, setup: &Setup, patch: &Patch, tip: Vec3, view: &MeshDistance) -> Option<f64> {
+    let meridian = tool.meridian()?;
+    let thin = meridian.thinner(meridian.slack());
+    let (here, tip) = (setup.to_frame(patch.at), setup.to_frame(tip));
+    let radius = meridian.cutter_radius();
+    let walls = walls_near(patch, view, radius);
+    let poses = covering((f64::INFINITY, &[radius]), &setup.frame, &walls, [0.0; 3]);
+    let poses = poses.into_iter().map(|aside| [here[0] + aside[0], here[1] + aside[1], tip[2]]);
+    let clear = poses.filter(|pose| thin.is_clear(view, (&setup.frame, *pose), 0.5 * meridian.slack()));
+    clear.map(|pose| distance(pose, tip)).min_by(f64::total_cmp)
 }
 
 /// Where the middle of a flat end may stand beside a place that it is to cover, `moved` from where the walls are told for: off each wall by as much as a piece of the tool is
 /// wide, and off both; in a frame whose rows are given, the walls in that of the part.
-fn covering((end, radii): (&Support, &[f64]), frame: &Rotation, walls: &[(Vec3, f64)], moved: Vec3) -> Vec<Vec3> {
+fn covering((flat, radii): (f64, &[f64]), frame: &Rotation, walls: &[(Vec3, f64)], moved: Vec3) -> Vec<Vec3> {
     let upright: Vec<([f64; 2], f64)> = walls
         .iter()
         .filter_map(|&(normal, off)| {
@@ -171,7 +196,7 @@ fn covering((end, radii): (&Support, &[f64]), frame: &Rotation, walls: &[(Vec3, 
             }
         }
     }
-    found.retain(|[x, y]| x.hypot(*y) <= end.flat * (1.0 + 1e-9));
+    found.retain(|[x, y]| x.hypot(*y) <= flat * (1.0 + 1e-9));
     found.into_iter().map(|[x, y]| [x, y, 0.0]).collect()
 }
 
@@ -283,8 +308,9 @@ mod tests {
         {
             let at = [x, y, 8.0];
             let patch = Patch { corners: [at; 3], at, normal: [0.0, 0.0, 1.0], area: 1.0, radius: 0.0, facet: 0 };
-            let told = drawn_back(&mill(4.0, 1.0, 10.0), &setup, &patch, at, 9.0, &view).unwrap();
+            let (told, tip) = drawn_back(&mill(4.0, 1.0, 10.0), &setup, &patch, Some(at), 9.0, &view).unwrap();
             assert!((told - short).abs() < 2e-3, "{x} {y}: {told} of {short}");
+            assert!(distance(tip, at) <= 2.0 + 1e-9 && (tip[2] - 8.0).abs() < 1e-9, "{x} {y}: {tip:?}");
         }
     }
 }

@@ -132,7 +132,7 @@ impl Lattice {
     pub fn faces(&self, at: [i32; 3]) -> [[i32; 3]; 6] {
         [0, 1, 2, 3, 4, 5].map(|n: usize| {
             let mut beside = at;
-            beside[n / 2] += if n % 2 == 0 { -1 } else { 1 };
+            beside[n / 2] += if n.is_multiple_of(2) { -1 } else { 1 };
             beside
         })
     }

@@ -45,8 +45,9 @@ pub(super) struct Seeker<'a> {
 
 /// A place that may not be printed as drawn.
 pub(super) struct Candidate {
-    /// Volume that may depart, mm³, and what the lattice of the whole part says of it.
+    /// Volume that may depart, mm³: by which places are ranked, as it was measured, and what the lattice of the whole part says of it.
     about: f64,
+    holds: f64,
     known: Option<(Volumes, Length)>,
     extent: (Vec3, Vec3),
     /// The middle of the narrowest place, the direction across it, and the width there.
@@ -119,6 +120,7 @@ impl<'a> Seeker<'a> {
         Candidate {
             gap_rule: (self.side == Side::Void).then(of_gap),
             about: detail.volume,
+            holds: detail.holds,
             known: None,
             extent: detail.extent,
             at: detail.thinnest.centre,
@@ -192,6 +194,7 @@ impl<'a> Seeker<'a> {
             let thin = (0..3).min_by(|&a, &b| span[a].total_cmp(&span[b])).unwrap_or(0);
             places.push(Candidate {
                 about: (cells.cell_volume() * sizes[i] as f64).as_mm3(),
+                holds: (cells.cell_volume() * sizes[i] as f64).as_mm3(),
                 known: Some((known, cells.grid.spacing())),
                 extent,
                 at: cells.position(firsts[i]),
@@ -245,17 +248,17 @@ impl<'a> Seeker<'a> {
         match trial {
             Some(trial) => Ok((trial.volumes()?, trial.cell())),
             // No such lattice holds it, and a box holds no more than its own volume.
-            None => Ok(([place.about, 0.0, self.most_in(place.extent)], self.bead.width)),
+            None => Ok(([place.holds, 0.0, self.most_in(place.extent)], self.bead.width)),
         }
     }
 
     fn bracket(&self, place: &Candidate, known: Option<(Volumes, Length)>) -> (Bracket, Basis) {
         let Some(([value, low, high], _)) = known else {
             let most = self.most_in(place.extent);
-            return (Bracket::new(place.about.min(most), 0.0, most), Basis::Estimated);
+            return (Bracket::new(place.holds.min(most), 0.0, most), Basis::Estimated);
         };
         // Cells that are too coarse for a sheet or a slot tell less of it than what lies between its sides.
-        let value = if place.flat { place.about } else { value };
+        let value = if place.flat { place.holds } else { value };
         (Bracket::new(value.clamp(low, high), low, high), Basis::Certified)
     }
 
@@ -274,7 +277,7 @@ impl<'a> Seeker<'a> {
             narrowest: place.at,
             across: place.direction,
             missing: self.missing(place),
-            likely: place.flat.then_some(place.about),
+            likely: place.flat.then_some(place.holds),
             patches: &place.patches,
         }
     }

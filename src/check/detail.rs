@@ -82,9 +82,12 @@ pub struct Detail {
     pub thinnest: Thin,
     /// No ball in it is smaller.
     pub low: f64,
+    /// Area of the patches that it was found on, and that times thickness: how large it is beside others.
     pub area: f64,
-    /// Area times thickness: the volume between its sides.
     pub volume: f64,
+    /// Area that lies on it as it was measured, on all patches, and that times thickness: the volume between its sides.
+    pub covers: f64,
+    pub holds: f64,
     /// Box around its patches and what lies opposite.
     pub extent: (Vec3, Vec3),
     /// Sides of its middle surface, longest first.
@@ -281,6 +284,8 @@ fn summed(samples: &[Sample], passed: &[&Passed]) -> Option<Detail> {
         low: samples.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
         area: 0.5 * samples.iter().map(|s| s.area).sum::<f64>(),
         volume: 0.5 * samples.iter().map(|s| s.area * s.diameter).sum::<f64>(),
+        covers: 0.5 * samples.iter().map(|s| s.thin).sum::<f64>(),
+        holds: 0.5 * samples.iter().map(|s| s.thin * s.diameter).sum::<f64>(),
         extent: patches.iter().map(|p| p.extent).reduce(hull)?,
         spans: [long.max(longest), wide, high],
         facet: thinnest.facet,
@@ -300,6 +305,8 @@ impl From<&ThinBody> for Detail {
             low: 0.0,
             area: b.volume / b.width,
             volume: b.volume,
+            covers: b.volume / b.width,
+            holds: b.volume,
             extent: b.extent,
             spans,
             facet: b.facet,
@@ -321,6 +328,38 @@ impl Detail {
             "rod"
         } else {
             "sheet"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::cuboid;
+    use crate::geometry::union::united;
+    use crate::part::Up;
+
+    #[test]
+    fn slots_hold_what_lies_between_their_sides() {
+        // Fins of 1.5 mm on a plate, with slots of 0.12 × 36 × 14 mm between them.
+        let (slots, pitch) = (12, 1.62);
+        let fins = (0..=slots).map(|n| {
+            let x = pitch * f64::from(n);
+            cuboid([x, 0.0, 2.0], [x + 1.5, 36.0, 16.0])
+        });
+        let plate = cuboid([0.0; 3], [pitch * f64::from(slots) + 1.5, 36.0, 2.0]);
+        let comb = united(&fins.fold(plate, |all, fin| all.joined(&fin)), 1e-6).expect("one solid");
+        let part = Part::new(comb, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let process = Process::named("mjf").unwrap();
+        let truth = 0.12 * 36.0 * 14.0;
+        let context = Context { refine: 1 << 26, spacing_mm: 0.25 };
+        let (side, between) = (Side::Void, Between::Surfaces);
+        let sought = Sought { part: &part, process: &process, context: &context, side, between, width: 0.4 };
+        let found = sought.search().sheets(|t| t.diameter < 0.2);
+        assert_eq!(found.len(), slots as usize);
+        for slot in &found {
+            assert!((slot.holds / truth - 1.0).abs() < 0.02, "{} of {truth}", slot.holds);
+            assert!((slot.covers / 504.0 - 1.0).abs() < 0.02, "{} of 504", slot.covers);
         }
     }
 }

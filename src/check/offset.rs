@@ -36,7 +36,9 @@ static META: Meta = Meta {
     why: "Parts are offset to compensate what the process adds or takes away. An offset that closes a slot or removes a wall cannot \
           be undone by the opposite offset afterwards.",
     how: "Growing by d closes a gap between opposing surfaces when 2 d is as wide as the gap, shrinking by d loses a wall when 2 d is as \
-          thick as the wall. A hole, a pin or a strut goes with the largest ball in its section: an ellipse or a lens is thinner           between sides that lean, and a cross in its arms; that narrows it and takes nothing that the opposite offset does not bring back.           So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
+          thick as the wall. A hole, a pin or a strut goes with the largest ball in its section: an ellipse or a lens is thinner \
+          between sides that lean, and a cross in its arms; that narrows it and takes nothing that the opposite offset does not bring back. \
+          So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
           none is found, no offset up to the limit closes or loses anything between two sides that oppose each other to within 30 degrees, and \
           this is a proof. What lies between three or five sides is sought apart. Holes, pins and struts are looked for as for small-hole and \
           thin-pin: the offset at which one goes is at most the radius of the largest ball about a point of its narrowest section, and at least \

@@ -72,11 +72,14 @@ impl Detail {
         let (wide, mean) = (rod.narrowest.inscribed, rod.mean_diameter());
         let contacts = [-0.5, 0.5].map(|t| along(rod.narrowest.centre, across, t * wide));
         let thinnest = Thin { centre: rod.narrowest.centre, contacts, diameter: wide };
+        let (area, volume) = (0.5 * PI * mean * rod.length, 0.25 * PI * mean * mean * rod.length);
         Detail {
             thinnest,
             low: wide,
-            area: 0.5 * PI * mean * rod.length,
-            volume: 0.25 * PI * mean * mean * rod.length,
+            area,
+            volume,
+            covers: area,
+            holds: volume,
             extent: rod.extent,
             spans: [rod.length, 0.0, 0.0],
             facet: rod.narrowest.facet,
@@ -99,6 +102,8 @@ impl Detail {
         self.low = self.low.min(other.low);
         self.area += other.area;
         self.volume += other.volume;
+        self.covers += other.covers;
+        self.holds += other.holds;
         self.extent = hull(self.extent, other.extent);
         self.spans = [0, 1, 2].map(|i| self.spans[i].max(other.spans[i]));
         self.patches.extend(other.patches);

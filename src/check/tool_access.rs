@@ -34,7 +34,7 @@ static META: Meta = Meta {
           The surface is cut into patches of at most two spacings. A patch is unreachable if in every pose that touches any point of \
           it the tool overlaps cubes that lie wholly in the part; it is reached by a tool that the user named if the cutter touches its middle and its corners from poses where \
           no facet reaches further into the tool than 0.05 mm, or a twentieth of a thin cutter's radius, which is exact, and by another if, free of all cubes that the part touches, the cutter comes within 2·√3 \
-          spacings of its middle with nothing in between. What is neither is in the upper bound. Powder leaves the middle of a patch in a straight \
+          spacings of its middle with nothing in between. What is neither is in the upper bound. Room that is advised about a tool was taken off the part's cubes, and the tool set there again. Powder leaves the middle of a patch in a straight \
           line along any direction listed, exactly, or where a ball as wide as the escape hole of AM301 comes from outside to within its radius, in sight of it.",
     limits: "It holds for the tools and directions listed: 26, between the faces, edges and corners of a cube, unless the process or \
              --tool-from and --tool-tilt say otherwise; another direction may do better. --faces restricts it to the faces that matter. What a rounder corner than the cutter keeps it from, and narrow places within about four spacings of a tool's width, may stay open: their area is given, and for tools that the user named they are undecided. A tool \
@@ -294,10 +294,13 @@ impl Judged<'_> {
             f.message += &format!("; {stays}");
         }
         f.fix = format!("let {} stay as printed, or name another tool with --tool", area(region.area));
-        let exactly = |p: usize| self.obstructed(p, |stops, by| self.drawn_back(p, stops, by));
-        let Some(worst) = exactly(region.worst) else { return f };
+        let Some((worst, way)) = self.held_off(region.worst) else { return f };
         let otherwise = if count == 1 { self.otherwise(region, &worst) } else { None };
-        let otherwise = otherwise.map(|(share, o)| (share, exactly(o.patch).unwrap_or(o)));
+        let (otherwise, other_way) =
+            match otherwise.map(|(share, o)| (share, self.held_off(o.patch).unwrap_or((o, None)))) {
+                Some((share, (o, way))) => (Some((share, o)), way),
+                None => (None, None),
+            };
         let (tool, from, stops) = (&worst.tool, &worst.from, short(round(worst.stops)));
         f.message += &match &otherwise {
             Some((share, o)) => format!(
@@ -311,13 +314,8 @@ impl Judged<'_> {
             ),
             None => format!("; at worst {tool} stops at most {stops} mm short of it, from {from}{}", worst.by),
         };
-        let stay = format!("let {} stay as printed", area(region.area));
-        match (otherwise.and_then(|(_, o)| o.way), &worst.way) {
-            (Some(way), _) => {
-                f.fix = format!("{way}, and a wider one where it stops at most {stops} mm short, or {stay}")
-            }
-            (None, Some(way)) => f.fix = format!("{way}, or {stay}"),
-            (None, None) => {}
+        if let Some(way) = other_way.or(way) {
+            f.fix = format!("{way}; or {}", f.fix);
         }
         let points = [vec![reported(self.part, at)], worst.points].concat();
         f.witness = Some(Witness { kind: "obstructed-tool".into(), points_mm: points });
@@ -371,6 +369,38 @@ mod tests {
         let of = |side: f64| 2.0 * 4.0 * (2.0 * side + 4.0);
         assert!((gathered.value - of(2.2)).abs() < 1e-6 && gathered.count == 2, "{areas:?}");
         assert!((gathered.area_mm2.unwrap() - of(2.2) - of(2.0)).abs() < 1e-6, "{areas:?}");
+    }
+
+    /// A cylinder of radius 18 and height 25 mm with a bore from above.
+    fn bored(radius: f64, deep: f64) -> TriangleMesh {
+        let rim = [[0.0, 0.0], [18.0, 0.0], [18.0, 25.0], [radius, 25.0]];
+        revolved(&[&rim[..], &[[radius, 25.0 - deep], [0.0, 25.0 - deep]]].concat(), 64)
+    }
+
+    #[test]
+    fn room_is_advised_for_what_collides_and_only_as_high_as_it_does() {
+        // The holder of 28 mm begins 20 mm above the tip, and the bore is 22 mm deep.
+        let fixes = advice(bored(3.5, 22.0), "end-mill-6");
+        assert!(!fixes.is_empty(), "the floor is out of reach");
+        for fix in &fixes {
+            assert!(fix.contains("28 mm wide from 20 to 22 mm up it, for its holder"), "{fixes:?}");
+            assert!(!fix.contains("cutter and neck"), "{fixes:?}");
+        }
+        // One too narrow for the cutter.
+        let fixes = advice(bored(2.5, 12.0), "end-mill-6");
+        assert!(fixes.iter().any(|f| f.contains("6 mm wide from 0 to 12 mm up it, for its cutter; then")), "{fixes:?}");
+    }
+
+    #[test]
+    fn what_is_wide_enough_is_not_advised_to_be_as_wide() {
+        // A tap of 3 mm in a hole of 3 mm: its end is a cone of 2 mm, and leaves the lowest walls and the corner.
+        let found = measured(bored(1.5, 12.0), "tap-m3");
+        assert!(!found.findings.is_empty());
+        for f in found.findings.iter().filter(|f| f.kind != "narrow") {
+            let deeper = ["1.5", "1.6", "1.7", "1.8", "1.9"].iter().any(|d| f.fix.contains(&format!("from 0 to {d}")));
+            assert!(deeper || f.fix.contains("the corner"), "{f:?}");
+            assert!(!f.message.contains("stops at most 11"), "{}", f.message);
+        }
     }
 
     #[test]

@@ -36,6 +36,7 @@ pub use passage::Crown;
 pub use reading::Search;
 pub use section::{Point, clip_below, section_area, section_points};
 pub use sight::hidden_from_outside;
+pub use sliver::turned_by;
 pub use stretch::{above, lifted, stretch};
 pub use support::{Supports, supports};
 pub use tall::{Counting, TallFeature, tall_features};

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 const SLIVER: f64 = 0.01;
 
 /// How far a coordinate step can turn a facet, radians.
-pub(super) fn turned_by([a, b, c]: [Vec3; 3], step: f64) -> f64 {
+pub fn turned_by([a, b, c]: [Vec3; 3], step: f64) -> f64 {
     let longest = distance(a, b).max(distance(b, c)).max(distance(c, a));
     let height = norm(cross(sub(b, a), sub(c, a))) / longest;
     if height > 0.0 { 2.0 * step / height } else { f64::INFINITY }

@@ -31,7 +31,7 @@ pub enum Delta {
     /// alone, between bodies that are one now.
     Worse,
     /// Only in the old report, and its check gave no answer in the new, or one by other limits, or there are fewer bodies and a report lists none of them:
-    /// nobody knows.
+    /// nobody knows. Or only in the new report, and its check was not run in the old.
     Unchecked,
     /// In both; the brackets overlap.
     Same,
@@ -101,6 +101,9 @@ pub struct Comparison {
     pub tolerance_mm: f64,
     /// What was judged differently, in words: the process, and each limit that is not the same.
     pub conditions: Vec<String>,
+    /// Checks that found something and that the old report did not run: `AM101 thin-wall`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_compared: Vec<String>,
     /// How many bodies there were, and are.
     pub bodies: [u64; 2],
     /// New first, then worse, unchecked, same, better, fixed; within these worst first.
@@ -128,6 +131,12 @@ impl Comparison {
         self.changes.iter().find(|c| c.new.as_ref() == Some(finding))
     }
 
+    /// What cannot be compared: `not compared: the baseline did not run AM101 thin-wall`.
+    pub fn not_compared_words(&self) -> Option<String> {
+        let list = self.not_compared.join(", ");
+        (!list.is_empty()).then(|| format!("not compared: the baseline did not run {list}"))
+    }
+
     /// The number of bodies before and now, where that changed: `bodies 2 → 1`.
     pub fn bodies_words(&self) -> Option<String> {
         let [old, new] = self.bodies;
@@ -142,6 +151,7 @@ impl Comparison {
             words: words.into_iter().flatten().collect::<Vec<_>>().join("; "),
             bodies: self.bodies,
             judged_otherwise: self.conditions.clone(),
+            not_compared: self.not_compared.clone(),
             changes: self.changes.iter().filter(|c| c.delta != Delta::Same).map(of).collect(),
         }
     }
@@ -183,7 +193,8 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
     let mut told = vec![false; before.len()];
     for (j, &(check, f)) in after.iter().enumerate() {
         let Some(i) = matched.new.most(j) else {
-            changes.push(change(Delta::New, check, None, Some(f)));
+            let delta = if was_run(old, check) { Delta::New } else { Delta::Unchecked };
+            changes.push(change(delta, check, None, Some(f)));
             continue;
         };
         told[i] = true;
@@ -209,7 +220,25 @@ pub fn compare(old: &Report, new: &Report) -> Comparison {
         })
     });
     let bodies = [old.part.bodies, new.part.bodies];
-    Comparison { tolerance_mm, conditions: conditions(old, new), bodies, changes }
+    Comparison {
+        tolerance_mm,
+        conditions: conditions(old, new),
+        not_compared: not_compared(new, &changes),
+        bodies,
+        changes,
+    }
+}
+
+/// Whether a report says anything of a check: that it does not apply is an answer, too.
+fn was_run(old: &Report, check: &str) -> bool {
+    old.checks.iter().any(|c| c.name == check && !matches!(c.state, State::NotRun | State::Error))
+}
+
+/// The checks of a report whose findings there is nothing to compare with, in its order.
+fn not_compared(new: &Report, changes: &[Change]) -> Vec<String> {
+    let is_alone = |c: &Change| c.delta == Delta::Unchecked && c.old.is_none();
+    let checks = new.checks.iter().filter(|check| changes.iter().any(|c| is_alone(c) && c.check == check.name));
+    checks.map(|check| printable(&format!("{} {}", check.code, check.name))).collect()
 }
 
 /// Whether a check gave an answer in the new report, by the limits of the old.
@@ -284,6 +313,7 @@ pub fn text(comparison: &Comparison, palette: Palette) -> String {
     for said in &comparison.conditions {
         out.push_str(&format!("judged otherwise: {said}\n"));
     }
+    out.extend(comparison.not_compared_words().map(|said| format!("{said}\n")));
     out.extend(comparison.bodies_words().map(|said| format!("{said}\n")));
     out.push_str(&format!("compared with the baseline: {}\n", comparison.words()));
     out

@@ -110,6 +110,7 @@ impl Counting<'_> {
         let is_news = change.and_then(Change::news).is_some_and(|state| self.has(state));
         let before = match change.map(|c| c.delta) {
             Some(delta @ (Delta::New | Delta::Worse)) => format!("{}: ", delta.word()),
+            Some(Delta::Unchecked) => "not compared, the baseline did not run this check: ".into(),
             Some(_) if is_news => "was accepted before: ".into(),
             Some(_) => "was there before: ".into(),
             None => String::new(),

@@ -64,6 +64,7 @@ fn changes(c: &Comparison) -> String {
     for said in &c.conditions {
         out.push_str(&format!("\nJudged otherwise: {}\n", escaped(said)));
     }
+    out.extend(c.not_compared_words().map(|said| format!("\n{}\n", escaped(&phrase::sentence(&said)))));
     out.extend(c.bodies_words().map(|said| format!("\n{}\n", phrase::sentence(&said))));
     let moved: Vec<_> = c.changes.iter().filter(|c| c.delta != Delta::Same).collect();
     if !moved.is_empty() {

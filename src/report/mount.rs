@@ -2,10 +2,11 @@
 
 use super::exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 use super::schema::Report;
-use crate::check::{MapKind, MapWanted, ShapeShown};
+use crate::check::{Limits, MapKind, MapWanted, Sense, ShapeShown};
 use crate::field::Field;
 use crate::geometry::vector::{Vec3, along, distance, sub};
 use crate::grid::Grid;
+use crate::layer::turned_by;
 use crate::medial::map::opposing_distance;
 use crate::medial::{Features, Side};
 use crate::part::Part;
@@ -145,7 +146,10 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[
         .map_init(|| None, |near, &p| values_on(part, map, (features, near), &pieces[p as usize]))
         .collect();
     let mut values = vec![[f32::NAN; 3]; pieces.len()];
-    in_turn.iter().zip(found).for_each(|(&p, found)| values[p as usize] = found);
+    in_turn.iter().zip(found).for_each(|(&p, found)| {
+        let tie = tie(part, map.kind, pieces[p as usize].facet);
+        values[p as usize] = found.map(|v| as_judged(&map.limits, tie, f64::from(v)) as f32);
+    });
     SurfaceMap {
         check: check.into(),
         title: map.title.into(),
@@ -157,6 +161,27 @@ fn surface_map(part: &Part, check: &str, map: &MapWanted, (pieces, in_turn): (&[
         fills: side_of(map.kind),
         values: values.into_iter().flatten().collect(),
     }
+}
+
+/// What the verdict on a facet takes for equal, in the unit of the map.
+fn tie(part: &Part, kind: MapKind, facet: usize) -> f64 {
+    match kind {
+        MapKind::Wall | MapKind::Gap => part.tie(),
+        MapKind::Slope => turned_by(part.mesh().corners(facet), part.step()).to_degrees(),
+        MapKind::Sampled | MapKind::Ray => 0.0,
+    }
+}
+
+/// A value as it was judged: the limit that it misses by no more than is equal, so that no picture shows a colour that the verdict denies.
+fn as_judged(limits: &Limits, tie: f64, value: f64) -> f64 {
+    let misses = |limit: &f64| {
+        let by = match limits.sense {
+            Sense::Min => limit - value,
+            Sense::Max => value - limit,
+        };
+        by > 0.0 && by <= tie
+    };
+    [limits.fail, limits.warn].into_iter().flatten().find(misses).unwrap_or(value)
 }
 
 /// `opposite` is a feature opposite a piece nearby.
@@ -290,6 +315,23 @@ fn slices(part: &Part, report: &Report) -> Vec<Slice> {
 mod tests {
     use super::*;
     use crate::units::Length;
+
+    #[test]
+    fn what_the_verdict_takes_for_equal_to_a_limit_is_painted_so() {
+        let limits = Limits { fail: Some(0.4), warn: Some(0.8), sense: Sense::Min };
+        for (value, shown) in [(0.799_99, 0.8), (0.8, 0.8), (0.399_95, 0.4), (0.799_8, 0.799_8), (0.81, 0.81)] {
+            assert_eq!(as_judged(&limits, 1e-4, value), shown);
+        }
+        let limits = Limits { fail: None, warn: Some(2.0), sense: Sense::Max };
+        assert_eq!([2.000_05, 2.1, 1.9].map(|v| as_judged(&limits, 1e-4, v)), [2.0, 2.1, 1.9]);
+        assert!(as_judged(&limits, 1e-4, f64::NAN).is_nan());
+        // A wall of 0.79999 mm whose file tells lengths to 0.00003 mm passes at 0.8 mm, and is painted so.
+        let plate = crate::geometry::cuboid([0.0; 3], [9.0, 0.799_99, 9.0]);
+        let part = Part::new(plate, crate::part::Up::PlusZ, 1e-5, 1.0).unwrap();
+        let limits = Limits { fail: Some(0.4), warn: Some(0.8), sense: Sense::Min };
+        let shown = |value: f64| as_judged(&limits, tie(&part, MapKind::Wall, 0), value);
+        assert_eq!([shown(0.799_99), shown(0.799_9)], [0.8, 0.799_9]);
+    }
 
     #[test]
     fn a_field_is_read_between_its_samples_and_past_those_that_hold_no_number() {

@@ -113,9 +113,9 @@ fn result(report: &Report, n: &Numbered, file: &str) -> Value {
     result
 }
 
-/// A result with what it was in the baseline, where it was compared with one.
+/// A result with what it was in the baseline, where it was compared with one: nothing is said where that did not run the check.
 fn since(mut result: Value, change: Option<&Change>) -> Value {
-    if let Some(change) = change {
+    if let Some(change) = change.filter(|c| c.delta != Delta::Unchecked || c.old.is_some()) {
         result["baselineState"] = match change.delta {
             Delta::New => "new",
             Delta::Worse | Delta::Better => "updated",

@@ -299,6 +299,9 @@ pub struct BaselineReport {
     pub bodies: [u64; 2],
     /// What was judged differently.
     pub judged_otherwise: Vec<String>,
+    /// Checks that found something and that the earlier report did not run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_compared: Vec<String>,
     /// Everything that is not the same, new first.
     pub changes: Vec<ChangeReport>,
 }

@@ -13,7 +13,11 @@ pub fn banner(c: &Context) -> Markup {
     let counts: Vec<String> = phrase::counts(c.report).into_iter().map(|(_, _, words)| words).collect();
     let since = c.report.baseline.as_ref().map_or(Markup::default(), |b| {
         let otherwise = if b.judged_otherwise.is_empty() { "" } else { "; judged otherwise" };
-        markup!("<p>Against the baseline: {}{}</p>", b.words, otherwise)
+        let unknown = match b.not_compared.join(", ") {
+            list if list.is_empty() => list,
+            list => format!("; not compared, since the baseline did not run them: {list}"),
+        };
+        markup!("<p>Against the baseline: {}{}{}</p>", b.words, otherwise, unknown)
     });
     markup!(
         "<section class=\"banner {}\" aria-label=\"Verdict\"><h1><span class=\"state {}\"><span aria-hidden=\"true\">{}</span> {}</span> \
