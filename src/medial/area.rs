@@ -112,3 +112,38 @@ impl Cover {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::feature::Side;
+    use super::*;
+    use crate::geometry::cuboid;
+
+    #[test]
+    fn what_is_passed_over_counts_for_the_thinnest_sheet_that_the_same_limits_tell() {
+        let features = Features::new(&cuboid([0.0; 3], [1.0; 3]), Side::Material, |_| true);
+        let limits = vec![0.8, 1.2];
+        let question = Question { limits, notice: 1.8, tolerance: 0.0, agree: 0.01, finest: 0.1, budget: 1 };
+        let sample = |diameter: f64| Sample {
+            shape: Shape::Sheet,
+            centre: [0.0; 3],
+            contacts: [[0.0; 3]; 2],
+            diameter,
+            low: diameter,
+            separation: std::f64::consts::PI,
+            area: 1.0,
+            thin: 1.0,
+            edge: 1.0,
+            sides: ([0.0; 3], [0.0; 3]),
+            feature: 0,
+            facet: 0,
+            opposite: 1,
+        };
+        let passed =
+            |low: f64, area: f64| Passed { sides: ([0.0; 3], [0.0; 3]), chord: [[0.0; 3]; 2], low, area, feature: 0 };
+        let mut cover = Cover { samples: [0.5, 1.0, 0.9].map(sample).into(), ..Cover::default() };
+        let over = [passed(0.95, 7.0), passed(0.6, 2.0), passed(0.55, 1.0), passed(1.3, 5.0)];
+        cover.stands_for(0, &over, (&question, &features));
+        assert_eq!(cover.samples.iter().map(|s| s.thin).collect::<Vec<_>>(), [4.0, 1.0, 8.0]);
+    }
+}
