@@ -167,8 +167,6 @@ pub struct Witness {
 impl Witness {
     /// The kind of what was cut across: the middle of its narrowest section, and both ends of its line.
     pub const SECTION: &str = "section";
-    /// The kind of a ball that is the largest in a body, a void or a section: its centre, and where it touches.
-    pub const LARGEST_BALL: &str = "largest-ball";
 
     /// How long it is, of what was cut across.
     fn length(&self) -> Option<f64> {

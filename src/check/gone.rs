@@ -1,13 +1,10 @@
 //! What an offset loses or closes between sides that oppose each other, by name: a wall, a pin, a hole, a whole body.
 
-use super::finding::{Finding, Spot, Witness};
+use super::finding::{Finding, Spot};
 use super::vanishing::Vanishing;
 use crate::medial::Side;
 use crate::medial::rod::Rods;
 use crate::part::Part;
-
-/// All of a rod goes where it is thin if its section holds no ball that is larger by more than this ratio.
-const ALL: f64 = 1.02;
 
 /// What goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,8 +13,6 @@ enum Thing {
     Piece,
     /// A pin or strut, or a hole.
     Rod,
-    /// The same, thinner on one side of its section than in the middle.
-    Section,
     /// A wall, or a gap.
     Sheet,
     /// What is thin at one spot, or several things.
@@ -43,8 +38,8 @@ impl Known<'_> {
         let [one, many] = match (thing, self.side) {
             (Thing::Piece, Side::Material) => ["a whole body", "whole bodies"],
             (Thing::Piece, Side::Void) => ["a closed void", "closed voids"],
-            (Thing::Rod | Thing::Section, Side::Material) => ["a pin or strut", "pins or struts"],
-            (Thing::Rod | Thing::Section, Side::Void) => ["a hole", "holes"],
+            (Thing::Rod, Side::Material) => ["a pin or strut", "pins or struts"],
+            (Thing::Rod, Side::Void) => ["a hole", "holes"],
             (Thing::Sheet, Side::Material) => ["a wall", "walls"],
             (Thing::Sheet, Side::Void) => ["a gap", "gaps"],
             (Thing::Place, Side::Material) => ["a thin place", "thin places"],
@@ -55,11 +50,9 @@ impl Known<'_> {
             (Thing::Piece, Side::Void) => "fills",
             (_, Side::Void) => "closes",
         };
-        let what = if f.count == 1 { one.to_string() } else { format!("{} {many}", f.count) };
-        let of = if f.count == 1 { "its section" } else { "the section of the first" };
-        match thing {
-            Thing::Section => format!("{verb} {what}: the largest ball in {of} is {width} mm wide"),
-            _ => format!("{verb} {what} of {width} mm"),
+        match f.count {
+            1 => format!("{verb} {one} of {width} mm"),
+            n => format!("{verb} {n} {many} of {width} mm"),
         }
     }
 
@@ -67,9 +60,7 @@ impl Known<'_> {
         let at = self.part.to_build(spot.at_mm);
         if self.pieces.iter().any(|p| p.side == self.side && p.goes_at(self.part, spot)) {
             Thing::Piece
-        } else if f.witness.as_ref().is_some_and(|w| w.kind == Witness::LARGEST_BALL) {
-            Thing::Section
-        } else if self.rods.rods.iter().any(|r| r.nears(at, 1.0) && r.narrowest.inscribed <= ALL * 2.0 * f.value) {
+        } else if self.rods.rods.iter().any(|r| r.nears(at, 1.0)) {
             Thing::Rod
         } else if f.area_mm2.is_some_and(|area| area >= f.count as f64 * (2.0 * f.value).powi(2)) {
             Thing::Sheet

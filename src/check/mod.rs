@@ -59,7 +59,6 @@ mod roof;
 mod room;
 mod round_corner;
 mod search;
-mod section_ball;
 mod shared_corner;
 mod sheet;
 mod sheet_shape;

@@ -4,7 +4,6 @@ use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_
 use super::finding::Limits;
 use super::rods::round_void;
 use super::room::Beside;
-use super::section_ball::Goes;
 use super::sheet::{Kind, Reading, Sheets};
 use crate::error::Result;
 use crate::medial::Side;
@@ -47,8 +46,7 @@ impl Check for NarrowGap {
         };
         let rods = round_void(part, process);
         let (code, side, beside) = (META.code, Side::Void, Beside::Limit);
-        let (necks, goes) = (Vec::new(), Goes::AtThinnest);
-        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks, beside, goes };
+        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks: Vec::new(), beside };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,

@@ -7,7 +7,6 @@ use super::finding::{Bracket, Finding, Limits, State};
 use super::gone::Known;
 use super::place::{group_equal, reported};
 use super::room::{Beside, NO_ROOM};
-use super::section_ball::Goes;
 use super::sheet::{Kind, Reading, Sheets};
 use super::vanishing::{Vanished, vanishing, vanishing_finding};
 use crate::error::Result;
@@ -36,9 +35,7 @@ static META: Meta = Meta {
     why: "Parts are offset to compensate what the process adds or takes away. An offset that closes a slot or removes a wall cannot \
           be undone by the opposite offset afterwards.",
     how: "Growing by d closes a gap between opposing surfaces when 2 d is as wide as the gap, shrinking by d loses a wall when 2 d is as \
-          thick as the wall. A hole, a pin or a strut goes with the largest ball in its section: an ellipse or a lens is thinner \
-          between sides that lean, and a cross in its arms; that narrows it and takes nothing that the opposite offset does not bring back. \
-          So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
+          thick as the wall. So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
           none is found, no offset up to the limit closes or loses anything between two sides that oppose each other to within 30 degrees, and \
           this is a proof. What lies between three or five sides is sought apart. Holes, pins and struts are looked for as for small-hole and \
           thin-pin: the offset at which one goes is at most the radius of the largest ball about a point of its narrowest section, and at least \
@@ -52,7 +49,8 @@ static META: Meta = Meta {
              for whole bodies and closed voids where the text of the search says that all were decided: a hole or a pin is missed if its section is \
              more than 1.5 (material: 1.8) times as long as wide, if it tapers by more than 30 degrees, if it is blind and less deep than wide or not about as wide all along, or if no facet that was looked from has its \
              middle on it; a pocket, or a joint of several arms, is not looked for. \
-             Sections farther across than eight of the widths that are looked for count as walls and gaps, which go where they are thinnest; bridges in a section are looked for at two dozen places. A gap that closes may join a body to itself or \
+             A pin, strut or hole whose section narrows away from its middle, as an ellipse or the arm of a cross does, is told where two sides of it oppose each other, \
+             which may be a seventh before all of it goes (the arm of a cross: a third). A gap that closes may join a body to itself or \
              enclose a void; which of the two is not told. Offsets are uniform; scaling is not.",
     source: "Critical points of the distance function lie where the contacts of a ball oppose each other: F. Chazal, D. Cohen-Steiner, A. \
              Lieutier, A sampling theory for compact sets in Euclidean space, 2009.",
@@ -71,8 +69,7 @@ impl Check for Offset {
         let kind = |name, reading| Kind { name, rule: "offset", limits: twice, reading };
         let search = |side, kinds| {
             let (code, rods, necks, beside) = (META.code, Vec::new(), Vec::new(), Beside::AsMuch);
-            let goes = Goes::AsAWhole;
-            Sheets { part, process, context, code, side, kinds, rods, necks, beside, goes }.measure().0
+            Sheets { part, process, context, code, side, kinds, rods, necks, beside }.measure().0
         };
         let inwards = search(Side::Material, vec![kind("lost", Reading::WithinBody)]);
         let outwards =
@@ -359,134 +356,6 @@ mod tests {
                     all[0]
                 );
                 assert!(found(mesh, "0.21mm,0.21mm").is_empty());
-            }
-        }
-    }
-
-    /// The prism over a counter-clockwise outline that is seen from the origin, from a height to another; around it out to so many times the outline
-    /// if that is given.
-    fn prism_of(outline: &[[f64; 2]], [from, to]: [f64; 2], around: Option<f64>) -> TriangleMesh {
-        let at = |[x, y]: [f64; 2], times: f64, z: f64| [times * x, times * y, z];
-        let next = outline.iter().cycle().skip(1);
-        let facets = outline.iter().zip(next).flat_map(|(&p, &q)| {
-            let quad = |a, b, c, d| [[a, b, c], [a, c, d]];
-            // The side nearer to the axis first: what is around an outline has its own side turned in.
-            let (near, far) = around.map_or((0.0, 1.0), |times| (1.0, times));
-            let [low, high] = [from, to].map(|z| [at(p, near, z), at(q, near, z), at(q, far, z), at(p, far, z)]);
-            let outer = quad(low[3], low[2], high[2], high[3]);
-            let caps = [quad(low[0], low[1], low[2], low[3]), quad(high[0], high[3], high[2], high[1])].concat();
-            let inner = around.map_or(Vec::new(), |_| quad(low[1], low[0], high[0], high[1]).to_vec());
-            [outer.to_vec(), caps, inner].concat()
-        });
-        let mesh = TriangleMesh::weld(facets.filter(|[a, b, c]| a != b && b != c && c != a));
-        assert!(mesh.signed_volume() > 0.0);
-        mesh
-    }
-
-    /// A section as a pin on a plate, as a strut between two and as a hole, turned.
-    fn pin_strut_and_hole(outline: &[[f64; 2]]) -> [(TriangleMesh, &'static str); 3] {
-        let rod = || prism_of(outline, [0.0, 5.0], None);
-        let plate = |z: f64| cuboid([-3.0, -3.0, z], [3.0, 3.0, z + 2.0]);
-        let united = |m: TriangleMesh| crate::geometry::union::united(&m, 1e-7).unwrap();
-        let pin = united(plate(-1.9).joined(&rod()));
-        let strut = united(plate(-1.9).joined(&rod()).joined(&plate(4.9)));
-        let hole = prism_of(outline, [0.0, 5.0], Some(6.0));
-        let (s, c) = 0.7f64.sin_cos();
-        let rows = [[c, -s, 0.0], [0.6 * s, 0.6 * c, -0.8], [0.8 * s, 0.8 * c, 0.6]];
-        [(pin, "lost"), (strut, "lost"), (hole, "closed")].map(|(m, kind)| (m.transformed(rows, [0.3, 0.1, 0.2]), kind))
-    }
-
-    /// An outline of so many corners: of a circle, drawn to other half axes.
-    fn ellipse(a: f64, b: f64, corners: usize) -> Vec<[f64; 2]> {
-        let turns = (0..corners).map(|k| (std::f64::consts::TAU * k as f64 / corners as f64).sin_cos());
-        turns.map(|(s, c)| [a * c, b * s]).collect()
-    }
-
-    /// A cross with arms of 0.5 mm that reach so far from its middle, and an L of the same width whose middle is at the origin.
-    fn cross_and_l(reach: f64) -> [Vec<[f64; 2]>; 2] {
-        let (w, r) = (0.25, reach);
-        let cross = [
-            [w, -w],
-            [r, -w],
-            [r, w],
-            [w, w],
-            [w, r],
-            [-w, r],
-            [-w, w],
-            [-r, w],
-            [-r, -w],
-            [-w, -w],
-            [-w, -r],
-            [w, -r],
-        ];
-        [cross.to_vec(), vec![[-w, -w], [0.65, -w], [0.65, w], [w, w], [w, 0.65], [-w, 0.65]]]
-    }
-
-    #[test]
-    fn a_section_goes_at_the_radius_of_its_largest_ball_however_thin_it_is_beside_that() {
-        let half: Vec<[f64; 2]> = (0..=24)
-            .map(|k| (std::f64::consts::PI * f64::from(k) / 24.0).sin_cos())
-            .map(|(s, c)| [0.55 * c, 0.55 * s - 0.25])
-            .collect();
-        let [_, l] = cross_and_l(0.6);
-        let root = std::f64::consts::SQRT_2;
-        // The largest circle in a half one touches the middle of the side across, and the arc where facets are.
-        for (outline, radius, least) in
-            [(ellipse(0.55, 0.27, 64), 0.27, 0.2695), (half, 0.275, 0.2735), (l, 0.5 * (2.0 - root), 0.2928)]
-        {
-            for (mesh, kind) in pin_strut_and_hole(&outline) {
-                let all = found(mesh.clone(), "0.3mm,0.3mm");
-                let told: Vec<(&str, f64, f64, f64)> =
-                    all.iter().map(|f| (f.kind.as_str(), f.value, f.low, f.high)).collect();
-                assert!(told.len() == 1 && told[0].0 == kind, "{radius}: {told:?}");
-                let (_, value, low, high) = told[0];
-                assert!(least <= high && low <= radius + 1e-6 && low > 0.98 * least, "{radius}: {told:?}");
-                assert!(least - 1e-4 <= value && value <= radius + 1e-6, "{radius}: {told:?}");
-                // The arms of an L go before, and do not come back.
-                let less = format!("{0}mm,{0}mm", 0.99 * least);
-                assert_eq!(found(mesh, &less).is_empty(), outline.len() > 6, "{radius}");
-            }
-        }
-    }
-
-    #[test]
-    fn what_an_offset_narrows_and_the_opposite_one_brings_back_is_not_lost() {
-        let [cross, _] = cross_and_l(0.6);
-        for outline in [ellipse(0.7, 0.32, 64), ellipse(0.96, 0.32, 96), cross] {
-            for (mesh, kind) in pin_strut_and_hole(&outline) {
-                assert_eq!(found(mesh, "0.3mm,0.3mm"), [], "{kind} {:?}", outline.first());
-            }
-        }
-    }
-
-    #[test]
-    fn arms_that_stay_lost_and_bridges_that_part_are_told_by_themselves() {
-        // Arms 2 mm long, a T with a web of 0.3 mm, and two round halves that meet in 0.3 and in 0.5 mm.
-        let [long, _] = cross_and_l(2.25);
-        let letter = [
-            [0.15, -0.25],
-            [1.0, -0.25],
-            [1.0, 0.25],
-            [-1.0, 0.25],
-            [-1.0, -0.25],
-            [-0.15, -0.25],
-            [-0.15, -1.5],
-            [0.15, -1.5],
-        ];
-        let lobes = |half: f64| {
-            let end = std::f64::consts::PI - (half / 0.3).asin() - 0.03;
-            let side = |sign: f64| {
-                let turns = (0..=24).map(move |k| end * (f64::from(k) / 12.0 - 1.0));
-                turns.map(move |t: f64| [sign * (0.35 + 0.3 * t.cos()), sign * 0.3 * t.sin()])
-            };
-            side(1.0).chain([[0.0, half]]).chain(side(-1.0)).chain([[0.0, -half]]).collect()
-        };
-        for (outline, radius) in [(long, 0.25), (letter.to_vec(), 0.15), (lobes(0.15), 0.15), (lobes(0.25), 0.25)] {
-            for (mesh, kind) in pin_strut_and_hole(&outline) {
-                let all = found(mesh, "0.31mm,0.31mm");
-                let told: Vec<(&str, f64)> = all.iter().map(|f| (f.kind.as_str(), f.value)).collect();
-                assert!(!told.is_empty() && told.iter().all(|t| t.0 == kind), "{radius}: {told:?}");
-                assert!((told[0].1 - radius).abs() < 1e-3, "{radius}: {told:?}");
             }
         }
     }

@@ -6,7 +6,6 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
-use super::section_ball::Goes;
 use super::sheet_shape::{Form, Scale, Sheet, sheet_of};
 use super::sheet_thinnest::{Seeking, Sought, share_of_told};
 use super::sheet_words::{Room, Rooms};
@@ -58,7 +57,6 @@ pub struct Sheets<'a> {
     pub necks: Vec<Rod>,
     /// What a hint to grow has to leave.
     pub beside: Beside,
-    pub goes: Goes,
 }
 
 impl Sheets<'_> {
@@ -159,8 +157,6 @@ impl Sheets<'_> {
         measured.budget = (budget.looks > 0).then_some(budget);
         let judged = |s: Sought| {
             let sheet = s.sheet?;
-            let whole = || self.as_a_whole(&sheet, &s.samples, kind.limits);
-            let sheet = if self.goes == Goes::AsAWhole { whole().unwrap_or(sheet) } else { sheet };
             let thinnest = (sheet.thinnest.contacts, sheet.thinnest.diameter);
             let room = self.room((kind, thin), thinnest, s.samples.iter());
             Some((self.finding(kind, &sheet), room))
@@ -178,7 +174,6 @@ impl Sheets<'_> {
         let thinnest =
             thinnest.or_else(|| noticed.map(|s| (Bracket::new(s.diameter, s.low.max(warn), s.diameter), s.centre)));
         self.note_worst(kind, measured, thinnest);
-        findings.retain(|f| f.state > State::Pass);
         let tolerance = |f: &[Finding]| f.first().map_or(0.0, |f| (0.01 * f.value).max(0.004));
         let step = tolerance(&findings);
         let mut grouped = group_equal(findings, step);
@@ -207,7 +202,7 @@ impl Sheets<'_> {
 
     fn finding(&self, kind: &Kind, sheet: &Sheet) -> Finding {
         let s = &sheet.thinnest;
-        let bracket = Bracket::new(s.diameter, sheet.low, sheet.section_ball.unwrap_or(s.diameter));
+        let bracket = Bracket::new(s.diameter, sheet.low, s.diameter);
         // What is thin over less than its own thickness, or just short of a wall, is a neck: no part fails for it if it carries nothing.
         let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
         let carries = || self.necks.iter().any(|r| r.holds(s.centre));
@@ -216,14 +211,13 @@ impl Sheets<'_> {
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
         let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());
-        if (bracket.high - bracket.low).abs() <= self.part.step() {
+        if (s.diameter - sheet.low).abs() <= self.part.step() {
             f.basis = Basis::Exact;
         }
         f.area_mm2 = Some(report_digits(sheet.thin));
         locate(&mut f, self.part, self.context, s.centre, sheet.extent);
         let points = [s.centre, s.contacts[0], s.contacts[1]].map(|p| reported(self.part, p));
-        let ball = if sheet.section_ball.is_some() { Witness::LARGEST_BALL } else { "medial-ball" };
-        f.witness = Some(Witness { kind: ball.into(), points_mm: points.to_vec() });
+        f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
         let [long, wide, _] = sheet.spans.map(|x| short((x * 10.0).round() / 10.0));
         f.message = match sheet.form {
             Form::Plate => format!("over {long} × {wide} mm"),

@@ -40,8 +40,6 @@ pub enum Form {
 pub struct Sheet {
     pub thinnest: Sample,
     pub low: f64,
-    /// How large the largest ball in its section is at most, where that and not its thinnest place tells when it goes: the diameter.
-    pub section_ball: Option<f64>,
     /// Area of the patches it was found on, on one side, mm².
     pub area: f64,
     /// Area of what of them is thin, mm².
@@ -162,7 +160,6 @@ fn summed(parallel: &[&Sample]) -> Option<Sheet> {
     Some(Sheet {
         thinnest,
         low: parallel.iter().map(|s| s.low).fold(thinnest.diameter, f64::min),
-        section_ball: None,
         area,
         thin: 0.5 * parallel.iter().map(|s| s.thin).sum::<f64>(),
         extent: bounds(parallel.iter().flat_map(|s| s.contacts))?,

@@ -341,7 +341,6 @@ mod tests {
     use super::super::contract::{Check, Context, Outcome};
     use super::super::room::Beside;
     use super::super::search;
-    use super::super::section_ball::Goes;
     use super::super::sheet_shape::tests::plate;
     use super::super::sheet_shape::{Form, sheet_of};
     use super::super::thin_wall::ThinWall;
@@ -365,7 +364,6 @@ mod tests {
             rods: Vec::new(),
             necks: Vec::new(),
             beside: Beside::Limit,
-            goes: Goes::AtThinnest,
         };
         let question = search::question(&part, &process, &context, Side::Material, &[0.8, 1.2]);
         let scale = Scale { wide: 1.2, tight: 0.8 };

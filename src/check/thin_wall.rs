@@ -5,7 +5,6 @@ use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
 use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
 use super::room::{Beside, Fit, Growth};
-use super::section_ball::Goes;
 use super::sheet::{Kind, Reading, Sheets};
 use super::thin_body::{ThinBody, room_in, thin_bodies};
 use crate::error::Result;
@@ -62,7 +61,6 @@ impl Check for ThinWall {
             rods: judged(part, process, Side::Material),
             necks: necks(part, process),
             beside: Beside::Limit,
-            goes: Goes::AtThinnest,
         };
         let (mut measured, facets) = sheets.measure();
         add_bodies(&sheets, limits, &mut measured);

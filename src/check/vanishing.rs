@@ -125,8 +125,7 @@ pub(super) fn vanishing_finding(
     let bracket = Bracket::new(piece.ball.radius, piece.ball.radius, piece.ball.high);
     let mut f = Finding::judged(code, kind, bracket, Basis::Certified, limits, "mm", part.tie());
     locate(&mut f, part, context, piece.ball.centre, piece.extent);
-    f.witness =
-        Some(Witness { kind: Witness::LARGEST_BALL.into(), points_mm: vec![reported(part, piece.ball.centre)] });
+    f.witness = Some(Witness { kind: "largest-ball".into(), points_mm: vec![reported(part, piece.ball.centre)] });
     if part.health().bodies.len() > 1 {
         f.bodies = Some(vec![u64::from(piece.body) + 1]);
     }

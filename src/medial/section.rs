@@ -78,19 +78,8 @@ pub struct Plane {
 /// # Cost
 /// The facets along the curve.
 pub fn section(mesh: &TriangleMesh, next: &Adjacency, plane: Plane, start: u32, within: f64) -> Option<Section> {
-    outlined(mesh, next, plane, start, within).map(|found| found.0)
-}
-
-/// The same with the corners of the curve.
-pub fn outlined(
-    mesh: &TriangleMesh,
-    next: &Adjacency,
-    plane: Plane,
-    start: u32,
-    within: f64,
-) -> Option<(Section, Vec<Vec3>)> {
     let (points, facets) = curve(mesh, next, plane, start, within)?;
-    Some((summed_up(mesh, plane, &points, &facets)?, points))
+    summed_up(mesh, plane, &points, &facets)
 }
 
 /// The corners of such a curve, and the facet before each: that from which it comes there.
