@@ -163,9 +163,12 @@ fn is_open(check: &CheckReport) -> bool {
     check.findings.iter().any(|f| !f.decided)
 }
 
-/// A number of samples as `1.7M`.
+/// A number of samples as `1.7M`, or in full where that would be `0M`.
 fn millions(samples: u64) -> String {
-    format!("{}M", short((samples as f64 / 1e5).round() / 10.0))
+    match samples {
+        0..50_000 => phrase::thousands(samples),
+        _ => format!("{}M", short((samples as f64 / 1e5).round() / 10.0)),
+    }
 }
 
 /// The verdict alone, for `--quiet`.
@@ -379,6 +382,11 @@ fn wrapped(text: &str, most: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_samples_are_told_in_full() {
+        assert_eq!([0, 33_120, 50_000, 1_718_080].map(millions), ["0", "33,120", "0.1M", "1.7M"]);
+    }
 
     #[test]
     fn lines_are_cut_between_words() {
