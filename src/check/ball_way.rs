@@ -99,8 +99,7 @@ impl Search {
                 Place::End(end) => met.add(end),
                 Place::Free => {
                     free.push(index);
-                    let next = self.beside.offsets().map(|offset| [0, 1, 2].map(|a| index[a] + offset[a]));
-                    waiting.extend(next.filter(|&n| self.known.insert(n)));
+                    waiting.extend(self.beside.around(index).filter(|&n| self.known.insert(n)));
                 }
             }
         }
@@ -128,15 +127,6 @@ impl Lattice {
         [0, 1, 2].map(|a| ((p[a] - self.origin[a]) / self.step).round() as i32)
     }
 
-    /// The six points beside one, along the axes.
-    pub fn faces(&self, at: [i32; 3]) -> [[i32; 3]; 6] {
-        [0, 1, 2, 3, 4, 5].map(|n: usize| {
-            let mut beside = at;
-            beside[n / 2] += if n.is_multiple_of(2) { -1 } else { 1 };
-            beside
-        })
-    }
-
     /// Where a point is.
     pub fn at(&self, index: [i32; 3]) -> Vec3 {
         [0, 1, 2].map(|a| self.origin[a] + self.step * f64::from(index[a]))
@@ -144,6 +134,11 @@ impl Lattice {
 }
 
 impl Beside {
+    /// The points beside one.
+    pub fn around(self, at: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+        self.offsets().map(move |offset| [0, 1, 2].map(|a| at[a] + offset[a]))
+    }
+
     fn offsets(self) -> impl Iterator<Item = [i32; 3]> {
         let all = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
         all.filter(move |o: &[i32; 3]| {

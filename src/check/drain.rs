@@ -211,7 +211,7 @@ impl Judge<'_> {
     fn finish(&mut self) -> Result<()> {
         let m = &mut self.measured;
         let h = short(self.context.spacing_mm);
-        // What a sample may be touched by, on both sides.
+        // Walls may touch samples a diagonal off, on both sides of a cup.
         let narrow = hundredths(4.0 * HALF_DIAGONAL * self.context.spacing_mm);
         m.cover = format!(
             "Every layer of a grid of {h} mm was flooded, with the plate above and below. Cups narrower than {narrow} mm may be missed; \

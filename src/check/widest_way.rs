@@ -1,6 +1,6 @@
 //! How wide the widest way from a place of the void to the outside is, by the distance to the surface itself.
 
-use super::ball_way::{Lattice, MOST_ASKED};
+use super::ball_way::{Beside, Lattice, MOST_ASKED};
 use super::budget::Budget;
 use super::finding::Bracket;
 use super::throat::Stands;
@@ -210,7 +210,7 @@ impl<'a> WaysOut<'a> {
                 waiting.push(Waiting { clearance, on: Some(way), ..next });
                 continue;
             }
-            for beside in level.lattice.faces(next.at).into_iter().filter(|&at| seen.insert(at)) {
+            for beside in Beside::Face.around(next.at).filter(|&at| seen.insert(at)) {
                 let p = level.lattice.at(beside);
                 let near = surface.nearest_from(p, next.facet);
                 if near.distance > 0.5 * step {

@@ -29,7 +29,7 @@ impl Seeker<'_> {
         }
         let inward = scale(patch.axis, -1.0);
         let thick = chord.bound;
-        // What the coordinates of a file may be off by, and four thousandths of a ball between planes hardly bent.
+        // Ball and bound that differ by less are one, and so is what the coordinates of the file do not tell apart.
         let slack = q.agree.max(2.0 * q.tolerance);
         let plane = self.mesh.corners(opposite.facet)[0];
         let depth = |p: Vec3| dot(sub(p, patch.corners[0]), inward);
