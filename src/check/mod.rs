@@ -30,6 +30,7 @@ mod fillet;
 mod fillet_section;
 mod filling;
 mod finding;
+mod for_good;
 mod fusing;
 mod gone;
 mod hanging;

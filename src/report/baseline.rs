@@ -82,12 +82,27 @@ impl Change {
         }
     }
 
+    /// Whether it was accepted, and is not now.
+    pub fn is_no_longer_accepted(&self) -> bool {
+        let was_accepted = self.old.as_ref().is_some_and(|f| f.accepted.is_some());
+        was_accepted && self.new.as_ref().is_some_and(Finding::counts)
+    }
+
+    /// Whether it is told by itself, and not only counted.
+    fn is_told(&self) -> bool {
+        self.delta != Delta::Same || self.is_no_longer_accepted()
+    }
+
+    /// What became of it, in words: [`from_to`], and that it was accepted if it is not now.
+    fn words(&self) -> String {
+        from_to(self) + if self.is_no_longer_accepted() { ", no longer accepted" } else { "" }
+    }
+
     /// The state that `--fail-on new` goes by: of what is new or worse, or was accepted, and is not accepted now; `None` for anything else.
     ///
     /// A gap between bodies that are one now fails where gaps have a limit to fail by: nothing is narrower.
     pub fn news(&self) -> Option<State> {
-        let was_accepted = self.old.as_ref().is_some_and(|f| f.accepted.is_some());
-        let is_news = matches!(self.delta, Delta::New | Delta::Worse) || was_accepted;
+        let is_news = matches!(self.delta, Delta::New | Delta::Worse) || self.is_no_longer_accepted();
         let told = self.new.as_ref().filter(|f| is_news && f.counts()).map(|f| f.state);
         let joined = self.old.as_ref().filter(|f| !self.one_body.is_empty() && f.counts());
         told.max(joined.map(|f| if f.fail.is_some() { State::Fail } else { State::Warn }))
@@ -146,17 +161,17 @@ impl Comparison {
     /// What a report repeats of it.
     pub fn told(&self) -> BaselineReport {
         let words = [Some(self.words()), self.bodies_words()];
-        let of = |c: &Change| ChangeReport { delta: c.delta.word().into(), check: c.check.clone(), words: from_to(c) };
+        let of = |c: &Change| ChangeReport { delta: c.delta.word().into(), check: c.check.clone(), words: c.words() };
         BaselineReport {
             words: words.into_iter().flatten().collect::<Vec<_>>().join("; "),
             bodies: self.bodies,
             judged_otherwise: self.conditions.clone(),
             not_compared: self.not_compared.clone(),
-            changes: self.changes.iter().filter(|c| c.delta != Delta::Same).map(of).collect(),
+            changes: self.changes.iter().filter(|c| c.is_told()).map(of).collect(),
         }
     }
 
-    /// The counts as words: `1 new, 2 same`; `no findings in either` for none.
+    /// The counts as words: `1 new, 2 same`; `no findings in either` for none; `3 same (1 no longer accepted)` where that is news.
     pub fn words(&self) -> String {
         let kinds = [Delta::New, Delta::Worse, Delta::Unchecked, Delta::Same, Delta::Better, Delta::Fixed];
         let parts: Vec<String> = kinds
@@ -165,7 +180,9 @@ impl Comparison {
             .filter(|(_, n)| *n > 0)
             .map(|(d, n)| format!("{n} {}", d.word()))
             .collect();
-        if parts.is_empty() { "no findings in either".into() } else { parts.join(", ") }
+        let withdrawn = self.changes.iter().filter(|c| c.is_no_longer_accepted()).count();
+        let withdrawn = if withdrawn > 0 { format!(" ({withdrawn} no longer accepted)") } else { String::new() };
+        if parts.is_empty() { "no findings in either".into() } else { parts.join(", ") + &withdrawn }
     }
 }
 
@@ -301,14 +318,14 @@ fn up(part: &PartReport) -> String {
 /// The comparison for a terminal: one line for each change that is not the same, then the counts.
 pub fn text(comparison: &Comparison, palette: Palette) -> String {
     let mut out = String::new();
-    for c in comparison.changes.iter().filter(|c| c.delta != Delta::Same) {
+    for c in comparison.changes.iter().filter(|c| c.is_told()) {
         let state = match c.delta {
             Delta::New | Delta::Worse => State::Fail,
             Delta::Unchecked => State::Undecided,
             _ => State::Pass,
         };
         out.push_str(&palette.state(state, &format!("{:<10}", c.delta.word())));
-        out.push_str(&format!("{:<18} {}\n", printable(&c.check), from_to(c)));
+        out.push_str(&format!("{:<18} {}\n", printable(&c.check), c.words()));
     }
     for said in &comparison.conditions {
         out.push_str(&format!("judged otherwise: {said}\n"));
