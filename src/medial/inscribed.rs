@@ -12,6 +12,8 @@ const STEPS: usize = 40;
 const WALLS: usize = 16;
 /// Points of the surface between which a ball is held.
 const MEETING: usize = 4;
+/// A vector that is moved towards another by less than this share of the way is as good as the shortest.
+const LEAST_SHARE: f64 = 1e-12;
 
 /// A box with its own axes, in which the centre is sought; half edges of zero make it a rectangle.
 #[derive(Debug, Clone, Copy)]
@@ -189,10 +191,11 @@ fn shortest(all: &[Vec3]) -> Vec3 {
         let Some(least) = all.iter().copied().min_by(|a, b| dot(v, *a).total_cmp(&dot(v, *b))) else { break };
         let way = sub(least, v);
         let far = norm2(way);
-        if far <= 0.0 {
+        let share = (-dot(v, way) / far.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        if share <= LEAST_SHARE {
             break;
         }
-        v = along(v, way, (-dot(v, way) / far).clamp(0.0, 1.0));
+        v = along(v, way, share);
     }
     v
 }

@@ -58,8 +58,9 @@ pub fn opened(
     is_on_side: impl Fn(Vec3) -> bool,
 ) -> Opened {
     let mut known: Vec<(Vec3, f64)> = Vec::new();
-    let mut open = vec![region];
-    while let Some(region) = open.pop() {
+    // Whether a box that lies on one side is on the one that is asked for is asked once for all its halves.
+    let mut open = vec![(region, Side::Unasked)];
+    while let Some((region, side)) = open.pop() {
         let (c, reach) = (region.centre, norm(region.half));
         let Some(near) = surface.nearest(c, f64::INFINITY) else { return Opened::Open };
         let clear = near.distance;
@@ -68,7 +69,8 @@ pub fn opened(
         if clear + reach < depth || clear - reach >= radius || known.iter().any(lies_in) {
             continue;
         }
-        if clear >= reach && !is_on_side(c) {
+        let is_whole = side == Side::Own || clear >= reach;
+        if side == Side::Unasked && is_whole && !is_on_side(c) {
             continue;
         }
         if *left == 0 {
@@ -99,9 +101,17 @@ pub fn opened(
                 false => {}
             }
         }
-        open.extend(region.halves());
+        let side = if is_whole { Side::Own } else { Side::Unasked };
+        open.extend(region.halves().map(|half| (half, side)));
     }
     Opened::Kept
+}
+
+/// What is known of the side of the surface on which a box lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    Own,
+    Unasked,
 }
 
 #[cfg(test)]
