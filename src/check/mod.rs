@@ -30,7 +30,6 @@ mod fillet;
 mod fillet_section;
 mod filling;
 mod finding;
-mod for_good;
 mod fusing;
 mod gone;
 mod hanging;

@@ -18,7 +18,6 @@ mod head;
 mod held;
 pub mod inscribed;
 pub mod map;
-pub mod opened;
 mod orifice;
 mod reach;
 pub mod refine;
