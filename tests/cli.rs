@@ -520,10 +520,11 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
         assert!(text(page).contains("a living hinge"), "{page}");
     }
     s.write("held.json", text("report.json"));
-    let withdrawn = run(&["--baseline", "held.json", "--fail-on", "new"]);
+    let withdrawn = run(&["--baseline", "held.json", "--fail-on", "new", "--format", "json,markdown"]);
     assert_eq!(withdrawn.exit, 1, "{}", withdrawn.out);
     assert_eq!(withdrawn.out.matches("no longer accepted").count(), 2, "{}", withdrawn.out);
     assert!(withdrawn.out.contains("baseline: 1 same (1 no longer accepted)"), "{}", withdrawn.out);
+    assert!(text("report.md").contains(", no longer accepted |"), "{}", text("report.md"));
     let ended = run(&["--accept", "accept.toml", "--today", "2027-07-01"]);
     assert_eq!(ended.exit, 1, "{}", ended.out);
     assert!(ended.out.contains("acceptance ended on 2027-06-30: a living hinge"), "{}", ended.out);

@@ -89,12 +89,12 @@ impl Change {
     }
 
     /// Whether it is told by itself, and not only counted.
-    fn is_told(&self) -> bool {
+    pub fn is_told(&self) -> bool {
         self.delta != Delta::Same || self.is_no_longer_accepted()
     }
 
     /// What became of it, in words: [`from_to`], and that it was accepted if it is not now.
-    fn words(&self) -> String {
+    pub fn words(&self) -> String {
         from_to(self) + if self.is_no_longer_accepted() { ", no longer accepted" } else { "" }
     }
 

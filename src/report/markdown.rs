@@ -1,6 +1,6 @@
 //! The report as Markdown for a job summary or a comment: short, escaped, and within the limits of such places.
 
-use super::baseline::{self, Comparison, Delta};
+use super::baseline::Comparison;
 use super::phrase::{self, Numbered};
 use super::schema::Report;
 use crate::check::State;
@@ -66,11 +66,11 @@ fn changes(c: &Comparison) -> String {
     }
     out.extend(c.not_compared_words().map(|said| format!("\n{}\n", escaped(&phrase::sentence(&said)))));
     out.extend(c.bodies_words().map(|said| format!("\n{}\n", phrase::sentence(&said))));
-    let moved: Vec<_> = c.changes.iter().filter(|c| c.delta != Delta::Same).collect();
+    let moved: Vec<_> = c.changes.iter().filter(|c| c.is_told()).collect();
     if !moved.is_empty() {
         out.push_str("\n| | Check | Value |\n|---|---|---|\n");
         for c in moved.iter().take(ROWS) {
-            out.push_str(&format!("| {} | {} | {} |\n", c.delta.word(), escaped(&c.check), baseline::from_to(c)));
+            out.push_str(&format!("| {} | {} | {} |\n", c.delta.word(), escaped(&c.check), c.words()));
         }
     }
     out
