@@ -315,13 +315,14 @@ fn up(part: &PartReport) -> String {
     axis.map_or_else(|| [x, y, z].map(short).join(","), |a| a.0.into())
 }
 
-/// The comparison for a terminal: one line for each change that is not the same, then the counts.
+/// The comparison for a terminal: one line for each change that is told by itself, then the counts.
 pub fn text(comparison: &Comparison, palette: Palette) -> String {
     let mut out = String::new();
     for c in comparison.changes.iter().filter(|c| c.is_told()) {
         let state = match c.delta {
             Delta::New | Delta::Worse => State::Fail,
             Delta::Unchecked => State::Undecided,
+            _ if c.is_no_longer_accepted() => State::Fail,
             _ => State::Pass,
         };
         out.push_str(&palette.state(state, &format!("{:<10}", c.delta.word())));
