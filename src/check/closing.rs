@@ -89,7 +89,15 @@ fn is_even(rod: &Rod) -> bool {
 
 /// The largest ball of a side about a point of a rod's narrowest section; `None` if the rod is all near its closed ends.
 fn largest_in_section(part: &Part, side: Side, rod: &Rod, offset: f64) -> Option<Largest> {
-    let (centre, axis, radius) = section_of(rod)?;
+    largest_in_plane((part, side), section_of(rod)?, offset)
+}
+
+/// The largest ball of a side about a point of a plane that is seen from a centre in it and no farther off than a radius.
+pub(super) fn largest_in_plane(
+    (part, side): (&Part, Side),
+    (centre, axis, radius): (Vec3, Vec3, f64),
+    offset: f64,
+) -> Option<Largest> {
     let [u, v] = across(axis);
     let region = Region { centre, axes: [u, v, axis], half: [radius, radius, 0.0] };
     let until = Until { enough: offset, agree: AGREE * offset, most: MOST };

@@ -158,7 +158,7 @@ pub struct Spot {
 /// The points by which somebody else can check a value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Witness {
-    /// What the points are: `medial-ball` (centre and contacts), `nearest-pair`, `facet`, …
+    /// What the points are: `medial-ball` (centre and contacts), `containing-ball` (a point and the centre), `nearest-pair`, `facet`, …
     pub kind: String,
     /// The points in the frame of the input file, millimetres.
     pub points_mm: Vec<[f64; 3]>,

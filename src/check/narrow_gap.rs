@@ -2,6 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Meta, Outcome, limits_of};
 use super::finding::Limits;
+use super::for_good::Told;
 use super::rods::round_void;
 use super::room::Beside;
 use super::sheet::{Kind, Reading, Sheets};
@@ -46,7 +47,8 @@ impl Check for NarrowGap {
         };
         let rods = round_void(part, process);
         let (code, side, beside) = (META.code, Side::Void, Beside::Limit);
-        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks: Vec::new(), beside };
+        let (necks, told) = (Vec::new(), Told::AsThin);
+        let sheets = Sheets { part, process, context, code, side, kinds, rods, necks, beside, told };
         let (mut measured, facets) = sheets.measure();
         measured.map = Some(MapWanted {
             kind: MapKind::Gap,

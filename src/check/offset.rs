@@ -4,6 +4,7 @@ use super::apart::{TRIED, can_part, words};
 use super::closing::{closing, closing_finding, rods_within};
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Bracket, Finding, Limits, State};
+use super::for_good::Told;
 use super::gone::Known;
 use super::place::{group_equal, reported};
 use super::room::{Beside, NO_ROOM};
@@ -37,7 +38,12 @@ static META: Meta = Meta {
     how: "Growing by d closes a gap between opposing surfaces when 2 d is as wide as the gap, shrinking by d loses a wall when 2 d is as \
           thick as the wall. So gaps and walls up to twice the offset are searched on the mesh as for narrow-gap and thin-wall: where \
           none is found, no offset up to the limit closes or loses anything between two sides that oppose each other to within 30 degrees, and \
-          this is a proof. What lies between three or five sides is sought apart. Holes, pins and struts are looked for as for small-hole and \
+          this is a proof. An ellipse or a lens is thinner beside its middle than in it; an offset that narrows it is brought back by the opposite \
+          one as long as a ball of its radius contains the middle of the thin place: between sides that lean, a wall or a gap goes at half its local \
+          thickness, the largest such ball, where its sides are parallel, or at the largest ball in the section of a neck. The upper end of that \
+          bracket bounds these balls; up to the lower end all of the place that is as deep as its thinnest has been proved to be kept, and balls to pass \
+          between all of it. Where they were not found to pass, its thinnest place is told, with the balls as the upper end. \
+          What lies between three or five sides is sought apart. Holes, pins and struts are looked for as for small-hole and \
           thin-pin: the offset at which one goes is at most the radius of the largest ball about a point of its narrowest section, and at least \
           the least distance of its line to the surface. Of each body and each closed void the largest ball is sought, by halving boxes: \
           none is lost or filled as a whole by less than its radius, and each is by the bound on all. That bound is the upper end of its bracket. \
@@ -49,11 +55,11 @@ static META: Meta = Meta {
              for whole bodies and closed voids where the text of the search says that all were decided: a hole or a pin is missed if its section is \
              more than 1.5 (material: 1.8) times as long as wide, if it tapers by more than 30 degrees, if it is blind and less deep than wide or not about as wide all along, or if no facet that was looked from has its \
              middle on it; a pocket, or a joint of several arms, is not looked for. \
-             A pin, strut or hole whose section narrows away from its middle, as an ellipse or the arm of a cross does, is told where two sides of it oppose each other, \
-             which may be a seventh before all of it goes (the arm of a cross: a third). A gap that closes may join a body to itself or \
+             The parallel sides of a cross or an L go at half their width, though what lies between its arms is wider and stays. A gap that closes may join a body to itself or \
              enclose a void; which of the two is not told. Offsets are uniform; scaling is not.",
     source: "Critical points of the distance function lie where the contacts of a ball oppose each other: F. Chazal, D. Cohen-Steiner, A. \
-             Lieutier, A sampling theory for compact sets in Euclidean space, 2009.",
+             Lieutier, A sampling theory for compact sets in Euclidean space, 2009. Local thickness: T. Hildebrand, P. Rüegsegger, A new method for the \
+             model-independent assessment of thickness in three-dimensional images, 1997.",
 };
 
 impl Check for Offset {
@@ -69,7 +75,7 @@ impl Check for Offset {
         let kind = |name, reading| Kind { name, rule: "offset", limits: twice, reading };
         let search = |side, kinds| {
             let (code, rods, necks, beside) = (META.code, Vec::new(), Vec::new(), Beside::AsMuch);
-            Sheets { part, process, context, code, side, kinds, rods, necks, beside }.measure().0
+            Sheets { part, process, context, code, side, kinds, rods, necks, beside, told: Told::AsGone }.measure().0
         };
         let inwards = search(Side::Material, vec![kind("lost", Reading::WithinBody)]);
         let outwards =

@@ -3,6 +3,7 @@
 use super::budget::Budget;
 use super::contract::{Context, Measured, Worst};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::for_good::{Gone, Told};
 use super::place::{group_equal, locate, reported};
 use super::room::{Beside, Thin};
 use super::search::{self, BOXES};
@@ -57,6 +58,7 @@ pub struct Sheets<'a> {
     pub necks: Vec<Rod>,
     /// What a hint to grow has to leave.
     pub beside: Beside,
+    pub told: Told,
 }
 
 impl Sheets<'_> {
@@ -157,9 +159,13 @@ impl Sheets<'_> {
         measured.budget = (budget.looks > 0).then_some(budget);
         let judged = |s: Sought| {
             let sheet = s.sheet?;
+            let gone = (self.told == Told::AsGone).then(|| self.gone(&sheet, &s.samples, kind.limits)).flatten();
+            if gone.as_ref().is_some_and(|g| g.bracket.low >= warn) {
+                return None;
+            }
             let thinnest = (sheet.thinnest.contacts, sheet.thinnest.diameter);
             let room = self.room((kind, thin), thinnest, s.samples.iter());
-            Some((self.finding(kind, &sheet), room))
+            Some((self.finding(kind, &sheet, gone.as_ref()), room))
         };
         let judged: Vec<(Finding, Room)> = sought.into_par_iter().with_max_len(1).filter_map(judged).collect();
         let with_place = |(f, room): (Finding, Room)| {
@@ -200,9 +206,9 @@ impl Sheets<'_> {
         }
     }
 
-    fn finding(&self, kind: &Kind, sheet: &Sheet) -> Finding {
+    fn finding(&self, kind: &Kind, sheet: &Sheet, gone: Option<&Gone>) -> Finding {
         let s = &sheet.thinnest;
-        let bracket = Bracket::new(s.diameter, sheet.low, s.diameter);
+        let bracket = gone.map_or(Bracket::new(s.diameter, sheet.low, s.diameter), |g| g.bracket);
         // What is thin over less than its own thickness, or just short of a wall, is a neck: no part fails for it if it carries nothing.
         let blunt = sheet.form == Form::Spot || s.separation < WALL_SEPARATION;
         let carries = || self.necks.iter().any(|r| r.holds(s.centre));
@@ -211,13 +217,19 @@ impl Sheets<'_> {
         let Limits { fail, warn, sense } = kind.limits;
         let limits = if neck { Limits { fail: None, warn: warn.or(fail), sense } } else { kind.limits };
         let mut f = Finding::judged(self.code, kind.name, bracket, Basis::Certified, limits, "mm", self.part.tie());
-        if (s.diameter - sheet.low).abs() <= self.part.step() {
+        if bracket.high - bracket.low <= self.part.step() {
             f.basis = Basis::Exact;
         }
         f.area_mm2 = Some(report_digits(sheet.thin));
-        locate(&mut f, self.part, self.context, s.centre, sheet.extent);
-        let points = [s.centre, s.contacts[0], s.contacts[1]].map(|p| reported(self.part, p));
-        f.witness = Some(Witness { kind: "medial-ball".into(), points_mm: points.to_vec() });
+        locate(&mut f, self.part, self.context, gone.map_or(s.centre, |g| g.at), sheet.extent);
+        let points = |p: &[Vec3]| p.iter().map(|p| reported(self.part, *p)).collect();
+        f.witness = Some(match gone {
+            Some(g) => Witness { kind: "containing-ball".into(), points_mm: points(&[g.at, g.ball]) },
+            None => {
+                let [a, b] = s.contacts;
+                Witness { kind: "medial-ball".into(), points_mm: points(&[s.centre, a, b]) }
+            }
+        });
         let [long, wide, _] = sheet.spans.map(|x| short((x * 10.0).round() / 10.0));
         f.message = match sheet.form {
             Form::Plate => format!("over {long} × {wide} mm"),

@@ -339,6 +339,7 @@ enum Claim {
 #[cfg(test)]
 mod tests {
     use super::super::contract::{Check, Context, Outcome};
+    use super::super::for_good::Told;
     use super::super::room::Beside;
     use super::super::search;
     use super::super::sheet_shape::tests::plate;
@@ -364,6 +365,7 @@ mod tests {
             rods: Vec::new(),
             necks: Vec::new(),
             beside: Beside::Limit,
+            told: Told::AsThin,
         };
         let question = search::question(&part, &process, &context, Side::Material, &[0.8, 1.2]);
         let scale = Scale { wide: 1.2, tight: 0.8 };

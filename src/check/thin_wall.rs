@@ -2,6 +2,7 @@
 
 use super::contract::{Check, Context, MapKind, MapWanted, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, Limits, State, Witness};
+use super::for_good::Told;
 use super::place::{group_equal, locate, reported};
 use super::rods::{judged, necks, plain};
 use super::room::{Beside, Fit, Growth};
@@ -61,6 +62,7 @@ impl Check for ThinWall {
             rods: judged(part, process, Side::Material),
             necks: necks(part, process),
             beside: Beside::Limit,
+            told: Told::AsThin,
         };
         let (mut measured, facets) = sheets.measure();
         add_bodies(&sheets, limits, &mut measured);

@@ -18,7 +18,7 @@ const AGREE: f64 = 0.01;
 /// Points that a search may look at.
 const MOST: usize = 1 << 14;
 /// A place that goes at less than this share of the offset that takes the whole piece is another one.
-const SAME: f64 = 0.5;
+const SAME: f64 = 0.8;
 
 /// A piece that an offset takes away.
 pub(super) struct Vanishing {

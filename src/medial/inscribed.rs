@@ -1,13 +1,19 @@
-//! The largest ball in a piece of material or void, however many sides it lies between: found, and bounded from above.
+//! The largest ball in a piece of material or void, however many sides it lies between, or about a point: found, and bounded from above.
 
 use crate::geometry::MeshDistance;
 use crate::geometry::distance::Nearest;
-use crate::geometry::vector::{Vec3, along, norm};
+use crate::geometry::vector::{Vec3, along, distance, dot, norm, norm2, sub, unit};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// Shares of a ball by which its centre is moved to make it larger.
 const STEPS: usize = 40;
+/// Points of the surface that are remembered about a point that a ball is to contain.
+const WALLS: usize = 16;
+/// Points of the surface between which a ball is held.
+const MEETING: usize = 4;
+/// A vector that is moved towards another by less than this share of the way is as good as the shortest.
+const LEAST_SHARE: f64 = 1e-12;
 
 /// A box with its own axes, in which the centre is sought; half edges of zero make it a rectangle.
 #[derive(Debug, Clone, Copy)]
@@ -28,8 +34,23 @@ impl Region {
         }
     }
 
+    /// The six boxes about this one that make up one that reaches farther by a length on all sides.
+    pub(super) fn around(&self, by: f64) -> [Region; 6] {
+        let mut half = self.half;
+        [0, 1, 2, 3, 4, 5].map(|side| {
+            let (axis, sign) = (side / 2, if side % 2 == 0 { -1.0 } else { 1.0 });
+            let centre = along(self.centre, self.axes[axis], sign * (self.half[axis] + 0.5 * by));
+            let mut slab = half;
+            slab[axis] = 0.5 * by;
+            if side % 2 == 1 {
+                half[axis] += by;
+            }
+            Region { centre, half: slab, ..*self }
+        })
+    }
+
     /// Both halves, across the longest edge.
-    fn halves(&self) -> [Region; 2] {
+    pub(super) fn halves(&self) -> [Region; 2] {
         let longest = (0..3).max_by(|&a, &b| self.half[a].total_cmp(&self.half[b])).unwrap_or(0);
         let mut half = self.half;
         half[longest] *= 0.5;
@@ -84,8 +105,6 @@ pub fn largest_ball(
     until: Until,
     place: impl Fn(Vec3, &Nearest) -> Place,
 ) -> Option<Largest> {
-    let mut found: Option<(Vec3, f64)> = None;
-    let mut open = BinaryHeap::new();
     let look = |region: Region, found: &mut Option<(Vec3, f64)>| {
         let reach = norm(region.half);
         let nearest = surface.nearest(region.centre, f64::INFINITY)?;
@@ -97,9 +116,116 @@ pub fn largest_ball(
             *found = Some((region.centre, nearest.distance));
         }
         let off = at == Place::Off && nearest.distance >= reach;
-        (!off).then_some(Bounded { bound: nearest.distance + reach, region })
+        (!off).then_some(nearest.distance + reach)
     };
-    open.extend(look(region, &mut found));
+    let (centre, radius, high) = halved((region, None), until, look)?;
+    let (centre, radius) = settled(surface, &region, (centre, radius), (until.agree, &place));
+    Some(Largest { centre, radius, high: high.max(radius) })
+}
+
+/// The largest ball that contains a point, or a small ball about it, and lies on its side of the surface: half the local thickness there, and
+/// what an opening may go to before it takes the point.
+///
+/// τ(x) = max { r : |p − x| + m ≤ r ≤ d(p) } with the radius m of the small ball. The search is that of [`largest_ball`] in a cube about the point. A larger ball that contains the
+/// point holds one of `enough` that does, so that no centre need be farther off than that. A box with |c − x| + m > d(c) + 2 h about c has none;
+/// nor has one that lies nearer to a point of the surface than to x. `None` where the surface is empty.
+///
+/// # Cost
+/// As [`largest_ball`].
+///
+/// # Source
+/// T. Hildebrand, P. Rüegsegger, A new method for the model-independent assessment of thickness in three-dimensional images, 1997.
+pub fn largest_containing(surface: &MeshDistance, (at, margin): (Vec3, f64), until: Until) -> Option<Largest> {
+    let own = surface.nearest(at, f64::INFINITY)?;
+    let mut walls = vec![own.point];
+    let look = |region: Region, found: &mut Option<(Vec3, f64)>| {
+        let reach = norm(region.half);
+        let from = |q: Vec3| norm2(sub(region.centre, q));
+        // How far the middle is beyond the plane between the two points.
+        let beyond = |wall: &Vec3| (from(at) - from(*wall)) / (2.0 * distance(at, *wall)).max(f64::MIN_POSITIVE);
+        if walls.iter().any(|wall| beyond(wall) > reach) {
+            return None;
+        }
+        let near = surface.nearest(region.centre, f64::INFINITY)?;
+        let off = distance(region.centre, at) + margin - near.distance;
+        if off > 0.0 && walls.len() < WALLS {
+            walls.push(near.point);
+        }
+        if off <= 0.0 && found.is_none_or(|(_, r)| near.distance > r) {
+            *found = Some((region.centre, near.distance));
+        }
+        (off <= 2.0 * reach).then_some(near.distance + reach)
+    };
+    let region = Region { half: [until.enough; 3], ..Region::between(at, at) };
+    let (centre, radius, high) = halved((region, Some((at, own.distance))), until, look)?;
+    let (centre, radius) = grown(surface, (at, margin), (centre, radius), (until.agree, until.enough));
+    Some(Largest { centre, radius, high: high.max(radius) })
+}
+
+/// A ball that contains a point, or a small ball about it, made as large as moving its centre makes it, by steps from the first down, or as large as is enough: a lower
+/// bound of [`largest_containing`] that takes some hundred nearest points.
+///
+/// The distance grows fastest along the shortest vector in the hull of the directions away from all points of the surface that are nearest.
+/// One of these is known at once; a step that leads to no more meets another.
+pub fn grown(
+    surface: &MeshDistance,
+    (at, margin): (Vec3, f64),
+    ball: (Vec3, f64),
+    (first, enough): (f64, f64),
+) -> (Vec3, f64) {
+    let (mut centre, mut radius) = ball;
+    let away = |p: Vec3, near: &Nearest| unit(sub(p, near.point));
+    let (mut step, mut known): (f64, Vec<Vec3>) = (first, Vec::new());
+    for _ in 0..2 * STEPS {
+        if radius >= enough {
+            break;
+        }
+        if known.is_empty() {
+            known.extend(surface.nearest(centre, f64::INFINITY).map(|near| away(centre, &near)));
+        }
+        let p = along(centre, unit(shortest(&known)), step);
+        let Some(near) = surface.nearest(p, f64::INFINITY) else { break };
+        if near.distance > radius && distance(p, at) + margin <= near.distance {
+            (centre, radius) = (p, near.distance);
+            known = vec![away(p, &near)];
+        } else if known.len() < MEETING {
+            known.push(away(p, &near));
+        } else {
+            step *= 0.5;
+            known.clear();
+        }
+    }
+    (centre, radius)
+}
+
+/// The shortest vector in the convex hull of some, nearly: E. G. Gilbert, An iterative procedure for computing the minimum of a quadratic
+/// form on a convex set, 1966.
+fn shortest(all: &[Vec3]) -> Vec3 {
+    let mut v = all.first().copied().unwrap_or_default();
+    for _ in 0..STEPS {
+        let Some(least) = all.iter().copied().min_by(|a, b| dot(v, *a).total_cmp(&dot(v, *b))) else { break };
+        let way = sub(least, v);
+        let far = norm2(way);
+        let share = (-dot(v, way) / far.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        if share <= LEAST_SHARE {
+            break;
+        }
+        v = along(v, way, share);
+    }
+    v
+}
+
+/// Halves the box of the greatest bound until that is `agree` beyond the largest ball found: that ball's centre and radius, and the bound on
+/// all. `look` takes note of a ball about the middle of a box, and bounds those of the box, if any counts.
+fn halved(
+    (region, mut found): (Region, Option<(Vec3, f64)>),
+    until: Until,
+    mut look: impl FnMut(Region, &mut Option<(Vec3, f64)>) -> Option<f64>,
+) -> Option<(Vec3, f64, f64)> {
+    let mut open = BinaryHeap::new();
+    let mut looked =
+        |region: Region, found: &mut Option<(Vec3, f64)>| look(region, found).map(|bound| Bounded { bound, region });
+    open.extend(looked(region, &mut found));
     let mut taken = 1;
     while let Some(first) = open.pop() {
         let radius = found.map_or(0.0, |f| f.1);
@@ -109,13 +235,11 @@ pub fn largest_ball(
         }
         for half in first.region.halves() {
             taken += 1;
-            open.extend(look(half, &mut found));
+            open.extend(looked(half, &mut found));
         }
     }
     let (centre, radius) = found?;
-    let high = open.peek().map_or(radius, |first| first.bound);
-    let (centre, radius) = settled(surface, &region, (centre, radius), (until.agree, &place));
-    Some(Largest { centre, radius, high: high.max(radius) })
+    Some((centre, radius, open.peek().map_or(radius, |first| first.bound)))
 }
 
 /// A ball made as large as moving its centre along the axes of the region makes it, by steps that become smaller.
