@@ -48,10 +48,10 @@ impl Sheets<'_> {
     ///
     /// An ellipse, a lens or a half circle is thinner beside its middle than in it. An offset larger than half of that narrows it, and the
     /// opposite one brings it back as long as a ball of the offset's radius contains the place. Where the contacts of a ball oppose each other
-    /// the distance is critical, and the part becomes another as soon as the ball goes. So it does at the section
-    /// of a neck, whatever larger balls on both sides contain. The upper end is a bound on the balls that contain one of the places, or lie in that section; up to the lower end all of the sheet that is as deep as its thinnest place is proved to be kept, in one piece. Where
-    /// that was not proved it may be a neck, of five or seven sides: then it goes between that and where it is thinnest, and this is told. `None` where it goes as
-    /// soon as it is thin.
+    /// the distance is critical, and the part becomes another as soon as the ball goes; so it does at the section of a neck, whatever larger
+    /// balls on both sides contain. The upper end is a bound on the balls that contain one of the places, or lie in that section; up to the lower
+    /// end all of the sheet that is as deep as its thinnest place is proved to be kept, in one piece. Where that was proved of no larger ball it
+    /// may be a neck: then it goes between where it is thinnest, which is told, and that bound. `None` where it goes as soon as it is thin.
     ///
     /// # Cost
     /// A thousand nearest points for a sheet, some hundred thousand for one that larger balls contain.

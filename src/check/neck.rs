@@ -20,8 +20,8 @@ const STEP: f64 = 0.1;
 /// The largest ball about a point of the narrowest plane section through a thin place, if larger ones lie on both sides of it: X ⊖ B_r is parted
 /// there once r is as large, and the opposite offset joins what it parted again, or does not; `None` where no such section was found.
 ///
-/// Planes through the line to a side of the place are tried, and that along which it is thin from all sides, if that is known. A section is bounded by one
-/// curve of the surface, so that what goes from one side of the plane to the other beside the place goes through it.
+/// Planes through the line to a side of the place are tried, and that across its axis, if it is known to be thin from all sides. A section is
+/// bounded by one curve of the surface, so that what goes from one side of the plane to the other beside the place goes through it.
 ///
 /// # Cost
 /// The facets along some curves, and some thousand nearest points.

@@ -47,8 +47,8 @@ impl HeldBalls {
     /// Two sides of a neck touch in it, and are held by two balls; what passes elsewhere, as around a ring, is no way through it.
     ///
     /// # Cost
-    /// Nearest points between the middles of two as close as the distances there exceed the radius; near ones are tried first, and those that a way joins
-    /// are not tried.
+    /// Nearest points between the middles of two, as close to each other as the distances there exceed the radius. Near ones are tried first, and
+    /// those that a way joins are not tried.
     pub fn hang_together(&mut self, surface: &MeshDistance, radius: f64) -> bool {
         if self.places.len() > MANY {
             return false;

@@ -126,9 +126,9 @@ pub fn largest_ball(
 /// The largest ball that contains a point, or a small ball about it, and lies on its side of the surface: half the local thickness there, and
 /// what an opening may go to before it takes the point.
 ///
-/// τ(x) = max { r : |p − x| + m ≤ r ≤ d(p) } with the radius m of the small ball. The search is that of [`largest_ball`] in a cube about the point. A larger ball that contains the
-/// point holds one of `enough` that does, so that no centre need be farther off than that. A box with |c − x| + m > d(c) + 2 h about c has none;
-/// nor has one that lies nearer to a point of the surface than to x. `None` where the surface is empty.
+/// τ(x) = max { r : |p − x| + m ≤ r ≤ d(p) } with the radius m of the small ball. The search is that of [`largest_ball`] in a cube about the
+/// point. A larger ball that contains the point holds one of `enough` that does, so that no centre need be farther off than that. A box with
+/// |c − x| + m > d(c) + 2 h about c has none; nor has one that lies nearer to a point of the surface than to x. `None` where the surface is empty.
 ///
 /// # Cost
 /// As [`largest_ball`].
@@ -162,8 +162,8 @@ pub fn largest_containing(surface: &MeshDistance, (at, margin): (Vec3, f64), unt
     Some(Largest { centre, radius, high: high.max(radius) })
 }
 
-/// A ball that contains a point, or a small ball about it, made as large as moving its centre makes it, by steps from the first down, or as large as is enough: a lower
-/// bound of [`largest_containing`] that takes some hundred nearest points.
+/// A ball that contains a point, or a small ball about it, made as large as moving its centre makes it, by steps from the first down, or as
+/// large as is enough: a lower bound of [`largest_containing`] that takes some hundred nearest points.
 ///
 /// The distance grows fastest along the shortest vector in the hull of the directions away from all points of the surface that are nearest.
 /// One of these is known at once; a step that leads to no more meets another.
