@@ -127,22 +127,12 @@ impl Sheets<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::contract::{Check, Context, Outcome};
     use super::super::finding::Finding;
-    use super::super::offset::Offset;
+    use super::super::offset;
     use crate::geometry::{TriangleMesh, cuboid};
-    use crate::part::{Part, Up};
-    use crate::process::Process;
 
     fn found(mesh: TriangleMesh, limit: f64) -> Vec<Finding> {
-        let part = Part::new(mesh, Up::PlusZ, 1e-9, 2.0).unwrap();
-        let mut process = Process::named("fdm").unwrap();
-        process.override_limit(&format!("offset={limit}mm,{limit}mm")).unwrap();
-        let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
-        match Offset.run(&part, &process, &context).unwrap() {
-            Outcome::Measured(m) => m.findings,
-            Outcome::NotApplicable(why) => panic!("{why}"),
-        }
+        offset::tests::found(mesh, &format!("{limit}mm,{limit}mm"))
     }
 
     /// The prism over a counter-clockwise outline that is seen from the origin, from a height to another; around it out to so many times

@@ -265,7 +265,7 @@ fn parted(part: &Part, f: &Finding, limits: Limits, grow: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::geometry::{Primitive, TriangleMesh, cuboid, extruded};
     use crate::morphology::offset;
@@ -278,7 +278,8 @@ mod tests {
         shape.mesh(Length::mm(0.1)).transformed(upright, [x, 0.0, 0.0])
     }
 
-    fn found(mesh: TriangleMesh, limit: &str) -> Vec<Finding> {
+    /// What is found of a part in fdm with a limit to offsets.
+    pub(in crate::check) fn found(mesh: TriangleMesh, limit: &str) -> Vec<Finding> {
         let part = Part::new(mesh, Up::PlusZ, 1e-9, 2.0).unwrap();
         let mut process = Process::named("fdm").unwrap();
         process.override_limit(&format!("offset={limit}")).unwrap();
