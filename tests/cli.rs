@@ -520,11 +520,22 @@ fn what_is_accepted_is_shown_and_does_not_count_until_its_day() {
         assert!(text(page).contains("a living hinge"), "{page}");
     }
     s.write("held.json", text("report.json"));
-    let withdrawn = run(&["--baseline", "held.json", "--fail-on", "new", "--format", "json,markdown"]);
+    let against = ["--baseline", "held.json", "--fail-on", "new", "--format", "json,markdown,junit,sarif"];
+    let withdrawn = run(&against);
     assert_eq!(withdrawn.exit, 1, "{}", withdrawn.out);
     assert_eq!(withdrawn.out.matches("no longer accepted").count(), 2, "{}", withdrawn.out);
     assert!(withdrawn.out.contains("baseline: 1 same (1 no longer accepted)"), "{}", withdrawn.out);
     assert!(text("report.md").contains(", no longer accepted |"), "{}", text("report.md"));
+    let failure = "<failure message=\"no longer accepted: ✖ thin-wall[1]";
+    assert!(text("report.junit.xml").contains(failure), "{}", text("report.junit.xml"));
+    let alerts: serde_json::Value = serde_json::from_str(&text("report.sarif")).expect("JSON");
+    let alert = &alerts["runs"][0]["results"][0];
+    assert!(alert["message"]["text"].as_str().is_some_and(|t| t.contains(". No longer accepted")), "{alert}");
+    assert!(alert["baselineState"] == "updated" && alert["suppressions"].is_null(), "{alert}");
+    assert_eq!(run(&[&against[..], &["--accept", "accept.toml", "--today", "2027-06-30"]].concat()).exit, 0);
+    for name in ["report.junit.xml", "report.sarif"] {
+        assert!(!text(name).to_lowercase().contains("no longer"), "{name}");
+    }
     let ended = run(&["--accept", "accept.toml", "--today", "2027-07-01"]);
     assert_eq!(ended.exit, 1, "{}", ended.out);
     assert!(ended.out.contains("acceptance ended on 2027-06-30: a living hinge"), "{}", ended.out);

@@ -88,6 +88,11 @@ impl Change {
         was_accepted && self.new.as_ref().is_some_and(Finding::counts)
     }
 
+    /// What is said of one that was accepted, and is not now.
+    pub fn withdrawn(&self) -> Option<&'static str> {
+        self.is_no_longer_accepted().then_some("no longer accepted")
+    }
+
     /// Whether it is told by itself, and not only counted.
     pub fn is_told(&self) -> bool {
         self.delta != Delta::Same || self.is_no_longer_accepted()
@@ -95,7 +100,7 @@ impl Change {
 
     /// What became of it, in words: [`from_to`], and that it was accepted if it is not now.
     pub fn words(&self) -> String {
-        from_to(self) + if self.is_no_longer_accepted() { ", no longer accepted" } else { "" }
+        self.withdrawn().map_or_else(|| from_to(self), |said| format!("{}, {said}", from_to(self)))
     }
 
     /// The state that `--fail-on new` goes by: of what is new or worse, or was accepted, and is not accepted now; `None` for anything else.

@@ -108,15 +108,19 @@ impl Counting<'_> {
     fn line(&self, n: &Numbered) -> (bool, String) {
         let change = self.since.and_then(|s| s.of(n.finding));
         let is_news = change.and_then(Change::news).is_some_and(|state| self.has(state));
-        let before = match change.map(|c| c.delta) {
-            Some(delta @ (Delta::New | Delta::Worse)) => format!("{}: ", delta.word()),
-            Some(Delta::Unchecked) => "not compared, the baseline did not run this check: ".into(),
-            Some(_) if is_news => "was accepted before: ".into(),
-            Some(_) => "was there before: ".into(),
-            None => String::new(),
-        };
-        (is_news, before + &line(n))
+        (is_news, change.map(before).unwrap_or_default() + &line(n))
     }
+}
+
+/// What a line says first: what its finding was in the baseline.
+fn before(change: &Change) -> String {
+    let was = match (change.delta, change.withdrawn()) {
+        (Delta::New | Delta::Worse, None) => change.delta.word().to_string(),
+        (Delta::New | Delta::Worse, Some(said)) => format!("{}, {said}", change.delta.word()),
+        (Delta::Unchecked, _) => "not compared, the baseline did not run this check".to_string(),
+        (_, said) => said.unwrap_or("was there before").to_string(),
+    };
+    was + ": "
 }
 
 impl Case {

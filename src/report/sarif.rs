@@ -18,8 +18,9 @@ const MOST: usize = 25_000;
 
 /// The report on the part at a path as SARIF text with a line feed at its end; results worst first, at most 25,000.
 ///
-/// Beside a baseline every result says whether it is new, unchanged or updated, and what was between bodies that are one now is a result of its own. What is
-/// gone is not told: lists of alerts close what they are no longer told, and would take it for another alert.
+/// Beside a baseline every result says whether it is new, unchanged or updated, as one is that was accepted and is not now, with a message that says so; and
+/// what was between bodies that are one now is a result of its own. What is gone is not told: lists of alerts close what they are no longer told, and would
+/// take it for another alert.
 ///
 /// A relative path leads from the folder the tool ran in, one that starts at a root has the scheme `file`; of one that climbs above that folder the
 /// file's name stands alone.
@@ -34,7 +35,10 @@ pub fn write(report: &Report, part: &Path, comparison: Option<&Comparison>) -> S
                 "help": {"text": format!("amcheck explain {}", c.name)}})
         })
         .collect();
-    let told = findings.iter().map(|n| since(result(report, n, &file), comparison.and_then(|c| c.of(n.finding))));
+    let told = findings.iter().map(|n| {
+        let change = comparison.and_then(|c| c.of(n.finding));
+        since(result(report, n, change, &file), change)
+    });
     let one_body = comparison.into_iter().flat_map(|c| &c.changes).filter(|c| c.news().is_some() && c.new.is_none());
     let joined = one_body.filter_map(|c| joined(report, c, &file));
     let results: Vec<Value> = joined.chain(told).take(MOST).collect();
@@ -80,7 +84,7 @@ fn document(run: Value) -> String {
     serde_json::to_string_pretty(&document).unwrap_or_default() + "\n"
 }
 
-fn result(report: &Report, n: &Numbered, file: &str) -> Value {
+fn result(report: &Report, n: &Numbered, change: Option<&Change>, file: &str) -> Value {
     let f = n.finding;
     let level = match f.state {
         State::Fail => "error",
@@ -89,7 +93,8 @@ fn result(report: &Report, n: &Numbered, file: &str) -> Value {
     };
     let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
     let measured = format!("{}{bracket}, {}, at {} mm", n.measured(), phrase::deciding(f), phrase::point(f.at_mm));
-    let text = phrase::sentences([f.message.as_str(), &measured, &f.fix]);
+    let withdrawn = change.and_then(Change::withdrawn).unwrap_or_default();
+    let text = phrase::sentences([f.message.as_str(), &measured, withdrawn, &f.fix]);
     let rule = report.checks.iter().position(|c| c.name == n.check.name).unwrap_or(0);
     let mut result = json!({
         "ruleId": n.check.code,
@@ -119,6 +124,7 @@ fn since(mut result: Value, change: Option<&Change>) -> Value {
         result["baselineState"] = match change.delta {
             Delta::New => "new",
             Delta::Worse | Delta::Better => "updated",
+            Delta::Same if change.is_no_longer_accepted() => "updated",
             Delta::Same | Delta::Unchecked | Delta::Fixed => "unchanged",
         }
         .into();
