@@ -3,6 +3,7 @@
 use super::sniff::plain_text;
 use super::words::{Word, Words};
 use crate::error::{Error, Place, Result};
+use crate::notice::number_of;
 
 /// Most rows that are read; the path of a print of a week has fewer.
 pub(super) const MOST_ROWS: usize = 1 << 26;
@@ -10,7 +11,7 @@ pub(super) const MOST_ROWS: usize = 1 << 26;
 /// Strokes of rows of N numbers each, every row made into something; an empty line begins a new stroke, `#` a comment. A first line of names alone,
 /// as tables have it, is passed over.
 ///
-/// Numbers may be parted by spaces, tabs, semicolons or, if as many as there should be, commas; the decimal sign is a point. `what`
+/// Numbers may be parted by spaces, tabs, semicolons or, without a space or semicolon between them, commas; the decimal sign is a point. `what`
 /// says what a row is, for the remedy.
 ///
 /// # Errors
@@ -95,7 +96,8 @@ fn row<const N: usize>(words: &mut Words<'_>, line: u64, what: &str) -> Result<[
     let here = |word: Option<Word<'_>>| word.is_some_and(|w| w.line == line && !w.text.starts_with(b"#"));
     for (at, value) in row.iter_mut().enumerate() {
         if !here(words.peek()) {
-            return Err(damaged(line, format!("{at} numbers on the line, where {N} are needed"), what));
+            let found = number_of(at as u64, ["number", "numbers"]);
+            return Err(damaged(line, format!("{found} on the line, where {N} are needed"), what));
         }
         let Some(word) = words.next() else { break };
         *value = word.number().ok_or_else(|| {
@@ -142,8 +144,8 @@ fn head(text: &[u8]) -> Option<usize> {
     fields.all(|f| !numeric(f)).then(|| text.len() - left)
 }
 
-/// A line with its separators as spaces: semicolons always; commas where they part N fields without a space in them, because
-/// elsewhere they are decimal signs. One that stands behind the last field stays, with a space before it.
+/// A line with its separators as spaces: semicolons always; commas where they part N fields, or numbers, without a space in them, because
+/// elsewhere they are decimal signs. One that stands behind the last of N fields stays, with a space before it.
 fn separated<const N: usize>(line: &[u8]) -> impl Iterator<Item = u8> + '_ {
     let values = line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii_end();
     let inner = values.strip_suffix(b",").unwrap_or(values);
@@ -151,9 +153,11 @@ fn separated<const N: usize>(line: &[u8]) -> impl Iterator<Item = u8> + '_ {
         let field = field.trim_ascii();
         !field.is_empty() && !field.iter().any(|b| b.is_ascii_whitespace() || *b == b';')
     };
+    let number = |field: &[u8]| Word { text: field.trim_ascii(), line: 0 }.number().is_some();
     let fields = inner.split(|&b| b == b',');
-    let commas = fields.clone().count() == N && fields.into_iter().all(whole);
-    let last = if commas && inner.len() < values.len() { inner.len() } else { usize::MAX };
+    let are_all = fields.clone().count() == N;
+    let commas = if are_all { fields.into_iter().all(whole) } else { fields.into_iter().all(number) };
+    let last = if commas && are_all && inner.len() < values.len() { inner.len() } else { usize::MAX };
     line.iter().enumerate().flat_map(move |(at, &b)| {
         let b = if b == b';' || (commas && b == b',' && at != last) { b' ' } else { b };
         (at == last).then_some(b' ').into_iter().chain([b])

@@ -88,6 +88,22 @@ mod tests {
             );
         }
         assert!(matches!(read_points(b"\n\n1 0 0\n"), Err(Error::NoGeometry { .. })));
+        // A row of another length is told as that, however its numbers are parted; a comma within a row parted by others is a decimal sign.
+        for (row, said) in [
+            ("1,2", "2 numbers on the line, where 3 are needed"),
+            ("1, -2.5 # b", "2 numbers on the line, where 3 are needed"),
+            ("1;2", "2 numbers on the line, where 3 are needed"),
+            ("1,2,", "2 numbers on the line, where 3 are needed"),
+            ("7", "1 number on the line, where 3 are needed"),
+            ("1,2,3,4", "more than 3 numbers on the line"),
+            ("1,5 2,5 3,5", "`1,5` is not a number"),
+            ("1,5;2,5;3,5", "`1,5` is not a number"),
+            ("1,x", "`1,x` is not a number"),
+        ] {
+            let refused = read_points(format!("0,0,0\n{row}\n").as_bytes()).unwrap_err();
+            assert_eq!(refused.place(), Some("line 2".into()), "{row}: {refused}");
+            assert!(refused.to_string().contains(said), "{row}: {refused}");
+        }
         assert_eq!(read_points(b"\n# from\n0 0 0\n# to\n1 0 0\n").unwrap().length_mm(), 1.0);
         assert!(read_points(b"0 0 0\n1,5 2,5 3\n").is_err());
     }

@@ -179,9 +179,14 @@ impl<'a> Reading<'a> {
     fn point(&mut self) -> Result<[Word<'a>; 3]> {
         let mut words = [Word { text: b"", line: 0 }; 3];
         let mut values = [0.0; 3];
-        for (word, value) in words.iter_mut().zip(&mut values) {
+        let line = self.words.line();
+        for (at, (word, value)) in words.iter_mut().zip(&mut values).enumerate() {
             *word = self.word()?;
             *value = word.number().ok_or_else(|| {
+                if ["vertex", "endloop"].iter().any(|next| word.is(next)) {
+                    let problem = format!("a corner with {at} of three coordinates");
+                    return damaged(line, problem, "export the part again; --salvage drops such facets");
+                }
                 let (problem, remedy) = word.number_problem();
                 damaged(word.line, problem, remedy)
             })?;
@@ -334,6 +339,8 @@ mod tests {
             ("vertex 1 0 0", "vertex 0x10 0 0", 5, "0x10"),
             ("vertex 1 0 0", "vertex nan 0 0", 5, "nan"),
             ("vertex 1 0 0\n", "", 6, "after 2"),
+            ("vertex 1 0 0", "vertex 1 0", 5, "a corner with 2 of three coordinates"),
+            ("vertex 0 1 0", "vertex 0", 6, "a corner with 1 of three coordinates"),
             ("vertex 1 0 0", "vertex 1 0 0\nvertex 1 1 0", 7, "more than three"),
             ("outer", "inner", 3, "inner"),
             ("facet", "fac\u{1b}et", 2, "\\u{1b}"),
