@@ -464,6 +464,11 @@ fn what_judging_takes_is_known_before_it_is_spent() {
         assert!(plan.out.contains(said), "no {said:?} in {}", plan.out);
     }
     s.refused(&[&bracket, "--plan", "--voxel", "0.001mm"], 5, "E020", &["--voxel"]);
+    // Facets are those of the file, as in the report, where what passes through itself is united before it is judged.
+    let crossed = "bar_through_itself";
+    let facets = u32::from_le_bytes(bytes(crossed)[80..84].try_into().expect("four bytes"));
+    let plan = s.run(&[&fixture(crossed), "--plan"]).out;
+    assert!(plan.contains(&format!("stl: {facets} triangles, ")), "{facets}: {plan}");
 }
 
 #[test]

@@ -17,13 +17,15 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
     let (content, mesh) = loaded(a, &part, &options)?;
     let prepared = prepare(&part.to_string_lossy(), &content, mesh, &options)?;
     drop(content);
+    // Facets as the file has them, as in the report; what is judged may be divided otherwise, or united.
+    let as_read = prepared.part().health_as_read().facet_body.len();
     let triangles = prepared.part().mesh().triangles.len() as u64;
     let [x, y, z] = prepared.part().extent().map(|c| short((c * 1e3).round() / 1e3));
     let seconds = short((prepared.demand().seconds(triangles, prepared.fitting().samples) * 10.0).round() / 10.0);
     let name = printable(&part.to_string_lossy());
     let need = need(&prepared, &options);
     let text = format!(
-        "part    {name}: {triangles} triangles, {x} × {y} × {z} mm\n\
+        "part    {name}: {as_read} triangles, {x} × {y} × {z} mm\n\
          {need}\n\
          time    about {seconds} s of one processor, within a factor of two for nine parts in ten\n",
     );
