@@ -6,6 +6,7 @@ use crate::check::{Acceptance, Check, Context, Measured, Outcome, State, setup_s
 use crate::error::Result;
 pub use crate::geometry::health::Repair;
 use crate::geometry::health::repaired;
+use crate::geometry::vector::sub;
 use crate::geometry::{TriangleMesh, health};
 use crate::grid::{Fitting, Grid};
 use crate::io::Loaded;
@@ -131,12 +132,12 @@ impl Prepared {
 pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> Result<Prepared> {
     let start = Instant::now();
     all_known(&options.only, &options.skip)?;
-    options.memory.admit_triangles(&options.demand(), loaded.mesh.triangles.len() as u64)?;
     let (units, scale) = match (&options.units, loaded.unit_mm) {
         (Some((name, mm)), _) => ((name.clone(), "option"), *mm),
         (None, Some(mm)) => ((unit_name(mm), "file"), mm),
         (None, None) => (("mm".to_string(), "assumed"), 1.0),
     };
+    admit_mesh(&loaded.mesh, scale, options)?;
     let overruled = loaded.overruled_by(options.units.as_ref().map(|(_, mm)| *mm));
     let mesh = if scale == 1.0 { loaded.mesh } else { loaded.mesh.scaled(scale) };
     let repaired = (options.repair == Repair::Mend).then(|| repaired(&mesh, health::repair_tolerance(&mesh)));
@@ -168,6 +169,16 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     };
     prepared.timings.push(("prepare".into(), start.elapsed().as_secs_f64()));
     Ok(prepared)
+}
+
+/// Refuses a mesh with more triangles than there is memory for. What is told to fit counts what the tools' setups take of its box, too.
+fn admit_mesh(mesh: &TriangleMesh, scale: f64, options: &Options) -> Result<()> {
+    let (demand, triangles) = (options.demand(), mesh.triangles.len() as u64);
+    let Err(refused) = options.memory.admit_triangles(&demand, triangles) else { return Ok(()) };
+    let extent = mesh.bounds().map_or([0.0; 3], |(lo, hi)| sub(hi, lo).map(|c| c * scale));
+    let whole = demand.with_setups(setup_samples(&options.process, extent)?);
+    options.memory.admit_triangles(&whole, triangles)?;
+    Err(refused)
 }
 
 /// A stage of a run that begins.

@@ -1,7 +1,7 @@
 //! Memory and time of judging, known before they are spent.
 
 use crate::check::registry::{left_out, metas};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, byte_count};
 use crate::grid::{Fitting, fine, positive};
 use crate::io::machine::Ceiling;
 use crate::io::{Loaded, Salvage, content_of, read, reading_bytes};
@@ -24,8 +24,17 @@ const PER_THREAD: [u128; 2] = [8 << 20, 80];
 /// A file larger than this is refused before it is read, whatever memory is allowed.
 const MOST_FILE_BYTES: u64 = 16 << 30;
 
+/// A file takes so many times its bytes while it is read: its bytes, what is welded from them and the mesh stand side by side for a moment.
+const READING: u64 = 3;
+
 /// Checks that look at the mesh as it is and search nothing in it.
 const LIGHT: [&str; 2] = ["mesh", "build-volume"];
+
+/// What each triangle takes where a check searches, and where none does.
+const PER_TRIANGLE: [u128; 2] = [1_600, 900];
+
+/// Checks that turn the part before its tools.
+const TOOLED: [&str; 2] = ["support-access", "tool-access"];
 
 /// What judging takes for each triangle and each sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,13 +64,12 @@ impl Demand {
             || runs("drain") && limited(&["drain", "drain.suction"])
             || runs("tool-access") && limited(&["tool-access"]) && process.powder_supports;
         let searches = running().any(|name| !LIGHT.contains(&name));
+        let [searching, looking] = PER_TRIANGLE;
         Demand {
             fixed: FIXED,
-            per_triangle: if searches { 1_600 } else { 900 },
+            per_triangle: if searches { searching } else { looking },
             per_sample: if voids { 18 } else { 10 },
-            per_setup_sample: 2 * u128::from(
-                ["support-access", "tool-access"].iter().any(|c| runs(c) && limited(&[c])),
-            ),
+            per_setup_sample: 2 * u128::from(TOOLED.iter().any(|c| runs(c) && limited(&[c]))),
             setups: 0,
             maps: 0,
             seconds: if searches { [0.7, 130.0, 0.08] } else { [0.3, 8.0, 0.01] },
@@ -72,7 +80,7 @@ impl Demand {
     pub fn of_orienting() -> Self {
         Demand {
             fixed: FIXED_TURNING,
-            per_triangle: 1_600,
+            per_triangle: PER_TRIANGLE[0],
             per_sample: 0,
             per_setup_sample: 0,
             setups: 0,
@@ -129,9 +137,9 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// The largest file that is opened: its bytes, what is welded from them and the mesh stand side by side for a moment.
+    /// The largest file that is opened.
     pub fn file_bytes(&self) -> u64 {
-        u64::try_from(self.least() / 3).unwrap_or(u64::MAX).min(MOST_FILE_BYTES)
+        u64::try_from(self.least() / u128::from(READING)).unwrap_or(u64::MAX).min(MOST_FILE_BYTES)
     }
 
     /// Bytes that both the user and the machine allow.
@@ -144,9 +152,16 @@ impl Allowance {
     /// # Errors
     /// As [`content_of`] and [`Allowance::admit_content`].
     pub fn content(&self, path: &Path) -> Result<Vec<u8>> {
-        let content = content_of(path, self.file_bytes())?;
+        let content = content_of(path, self.file_bytes()).map_err(|e| self.refused_reading(e))?;
         self.admit_content(&content)?;
         Ok(content)
+    }
+
+    /// A refusal of a file's bytes as one of what reading them takes.
+    fn refused_reading(&self, error: Error) -> Error {
+        let Error::TooLarge { what, need_bytes, .. } = &error else { return error };
+        let need = need_bytes.saturating_mul(u128::from(READING));
+        self.admit(format!("reading {what}"), need, "export it with less detail, or ".into()).err().unwrap_or(error)
     }
 
     /// The whole mesh of a file, if there is memory to read it.
@@ -162,7 +177,7 @@ impl Allowance {
     /// # Errors
     /// [`Error::TooLarge`] with the need.
     pub fn admit_content(&self, bytes: &[u8]) -> Result<()> {
-        let remedy = "export the part as binary STL, or with fewer triangles".to_string();
+        let remedy = "export the part as binary STL, or with fewer triangles, or ".to_string();
         self.admit(format!("reading {} bytes", bytes.len()), reading_bytes(bytes), remedy)
     }
 
@@ -174,10 +189,30 @@ impl Allowance {
     /// Refuses more triangles than there is memory for, before anything is made of them.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] with the need.
+    /// [`Error::TooLarge`] with the need, and what less would fit.
     pub fn admit_triangles(&self, demand: &Demand, triangles: u64) -> Result<()> {
-        let remedy = "reduce the number of triangles in the export, or run only some checks with --only".to_string();
+        let [_, looking] = PER_TRIANGLE;
+        let lighter = [
+            (Demand { maps: 0, ..*demand }, "leave --thickness out, or ".to_string()),
+            (Demand { setups: 0, ..*demand }, format!("--skip {} fits, or ", TOOLED.join(","))),
+            (Demand { setups: 0, per_triangle: looking, ..*demand }, format!("--only {} fits, or ", LIGHT.join(","))),
+        ];
+        let fits = lighter.into_iter().find(|(lighter, _)| lighter.bytes(triangles, 0) <= self.least());
+        let remedy = self.smaller(demand, fits.map(|(_, words)| words));
         self.admit(format!("judging {triangles} triangles"), demand.bytes(triangles, 0), remedy)
+    }
+
+    /// What fits in place of too many triangles: what was found to, and how many triangles would; as the beginning of a sentence that goes on with what has
+    /// to be allowed.
+    fn smaller(&self, demand: &Demand, found: Option<String>) -> String {
+        let whatever = demand.bytes(0, 0);
+        let few = self.least().saturating_sub(whatever) / demand.per_triangle;
+        let fewer = (few > 0).then(|| format!("export the part with at most {few} triangles, or "));
+        let ways: String = found.into_iter().chain(fewer).collect();
+        if ways.is_empty() {
+            return format!("{} of that are taken however few triangles there are: ", byte_count(whatever));
+        }
+        ways
     }
 
     /// On how many threads orientations of so many triangles may be compared.
@@ -185,9 +220,9 @@ impl Allowance {
     /// # Errors
     /// [`Error::TooLarge`] with the need, if there is no memory to do so on any.
     pub fn admit_orienting(&self, triangles: u64) -> Result<usize> {
-        let need = Demand::of_orienting().bytes(triangles, 0);
-        let remedy = "reduce the number of triangles in the export".to_string();
-        self.admit(format!("comparing orientations of {triangles} triangles"), need, remedy)?;
+        let demand = Demand::of_orienting();
+        let need = demand.bytes(triangles, 0);
+        self.admit(format!("comparing orientations of {triangles} triangles"), need, self.smaller(&demand, None))?;
         Ok(self.threads(need, triangles))
     }
 
@@ -214,16 +249,17 @@ impl Allowance {
         let left = self.least().saturating_sub(demand.bytes(triangles, 0)).max(1);
         let remedy = || -> Result<String> {
             let fits = Fitting::with_samples(extent_mm, spacing, left / demand.per_sample)?.spacing.as_mm();
-            Ok(format!("--voxel {}mm fits", short((fits * 1e3).ceil() / 1e3)))
+            Ok(format!("--voxel {}mm fits, or ", short((fits * 1e3).ceil() / 1e3)))
         };
         let what = format!("a grid of {} samples at {} with {triangles} triangles", fitting.samples, fine(spacing));
         self.admit(what, need, if need > self.least() { remedy()? } else { String::new() })?;
         Ok(Fitting { bytes: need, ..fitting })
     }
 
+    /// Refuses what takes more than is allowed; the remedy is the beginning of a sentence that goes on with what has to be allowed.
     fn admit(&self, what: String, need_bytes: u128, remedy: String) -> Result<()> {
         if need_bytes > self.bytes {
-            let remedy = format!("{remedy}, or allow more with --memory");
+            let remedy = format!("{remedy}allow at least {} with --memory", enough(need_bytes));
             return Err(Error::TooLarge { what, need_bytes, allowed_bytes: self.bytes, remedy });
         }
         match &self.ceiling {
@@ -231,10 +267,18 @@ impl Allowance {
                 what,
                 need_bytes,
                 allowed_bytes: u128::from(c.bytes),
-                remedy: format!("{remedy}; {} allows no more: raise it, or use a larger machine", c.whose),
+                remedy: format!("{remedy}raise the limit or use a larger machine; {} allows no more", c.whose),
             }),
             _ => Ok(()),
         }
+    }
+}
+
+/// An amount for --memory that is no less.
+fn enough(bytes: u128) -> String {
+    match bytes.div_ceil(1_000_000) {
+        mb @ ..10_000 => format!("{mb}MB"),
+        mb => format!("{}GB", mb.div_ceil(1_000)),
     }
 }
 
@@ -259,6 +303,41 @@ mod tests {
         let fitting = one_gib.admit_spacing(&all, [100.0; 3], fits, 1000).unwrap();
         assert!(fitting.bytes <= 1 << 30 && fitting.bytes > 7 << 27, "{fitting:?}");
         assert!(one_gib.admit_triangles(&all, 100_000).is_ok());
+    }
+
+    #[test]
+    fn what_fits_beside_too_many_triangles_is_told_and_fits() {
+        let all = demand("fdm", &[]).with_setups(60 << 20);
+        let refused = |mib: u128, triangles| allowance(mib << 20, None).admit_triangles(&all, triangles).unwrap_err();
+        let remedy = refused(50, 1_628).remedy();
+        assert!(remedy.starts_with("352.3 MB of that are taken however few") && !remedy.contains("--only"), "{remedy}");
+        let enough = remedy.split_whitespace().rev().nth(2).unwrap().strip_suffix("MB").unwrap();
+        let enough: u128 = 1_000_000 * enough.parse::<u128>().unwrap();
+        assert!(allowance(enough, None).admit_triangles(&all, 1_628).is_ok(), "{remedy}");
+        assert!(allowance(enough - 1_000_000, None).admit_triangles(&all, 1_628).is_err(), "{remedy}");
+        let remedy = refused(300, 10_000).remedy();
+        assert_eq!(remedy, "--skip support-access,tool-access fits, or allow at least 369MB with --memory");
+        let skipped = Demand { setups: 0, ..all };
+        assert!(allowance(300 << 20, None).admit_triangles(&skipped, 10_000).is_ok());
+        assert!(refused(360, 100_000).remedy().starts_with("--only mesh,build-volume fits, or "));
+        assert!(allowance(360 << 20, None).admit_triangles(&demand("fdm", &["mesh"]), 100_000).is_ok());
+        let few = refused(400, 100_000).remedy();
+        let few: u64 = few.split("at most ").nth(1).and_then(|s| s.split(' ').next()).unwrap().parse().unwrap();
+        assert!(allowance(400 << 20, None).admit_triangles(&all, few).is_ok());
+        assert!(allowance(400 << 20, None).admit_triangles(&all, few + 1).is_err());
+    }
+
+    #[test]
+    fn a_file_is_refused_with_what_reading_it_takes() {
+        let path = std::env::temp_dir().join(format!("amcheck-memory-{}.stl", std::process::id()));
+        std::fs::write(&path, vec![b' '; 400_000]).unwrap();
+        let refused = allowance(1_000_000, None).content(&path).unwrap_err();
+        let low = allowance(4 << 30, Some(1_000_000)).content(&path).unwrap_err();
+        std::fs::remove_file(&path).unwrap();
+        let said = refused.to_string();
+        assert!(said.starts_with("reading ") && said.ends_with(" needs 1.2 MB, allowed are 1.0 MB"), "{said}");
+        assert!(refused.remedy().ends_with("allow at least 2MB with --memory"), "{}", refused.remedy());
+        assert!(low.remedy().ends_with("`ulimit -v` allows no more"), "{}", low.remedy());
     }
 
     #[test]

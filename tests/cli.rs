@@ -288,6 +288,11 @@ fn words_that_make_no_sense_are_refused() {
     for count in ["0", "-1", "x", "1TiB"] {
         with(&[&format!("--memory={count}")], "E001", &[count]);
     }
+    for count in ["-3", "4G", "2e9", "abc", ""] {
+        with(&["--memory", count], "E001", &[&format!("--memory `{count}` is no number of bytes"), "--memory 4GiB"]);
+    }
+    with(&["--memory", "10"], "E001", &["--memory `10` is 10 B, too little", "KiB, MiB, GiB", "--memory 4GiB"]);
+    with(&["--refine", "64MiB"], "E001", &["--refine `64MiB` is no number of samples", "--refine 64M"]);
     for limit in ["overhang=91deg", "thin-wall=nan", "thin-wall=-1mm", "thin-wall=0.8mm,0.4mm", "narrow-gap=infmm"] {
         with(&["--limit", limit], "E001", &[]);
     }

@@ -100,11 +100,11 @@ pub struct Judging {
     pub thickness: Option<String>,
 
     /// Budget for deciding what is open, in samples
-    #[arg(long, default_value = "64M", value_name = "SAMPLES")]
+    #[arg(long, default_value = "64M", allow_hyphen_values = true, value_name = "SAMPLES")]
     pub refine: String,
 
     /// Memory that fields may take
-    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
+    #[arg(long, default_value = MEMORY, allow_hyphen_values = true, value_name = "BYTES")]
     pub memory: String,
 
     /// Threads to use, no more than there is memory for; the answer does not depend on it
@@ -239,7 +239,7 @@ pub struct Orienting {
     pub best: usize,
 
     /// Memory that the part may take
-    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
+    #[arg(long, default_value = MEMORY, allow_hyphen_values = true, value_name = "BYTES")]
     pub memory: String,
 
     /// Folder for the results; reports/ and the name of the part if left out
@@ -362,7 +362,7 @@ pub struct How {
     pub voxel: Option<String>,
 
     /// Memory that fields may take
-    #[arg(long, default_value = MEMORY, value_name = "BYTES")]
+    #[arg(long, default_value = MEMORY, allow_hyphen_values = true, value_name = "BYTES")]
     pub memory: String,
 
     /// Unit of the numbers of the mesh files; STL has none

@@ -1,7 +1,7 @@
 //! What is asked of a part: from words to options.
 
 use super::args::Judging;
-use super::words::{allowance, count, length, units, up, usage};
+use super::words::{LOOKS, allowance, length, units, up, usage};
 use crate::analyze::{Options, Repair};
 use crate::check::registry;
 use crate::error::{Error, Result, printable};
@@ -44,8 +44,7 @@ pub(super) fn options(a: &Judging) -> Result<Options> {
     o.units = a.units.as_deref().map(units).transpose()?;
     o.voxel = a.voxel.as_deref().map(|text| length("--voxel", text)).transpose()?;
     o.thickness = a.thickness.as_deref().map(|text| length("--thickness", text)).transpose()?;
-    o.refine =
-        u64::try_from(count(&a.refine, &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)])?).unwrap_or(u64::MAX);
+    o.refine = u64::try_from(LOOKS.parse(&a.refine)?).unwrap_or(u64::MAX);
     o.memory = memory;
     any_check(a)?;
     let asked = |formats: &[&str]| a.format.iter().any(|f| formats.contains(&f.as_str()));

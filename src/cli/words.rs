@@ -1,6 +1,6 @@
 //! Words of the command line that several commands know: units, directions, spacings, counts.
 
-use crate::error::{Error, Result, nearest, printable};
+use crate::error::{Error, Result, byte_count, nearest, printable};
 use crate::io::machine;
 use crate::memory::Allowance;
 use crate::part::Up;
@@ -59,39 +59,78 @@ pub fn length(option: &str, text: &str) -> Result<Length> {
     }
 }
 
-/// A positive count with a suffix, such as 64M or 4GiB.
-pub fn count(text: &str, suffixes: &[(&str, u128)]) -> Result<u128> {
-    let text = text.trim();
-    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
-    let factor = match text[digits..].trim() {
-        "" => Some(1),
-        suffix => suffixes.iter().find(|(s, _)| s.eq_ignore_ascii_case(suffix)).map(|(_, f)| *f),
-    };
-    match (text[..digits].parse::<f64>(), factor) {
-        (Ok(n), Some(f)) if n > 0.0 && n < 1e15 => Ok((n * f as f64) as u128),
-        _ => {
-            let names: Vec<&str> = suffixes.iter().map(|s| s.0).collect();
-            Err(usage(
-                &format!("`{}` is not a count", printable(text)),
-                &format!("write a positive number with one of {}", names.join(", ")),
-            ))
+/// An option that takes a count.
+pub struct Counted {
+    option: &'static str,
+    /// What is counted.
+    of: &'static str,
+    /// What may stand behind the number, and how many that is.
+    suffixes: &'static [(&'static str, u128)],
+    such_as: &'static str,
+}
+
+/// Samples for finer looks.
+pub const LOOKS: Counted = Counted {
+    option: "--refine",
+    of: "samples",
+    suffixes: &[("k", 1_000), ("M", 1_000_000), ("G", 1_000_000_000)],
+    such_as: "64M",
+};
+
+/// Memory that is allowed.
+const BYTES: Counted = Counted {
+    option: "--memory",
+    of: "bytes",
+    suffixes: &[
+        ("KiB", 1 << 10),
+        ("MiB", 1 << 20),
+        ("GiB", 1 << 30),
+        ("kB", 1_000),
+        ("MB", 1_000_000),
+        ("GB", 1_000_000_000),
+    ],
+    such_as: MEMORY,
+};
+
+/// No file is read and nothing made with less memory.
+const LEAST_BYTES: u128 = 1_000_000;
+
+impl Counted {
+    /// The number that a text says.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with option and text, for what is no positive number or has another suffix.
+    pub fn parse(&self, text: &str) -> Result<u128> {
+        let text = text.trim();
+        let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+        let factor = match text[digits..].trim() {
+            "" => Some(1),
+            suffix => self.suffixes.iter().find(|(s, _)| s.eq_ignore_ascii_case(suffix)).map(|(_, f)| *f),
+        };
+        match (text[..digits].parse::<f64>(), factor) {
+            (Ok(n), Some(f)) if n > 0.0 && n < 1e15 => Ok((n * f as f64) as u128),
+            _ => Err(self.refused(text, &format!("is no number of {}", self.of))),
         }
+    }
+
+    fn refused(&self, text: &str, why: &str) -> Error {
+        let names: Vec<&str> = self.suffixes.iter().map(|s| s.0).collect();
+        let remedy = format!(
+            "write a positive number with one of {} behind it, such as {} {}",
+            names.join(", "),
+            self.option,
+            self.such_as
+        );
+        usage(&format!("{} `{}` {why}", self.option, printable(text)), &remedy)
     }
 }
 
-/// A number of bytes, such as 4GiB.
+/// A number of bytes that something can be done with, such as 4GiB.
 fn bytes(text: &str) -> Result<u128> {
-    count(
-        text,
-        &[
-            ("KiB", 1 << 10),
-            ("MiB", 1 << 20),
-            ("GiB", 1 << 30),
-            ("kB", 1_000),
-            ("MB", 1_000_000),
-            ("GB", 1_000_000_000),
-        ],
-    )
+    match BYTES.parse(text)? {
+        few @ ..LEAST_BYTES => Err(BYTES.refused(text, &format!("is {}, too little for any part", byte_count(few)))),
+        enough => Ok(enough),
+    }
 }
 
 /// Each given word as it stands in a closed list.
