@@ -37,7 +37,7 @@ pub struct Orientation {
     pub support_mm3: f64,
     pub support_low_mm3: f64,
     pub support_high_mm3: f64,
-    /// Area of the part that supports touch from below, mm².
+    /// Area of the part that supports touch from below, mm²: what of its facets hangs over.
     pub contact_mm2: f64,
     /// Area on which supports stand on the part, mm², with its bounds.
     pub on_part_mm2: f64,
@@ -83,7 +83,8 @@ const HELD: f64 = 0.01;
 /// Every direction, `directions` of a Fibonacci lattice, the six axes, the normals of the part's largest flat faces and its rests on a plate
 /// (faces of its convex hull that its centre of mass lies over, flat or not: a ring has no flat face and lies still), gets a score from
 /// the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured, some of the rests first: support
-/// volume by columns ([`support_volume`]), what of it cannot be seen from outside, liquid kept and cups on the film, first layer, steps.
+/// volume by columns ([`support_volume`]) without what lies on the plate or rests on other material, what of it cannot be seen from outside, liquid kept and
+/// cups on the film, first layer, steps.
 /// The cost of a pose is
 ///
 /// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·(retained + suction)/V + steps/V + 0.2·height/diagonal + 1/(1 + first layer/0.01·A)
@@ -173,8 +174,10 @@ fn measure(
     let (posed, wanted) = stood(mesh, &rotation, facets, q);
     let size = posed.bounds().unwrap_or_default().1;
     let h = size.into_iter().fold(0.0, f64::max) / q.samples.max(1) as f64;
-    let found = support_volume(&posed, bounding, &wanted, 0.0, h);
-    let contact: f64 = wanted.iter().map(|&f| posed.facet_area(f as usize)).sum();
+    let floors = Floors::of(&posed, facets);
+    let carried = below(&posed, &floors, facets, q).carried(&wanted);
+    let found = support_volume(&posed, bounding, &wanted, 0.0, h).without(&carried, q.layer_mm);
+    let contact = carried.hanging_mm2;
     let grid = Grid::covering([0.0; 3], size, Length::mm(h), 1, [0.0; 3])?;
     let sample = h * h * h;
     // A surface that is not closed cannot be cast by its crossings; then these two are not known and count nothing.
@@ -269,7 +272,7 @@ fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u3
     let Some(angle) = q.support_angle else { return Vec::new() };
     let plate_z = q.plate_z();
     let floors = Floors::of(posed, facets);
-    let below = Below::of((posed, &floors), facets, q.layer_mm, (plate_z, q.step_mm));
+    let below = below(posed, &floors, facets, q);
     let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
     let bridge_mm = q.self_holding.bridge_mm.unwrap_or(f64::INFINITY);
     let (layer_mm, step_mm) = (q.layer_mm, q.step_mm);
@@ -288,6 +291,11 @@ fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u3
     wanted
 }
 
+/// What lies no more than a layer below a part's own facets, and the plate.
+fn below<'a, B: Bounding>(posed: &'a TriangleMesh, floors: &'a Floors, facets: &'a B, q: &Question) -> Below<'a, B> {
+    Below::of((posed, floors), facets, q.layer_mm, (q.plate_z(), q.step_mm))
+}
+
 /// The facets among those that [`stood`] found of which some hangs over, each with that share of it in plan: less what of it lies on the plate
 /// or no more than a layer above other material.
 ///
@@ -295,7 +303,7 @@ fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u3
 /// The floors of the part, and a look below each of these facets.
 pub(super) fn shares(posed: &TriangleMesh, wanted: &[u32], facets: &impl Bounding, q: &Question) -> Vec<(u32, f64)> {
     let floors = Floors::of(posed, facets);
-    let below = Below::of((posed, &floors), facets, q.layer_mm, (q.plate_z(), q.step_mm));
+    let below = below(posed, &floors, facets, q);
     let shared = |&f: &u32| Some((f, below.hanging_share(f))).filter(|(_, share)| *share > 0.0);
     wanted.par_iter().filter_map(shared).collect()
 }
@@ -454,6 +462,19 @@ mod tests {
         let thin = Question { layer_mm: 0.1, ..question() };
         let area: f64 = wanting(&thin).iter().map(|&f| slotted.facet_area(f as usize)).sum();
         assert!((area - 360.0).abs() < 1e-9, "{area}");
+    }
+
+    #[test]
+    fn what_lies_on_the_plate_stands_on_no_support() {
+        // A plate of 40 × 10 mm that leans by 1 in 100 and stands on an edge, as AM204 judges it: over a quarter it is no more than half a layer above.
+        let outline = [[0.0, 0.0], [40.0, 0.4], [40.0, 3.0], [0.0, 3.0]];
+        let leaning = crate::geometry::extruded(&outline, &[[0, 1, 2], [0, 2, 3]], 10.0);
+        let asked = Question { given: Some([0.0, 0.0, 1.0]), best: 1, ..question() };
+        let found = orientations(&leaning, &|_| true, &asked).unwrap().list;
+        let o = found.iter().find(|o| o.from == "given").unwrap();
+        // 10 mm times the mean of 0.1 and 0.4 mm over 30 mm.
+        assert!((o.support_low_mm3 - 75.0).abs() < 1e-3 && (o.support_high_mm3 - 75.0).abs() < 1e-3, "{o:?}");
+        assert!((o.contact_mm2 - 300.0).abs() < 0.1 && o.on_part_mm2 < 1e-6, "{o:?}");
     }
 
     #[test]

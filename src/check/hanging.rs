@@ -4,7 +4,7 @@ use crate::access::{self_holding, standing, support_angle, upright};
 use crate::geometry::TriangleMesh;
 use crate::geometry::halfspace::cut;
 use crate::geometry::vector::{Vec3, add, dot, scale};
-use crate::layer::{Below, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
+use crate::layer::{Below, Carried, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -211,7 +211,7 @@ pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
     below_in(part, process).hanging_share(facet)
 }
 
-/// What of a facet lies on the plate with nothing between: its area in plan and the volume beneath it.
-pub fn lying(part: &Part, process: &Process, facet: u32) -> [f64; 2] {
-    below_in(part, process).lying(facet)
+/// What of hanging facets rests on the plate or on what lies no more than a layer below, and how much hangs.
+pub fn carried(part: &Part, process: &Process, hanging: &[u32]) -> Carried {
+    below_in(part, process).carried(hanging)
 }

@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State};
-use super::hanging::{hanging_share, lying, needing_support};
+use super::hanging::{carried, needing_support};
 use super::place::locate;
 use crate::access::{Question, standing, stood, support_angle, up_option, upright};
 use crate::error::Result;
@@ -57,19 +57,14 @@ impl Check for Support {
         };
         let mesh = part.mesh();
         let wanted = needing_support(part, process);
-        let mut found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
-        let hanging: Vec<f64> = wanted.iter().map(|&f| hanging_share(part, process, f)).collect();
-        let shares = || wanted.iter().map(|&f| f as usize).zip(&hanging);
-        let rests: f64 = shares().map(|(f, hangs)| -0.5 * mesh.area_vector(f)[2] * (1.0 - hangs)).sum();
-        let partly = wanted.iter().zip(&hanging).filter(|(_, hangs)| **hangs < 1.0);
-        let on_plate =
-            partly.map(|(&f, _)| lying(part, process, f)).fold([0.0; 2], |sum, x| [sum[0] + x[0], sum[1] + x[1]]);
-        leave_out(&mut found, on_plate, rests - on_plate[0], process.layer_height_mm);
+        let carried = carried(part, process, &wanted);
+        let found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
+        let found = found.without(&carried, process.layer_height_mm);
         let volume = if part.is_plain() { mesh.signed_volume() } else { part.solid()?.density.volume().as_mm3() };
         let [low, high] = found.volume_mm3.map(|v| v / volume.max(f64::MIN_POSITIVE));
         let bracket = Bracket::new(0.5 * (low + high), low, high);
         let at = heaviest(mesh, &wanted);
-        let contact: f64 = shares().map(|(f, hangs)| mesh.facet_area(f) * hangs).sum();
+        let contact = carried.hanging_mm2;
         let mut measured = Measured {
             worst: Some(Worst { bracket, unit: "1", at }),
             cover: if found.is_empty() {
@@ -104,19 +99,6 @@ impl Check for Support {
         }
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-/// Leaves out what of hanging facets lies on the plate, with such an area in plan and such a volume beneath it, and the area that rests on what lies no
-/// more than a layer below: there is no support between them.
-fn leave_out(found: &mut SupportVolume, [lying_mm2, lying_mm3]: [f64; 2], rests_mm2: f64, layer_mm: f64) {
-    let less = |bound: &mut f64, by: f64| *bound = (*bound - by).max(0.0);
-    for (bounds, by) in
-        [(&mut found.on_plate_mm2, lying_mm2), (&mut found.on_part_mm2, rests_mm2), (&mut found.volume_mm3, lying_mm3)]
-    {
-        bounds.iter_mut().for_each(|bound| less(bound, by));
-    }
-    // How far below the surface lies on which it rests is not known.
-    less(&mut found.volume_mm3[0], rests_mm2 * layer_mm);
 }
 
 /// The volume with its unit and, where they differ, its bounds.

@@ -1,6 +1,7 @@
 //! Volume under downward surface, integrated over columns with bounds.
 
 use super::clip::Polygon;
+use super::ground::Carried;
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::Vec3;
 use rayon::prelude::*;
@@ -169,6 +170,20 @@ impl SupportVolume {
         plus(&mut self.on_plate_mm2, &other.on_plate_mm2);
         plus(&mut self.on_part_mm2, &other.on_part_mm2);
         self.shadow_mm2 += other.shadow_mm2;
+    }
+
+    /// Without what lies on the plate or rests on material no more than a layer below: there is no support between them.
+    pub fn without(self, carried: &Carried, layer_mm: f64) -> Self {
+        let less = |bounds: [f64; 2], by: f64| bounds.map(|bound| (bound - by).max(0.0));
+        let [lying_mm2, lying_mm3] = carried.lying;
+        let [low, high] = less(self.volume_mm3, lying_mm3);
+        SupportVolume {
+            // How far below the surface lies on which it rests is not known.
+            volume_mm3: [(low - carried.resting_mm2 * layer_mm).max(0.0), high],
+            on_plate_mm2: less(self.on_plate_mm2, lying_mm2),
+            on_part_mm2: less(self.on_part_mm2, carried.resting_mm2),
+            ..self
+        }
     }
 
     /// Whether nothing hangs over.

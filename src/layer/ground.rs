@@ -32,6 +32,17 @@ impl<F: Fn(usize) -> bool + Sync> Bounding for F {
     }
 }
 
+/// What of hanging facets rests on something.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Carried {
+    /// What lies on the plate with nothing between: its area in plan, mm², and the volume beneath it, mm³.
+    pub lying: [f64; 2],
+    /// The area in plan of what rests on material no more than a layer below, mm².
+    pub resting_mm2: f64,
+    /// The area of what hangs over nothing, mm².
+    pub hanging_mm2: f64,
+}
+
 /// The material of a part no more than a layer below its own facets, and the plate.
 pub struct Below<'a, B> {
     mesh: &'a TriangleMesh,
@@ -140,6 +151,23 @@ impl<'a, B: Bounding> Below<'a, B> {
         free.fold([0.0; 2], |[area, volume], [a, b, c]| {
             let plan = 0.5 * cross(sub(b, a), sub(c, a))[2].abs();
             [area + plan, volume + plan * (a[2] + b[2] + c[2]) / 3.0]
+        })
+    }
+
+    /// What of hanging facets needs no support after all, and how much is left.
+    pub fn carried(&self, hanging: &[u32]) -> Carried {
+        let of = |&f: &u32| {
+            let share = self.hanging_share(f);
+            let lying = if share < 1.0 { self.lying(f) } else { [0.0; 2] };
+            let resting = -0.5 * self.mesh.area_vector(f as usize)[2] * (1.0 - share) - lying[0];
+            Carried { lying, resting_mm2: resting, hanging_mm2: self.mesh.facet_area(f as usize) * share }
+        };
+        // Summed in their order, so that the sum depends on no number of threads.
+        let each: Vec<Carried> = hanging.par_iter().with_min_len(64).map(of).collect();
+        each.iter().fold(Carried::default(), |sum, c| Carried {
+            lying: [sum.lying[0] + c.lying[0], sum.lying[1] + c.lying[1]],
+            resting_mm2: sum.resting_mm2 + c.resting_mm2,
+            hanging_mm2: sum.hanging_mm2 + c.hanging_mm2,
         })
     }
 
