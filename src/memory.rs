@@ -4,7 +4,7 @@ use crate::check::registry::{left_out, metas};
 use crate::error::{Error, Result, byte_count};
 use crate::grid::{Fitting, fine, positive};
 use crate::io::machine::Ceiling;
-use crate::io::{Loaded, Salvage, content_of, read, reading_bytes};
+use crate::io::{Loaded, Salvage, bytes_of, content_of, read, reading_bytes};
 use crate::process::Process;
 use crate::units::{Length, short};
 use std::path::Path;
@@ -155,6 +155,14 @@ impl Allowance {
         let content = content_of(path, self.file_bytes()).map_err(|e| self.refused_reading(e))?;
         self.admit_content(&content)?;
         Ok(content)
+    }
+
+    /// The bytes of a file, if there is memory to read them.
+    ///
+    /// # Errors
+    /// As [`content_of`]; [`Error::TooLarge`] with what reading them takes.
+    pub fn file(&self, path: &Path) -> Result<Vec<u8>> {
+        bytes_of(path, self.file_bytes()).map_err(|e| self.refused_reading(e))
     }
 
     /// A refusal of a file's bytes as one of what reading them takes.
@@ -332,11 +340,13 @@ mod tests {
         let path = std::env::temp_dir().join(format!("amcheck-memory-{}.stl", std::process::id()));
         std::fs::write(&path, vec![b' '; 400_000]).unwrap();
         let refused = allowance(1_000_000, None).content(&path).unwrap_err();
+        let in_batch = allowance(1_000_000, None).file(&path).unwrap_err();
         let low = allowance(4 << 30, Some(1_000_000)).content(&path).unwrap_err();
         std::fs::remove_file(&path).unwrap();
         let said = refused.to_string();
         assert!(said.starts_with("reading ") && said.ends_with(" needs 1.2 MB, allowed are 1.0 MB"), "{said}");
         assert!(refused.remedy().ends_with("allow at least 2MB with --memory"), "{}", refused.remedy());
+        assert_eq!(in_batch.to_string(), said);
         assert!(low.remedy().ends_with("`ulimit -v` allows no more"), "{}", low.remedy());
     }
 

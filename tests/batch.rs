@@ -392,9 +392,10 @@ fn what_breaks_down_is_a_line() {
     };
     let named = |entry: &amcheck::batch::Entry| entry.name.clone();
     let refused = |_: &amcheck::batch::Entry, _: &amcheck::Error| Vec::new();
-    let (settings, limit_bytes, jobs, earlier) = (String::new(), 1 << 20, 1, Earlier::Keep);
-    let work =
-        Work { judge: &judge, refused: &refused, named: &named, settings, among: None, limit_bytes, jobs, earlier };
+    let content = |entry: &amcheck::batch::Entry| amcheck::io::content_of(&entry.path, 1 << 20);
+    let (settings, jobs, earlier) = (String::new(), 1, Earlier::Keep);
+    let (content, judge, refused, named) = (&content, &judge, &refused, &named);
+    let work = Work { content, judge, refused, named, settings, among: None, jobs, earlier };
     let parts = entries(&[s.0.join("in")]).expect("two parts");
     let rows = run(&parts, &store, &work, |_| ());
     assert_eq!(rows.iter().map(|r| r.code).collect::<Vec<_>>(), [70, 130]);

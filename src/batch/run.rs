@@ -5,7 +5,7 @@ use super::list::Entry;
 use super::row::Row;
 use super::store::Store;
 use crate::error::{Error, Result};
-use crate::io::{bytes_of, machine};
+use crate::io::machine;
 use crate::report::Report;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -27,7 +27,9 @@ pub struct Finished {
 
 /// What is done to each part.
 pub struct Work<'a> {
-    /// Judges the bytes of a part.
+    /// The bytes of a part, if there is memory to read them.
+    pub content: &'a (dyn Fn(&Entry) -> Result<Vec<u8>> + Sync),
+    /// Judges them.
     pub judge: &'a (dyn Fn(&Entry, &[u8]) -> Result<Finished> + Sync),
     /// Name and content of the files that say that a part was refused.
     pub refused: &'a (dyn Fn(&Entry, &Error) -> Contents + Sync),
@@ -37,8 +39,6 @@ pub struct Work<'a> {
     pub settings: String,
     /// Of a share, the start of a digest of the names of all parts that it is a share of.
     pub among: Option<String>,
-    /// The largest file that is read.
-    pub limit_bytes: u64,
     /// How many parts are in work at a time.
     pub jobs: usize,
     /// What to do with results of earlier runs.
@@ -95,7 +95,7 @@ fn one(entry: &Entry, store: &Store, work: &Work) -> Row {
     machine::forget_peak();
     let aside = Store::folder(&entry.name, &key(&[b"refused", entry.name.as_bytes(), work.settings.as_bytes()]));
     store.forget(&aside);
-    let (mut row, told) = match bytes_of(&entry.path, work.limit_bytes) {
+    let (mut row, told) = match (work.content)(entry) {
         Ok(bytes) => kept_or_judged(entry, &bytes, store, work, start),
         Err(e) => (Row::refused(&entry.name, &e), (work.refused)(entry, &e)),
     };

@@ -66,12 +66,12 @@ pub fn batch(b: &Batch) -> Result<(String, u8)> {
     parts.retain(|p| shard.is_none_or(|s| s.takes(&p.name)));
     let store = Store::open(&b.out)?;
     let work = Work {
+        content: &|entry| how.options.memory.file(&entry.path),
         judge: &|entry, bytes| how.judge(entry, bytes),
         refused: &|entry, error| refusal::files(&how.formats, &Named::in_batch(entry), error).into_contents(),
         named: &|entry| how.named(entry),
         settings: how.settings(),
         among,
-        limit_bytes: how.options.memory.file_bytes(),
         jobs: jobs.max(1),
         earlier: if b.fresh { Earlier::Replace } else { Earlier::Keep },
     };
