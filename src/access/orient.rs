@@ -9,11 +9,11 @@ use crate::geometry::vector::{Vec3, angle, unit};
 use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
 use crate::layer::{
-    Below, Bounding, Ceiling, Floors, Measuring, Search, ceilings, hidden_from_outside, section_area, support_volume,
-    supports,
+    Below, Bounding, Carried, Ceiling, Floors, Measuring, Search, ceilings, hidden_from_outside, section_area,
+    support_volume, supports,
 };
 use crate::topology::{Adjacency, Falls, Passage, components, retained};
-use crate::units::{Length, report_digits};
+use crate::units::{Angle, Length, report_digits};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -171,11 +171,19 @@ fn measure(
 ) -> Result<Orientation> {
     let bounding = |f: usize| facets.bounds_solid(f);
     let rotation = upright(score.up);
-    let (posed, wanted) = stood(mesh, &rotation, facets, q);
+    let posed = standing(mesh, &rotation);
     let size = posed.bounds().unwrap_or_default().1;
     let h = size.into_iter().fold(0.0, f64::max) / q.samples.max(1) as f64;
-    let floors = Floors::of(&posed, facets);
-    let carried = below(&posed, &floors, facets, q).carried(&wanted);
+    let (wanted, carried) = match q.support_angle {
+        None => (Vec::new(), Carried::default()),
+        Some(angle) => {
+            let floors = Floors::of(&posed, facets);
+            let below = below(&posed, &floors, facets, q);
+            let wanted = wanting(&posed, &below, angle, q);
+            let carried = below.carried(&wanted);
+            (wanted, carried)
+        }
+    };
     let found = support_volume(&posed, bounding, &wanted, 0.0, h).without(&carried, q.layer_mm);
     let contact = carried.hanging_mm2;
     let grid = Grid::covering([0.0; 3], size, Length::mm(h), 1, [0.0; 3])?;
@@ -264,15 +272,15 @@ pub fn stood(
     q: &Question,
 ) -> (TriangleMesh, Vec<u32>) {
     let posed = standing(mesh, rotation);
-    let wanted = wanting(&posed, facets, q);
-    (posed, wanted)
+    let wanted = q.support_angle.map(|angle| {
+        let floors = Floors::of(&posed, facets);
+        wanting(&posed, &below(&posed, &floors, facets, q), angle, q)
+    });
+    (posed, wanted.unwrap_or_default())
 }
 
-fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u32> {
-    let Some(angle) = q.support_angle else { return Vec::new() };
+fn wanting<B: Bounding>(posed: &TriangleMesh, below: &Below<B>, angle: Angle, q: &Question) -> Vec<u32> {
     let plate_z = q.plate_z();
-    let floors = Floors::of(posed, facets);
-    let below = below(posed, &floors, facets, q);
     let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
     let bridge_mm = q.self_holding.bridge_mm.unwrap_or(f64::INFINITY);
     let (layer_mm, step_mm) = (q.layer_mm, q.step_mm);
@@ -285,7 +293,7 @@ fn wanting(posed: &TriangleMesh, facets: &impl Bounding, q: &Question) -> Vec<u3
     let mut open: Vec<u32> = facets_of(open).collect();
     open.sort_unstable();
     let search = Search::Tell { beyond: [bridge_mm, 0.0], pairs: TELLING };
-    let told = fall(ceilings(posed, &open, Measuring { search, ..quickly }, &below));
+    let told = fall(ceilings(posed, &open, Measuring { search, ..quickly }, below));
     let mut wanted: Vec<u32> = facets_of(sure).chain(facets_of(told)).collect();
     wanted.sort_unstable();
     wanted
