@@ -79,6 +79,15 @@ pub(super) fn chords(crossings: &mut [Crossing], tiny: f64, mut found: impl FnMu
     }
 }
 
+/// How far the first and the last anchored side that the line at an offset crosses lie apart on it: no anchored stretch is longer.
+pub(super) fn between_anchors(sides: &[Turned], offset: f64) -> f64 {
+    let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+    for c in sides.iter().filter(|s| s.anchored).filter_map(|s| s.met_by(offset)) {
+        (lo, hi) = (lo.min(c.t), hi.max(c.t));
+    }
+    hi - lo
+}
+
 /// The stretch that holds the place from which crossings are counted; `None` outside the region.
 pub(super) fn own_chord(crossings: &mut [Crossing], tiny: f64) -> Option<Chord> {
     let mut own = None;

@@ -29,8 +29,8 @@ impl Plan {
     pub(super) fn outermost(&self) -> Outermost {
         let mut found = Outermost { strands: Vec::new(), is_spanned: false };
         for &d in self.lines() {
-            let origin = self.sides().first().map_or([0.0; 2], |s| s.from);
-            let mut turned: Vec<Turned> = self.sides().iter().map(|s| Turned::new(s, origin, d)).collect();
+            let origin = self.sides().all().first().map_or([0.0; 2], |s| s.from);
+            let mut turned: Vec<Turned> = self.sides().all().iter().map(|s| Turned::new(s, origin, d)).collect();
             turned.sort_by(|a, b| a.lo().total_cmp(&b.lo()));
             let mut corners: Vec<f64> = turned.iter().flat_map(|s| s.across).collect();
             corners.sort_by(f64::total_cmp);
@@ -67,25 +67,26 @@ impl Plan {
     /// convex: none in Q has more than Q's corners.
     ///
     /// # Cost
-    /// O(sides + holds).
-    pub(super) fn in_sight(&self, cell: &Cell, met: &[usize], holds: &Holds) -> f64 {
+    /// O(log + free sides as near as what sees the hold).
+    pub(super) fn in_sight(&self, cell: &Cell, met: &[(usize, Side)], holds: &Holds) -> f64 {
         let x = cell.centre;
-        let distance = |s: &&Side| length(x, foot(x, s));
-        let Some(hold) = holds.by().iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) else {
-            return f64::INFINITY;
-        };
-        let crossing: Vec<&Side> = met.iter().filter_map(|&n| self.sides().get(n)).collect();
         let faces = |s: &Side, o: &Side| self.is_before(s, o.from) && self.is_before(s, o.to);
-        if crossing.len() > CROSSED || !crossing.iter().all(|s| crossing.iter().all(|o| faces(s, o))) {
+        if met.len() > CROSSED
+            || holds.by().all().is_empty()
+            || !met.iter().all(|(_, s)| met.iter().all(|(_, o)| faces(s, o)))
+        {
             return f64::INFINITY;
         }
+        let Some(hold) = holds.by().nearest(x, |_, _, _| true).and_then(|n| holds.by().all().get(n.side)) else {
+            return f64::INFINITY;
+        };
         let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let mut left: Vec<Point> = square.map(|s| [x[0] + s[0] * cell.half, x[1] + s[1] * cell.half]).to_vec();
-        crossing.iter().for_each(|s| left = cut(&left, |p| self.ahead(s, p)));
+        met.iter().for_each(|(_, s)| left = cut(&left, |p| self.ahead(s, p)));
         let feet: Vec<Point> = left.iter().map(|&p| foot(p, hold)).collect();
         let reach = left.iter().chain(&feet).map(|&p| length(x, p)).fold(0.0, f64::max);
-        let mut near = self.sides().iter().filter(|s| !s.anchored && distance(s) <= reach);
-        match near.all(|s| feet.iter().all(|&p| self.is_before(s, p))) {
+        let mut near = self.sides().within(x, reach).filter(|(_, s)| !s.anchored);
+        match near.all(|(_, s)| feet.iter().all(|&p| self.is_before(s, p))) {
             true => left.iter().zip(&feet).map(|(&p, &q)| length(p, q)).fold(0.0, f64::max),
             false => f64::INFINITY,
         }

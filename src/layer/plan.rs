@@ -1,16 +1,18 @@
 //! Straight lines across a region in plan: how far from anchor to anchor, how far from the nearest place that is held.
 
 use super::directions::{directions, turned};
-use super::line::{Chord, Crossing, Side, Turned, all_round, chords, foot, length, own_chord};
+use super::line::{Chord, Side, all_round, length};
 use super::outermost::Outermost;
 use super::reading::{Farthest, Found, Limits, Search, Spans};
 use super::section::Point;
+use super::sides::Sides;
+use super::strip::{Known, Sweep};
 use super::walk::{Holds, Walk};
 use std::cell::OnceCell;
 
 /// A region in plan, by its sides in any order.
 pub struct Plan {
-    sides: Vec<Side>,
+    sides: Sides,
     lines: Vec<Point>,
     /// Directions all round, for places that would be told.
     turns: Vec<Point>,
@@ -79,6 +81,7 @@ impl Plan {
         let around = sides.iter().map(|s| length(s.from, s.to)).sum();
         let tiny = (1e-9 * extent).max(UNTOLD * step);
         let anchors = Holds::new(sides.iter().filter(|s| s.anchored).copied().collect());
+        let sides = Sides::new(sides);
         Some(Plan { sides, lines, turns, lo, extent, around, area, tiny, anchors, held: OnceCell::new() })
     }
 
@@ -106,9 +109,9 @@ impl Plan {
     /// a longer one than the corners of what the square's sides leave of it, to a hold that all of it sees.
     ///
     /// # Cost
-    /// O((directions + log) · sides) for each square and less where its lines meet few; pairs of a line and a side in its strip count against
-    /// what the search may spend, and what is open then stays in the bracket. A look all round a place is one of O(sides + directions ·
-    /// those that a line meets). The outermost strands are sought once, where a place has no
+    /// O(directions · (log + sides in a strip · (log + those that a line meets))) for each square. Pairs of a line and a side count against
+    /// what the search may spend, as if every side were held against every strip, and what is open then stays in the bracket. A look all
+    /// round a place is one of O(sides + directions · those that a line meets). The outermost strands are sought once, where a place has no
     /// bridge, at O(directions · sides · those that a line meets), and do not count.
     pub fn spans(&self, limits: Limits, search: Search) -> Spans {
         let mut found = Found::new(limits);
@@ -195,21 +198,40 @@ impl Plan {
         walk.map_or(f64::INFINITY, |w| w.most).min(self.around)
     }
 
+    /// The longest of the shortest ways from the places within `reach` of x to a hold, where `behind` are the sides there that have x behind
+    /// them and x itself has a way of `from`: an upper bound, which is sought no further once it exceeds what is `told`.
+    ///
+    /// From a place straight towards x: there it ends, or before at a side that has x behind it.
+    fn farthest_about(&self, x: Point, reach: f64, from: f64, behind: &[usize], holds: &Holds, told: f64) -> f64 {
+        let bound = |way: f64| (way + reach).min(self.around);
+        let mut farthest = from;
+        for &side in behind {
+            if bound(farthest) > told || bound(farthest) >= self.around {
+                break;
+            }
+            farthest = farthest.max(self.walk_along(side, x, reach, holds));
+        }
+        bound(farthest)
+    }
+
     /// Lines along a side may or may not meet the anchors at its ends: a place on it shows nothing that no place beside it shows.
     fn is_on_side(&self, x: Point) -> bool {
-        self.sides.iter().any(|s| length(x, foot(x, s)) <= self.tiny)
+        self.sides.within(x, self.tiny).next().is_some()
     }
 
     /// The shortest line through a place from anchor to anchor: of those all round as well, where it would be longer than what is `told`.
     fn strand(&self, x: Point, told: f64, found: &mut Found) -> Option<[Point; 2]> {
-        let along = |d: Point| self.chord_at(x, d).filter(|c| c.anchored).map(|c| (c, d));
+        if self.anchors.by().all().is_empty() {
+            return None;
+        }
+        let along = |d: Point| self.sides.chord_at(x, d, self.tiny).filter(|c| c.anchored).map(|c| (c, d));
         let long = |c: &Chord| c.t[1] - c.t[0];
         let shortest = |lines: &mut dyn Iterator<Item = Point>| {
             lines.filter_map(along).min_by(|a, b| long(&a.0).total_cmp(&long(&b.0)))
         };
         let mut own = shortest(&mut self.lines.iter().copied().chain(self.anchors.across(x, self.tiny)))?;
         if long(&own.0) > told {
-            let (all_round, met) = all_round(&self.sides, x, &self.turns, self.tiny);
+            let (all_round, met) = all_round(self.sides.all(), x, &self.turns, self.tiny);
             found.pairs += met as u64;
             let chords = all_round.into_iter().zip(self.turns.iter().copied());
             let anchored = chords.filter_map(|(c, d)| Some((c.filter(|c| c.anchored)?, d)));
@@ -223,33 +245,30 @@ impl Plan {
     /// other is tried.
     fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits, enough: f64) -> usize {
         let ledge = limits.ledge;
-        let mut work = 2 * self.sides.len();
+        // Counted as if each side had been held against the square: how sides are found does not change how far the effort reaches.
+        let mut work = 2 * self.sides.all().len();
         let reach = cell.half * std::f64::consts::SQRT_2;
         let x = cell.centre;
         cell.high = [0.0; 3];
-        let near = |n: &usize| length(x, foot(x, &self.sides[*n])) <= reach;
-        let met: Vec<usize> = (0..self.sides.len()).filter(near).collect();
+        let mut met: Vec<(usize, Side)> = self.sides.within(x, reach).copied().collect();
+        met.sort_unstable_by_key(|(n, _)| *n);
         let from_centre = match centre {
             Centre::Outside if met.is_empty() => return work,
             Centre::Outside => [0.0; 2],
             Centre::Inside(most) => most,
             Centre::Spanned(most, _) => [most, 0.0],
         };
-        let farthest = |from_centre: f64, holds: &Holds| {
-            // From a place straight towards the centre: there it ends, or before at a side that has the centre behind it; one that is no place
-            // of the region though it lies on a side's line has that side before it.
-            let within = if matches!(centre, Centre::Outside) { self.tiny } else { 0.0 };
-            let is_behind = |s: &Side| self.before(s, x) < 0.0 || self.ahead(s, x).abs() < within;
-            let behind = met.iter().filter(|&&n| is_behind(&self.sides[n]));
-            let from_sides = behind.map(|&n| self.walk_along(n, x, reach, holds)).fold(0.0, f64::max);
-            (from_centre.max(from_sides) + reach).min(self.around)
-        };
-        let near =
-            (from_centre[0] + reach).min(self.around) <= ledge && farthest(from_centre[0], &self.anchors) <= ledge;
+        // A centre that is no place of the region though it lies on a side's line has that side before it.
+        let within = if matches!(centre, Centre::Outside) { self.tiny } else { 0.0 };
+        let is_behind = |s: &Side| self.before(s, x) < 0.0 || self.ahead(s, x).abs() < within;
+        let behind: Vec<usize> = met.iter().filter(|(_, s)| is_behind(s)).map(|(n, _)| *n).collect();
+        let farthest = |from: f64, holds: &Holds, told: f64| self.farthest_about(x, reach, from, &behind, holds, told);
+        let near = (from_centre[0] + reach).min(self.around) <= ledge
+            && farthest(from_centre[0], &self.anchors, ledge) <= ledge;
         if near || from_centre[0] <= ledge + reach && self.in_sight(cell, &met, &self.anchors) <= ledge {
             return work;
         }
-        let (mut all, mut some) = (f64::INFINITY, 0.0f64);
+        let (mut all, mut some, mut sweep) = (f64::INFINITY, 0.0f64, Sweep::default());
         // Once it is known that no listed line goes from anchor to anchor, none has to be tried.
         let is_bare = self.held.get().is_some_and(|held| !held.is_spanned);
         let listed = if is_bare { &[][..] } else { &self.lines };
@@ -260,10 +279,11 @@ impl Plan {
         };
         let mut try_each = |lines: &mut dyn Iterator<Item = Point>, all: &mut f64| {
             for d in lines {
-                let (longest, whole, held) = self.strip(x, d, reach, *all);
-                work += held;
-                some = some.max(longest);
-                *all = if whole { all.min(longest) } else { *all };
+                let known = Known { all: *all, some };
+                let strip = sweep.strip(&self.sides, [x, d], [reach, self.tiny], known);
+                work += strip.pairs;
+                some = some.max(strip.longest);
+                *all = if strip.is_whole { all.min(strip.longest) } else { *all };
                 if *all <= enough {
                     break;
                 }
@@ -278,61 +298,16 @@ impl Plan {
         cell.high[0] = if all.is_finite() { all } else { some };
         if !all.is_finite() {
             let held = self.held();
-            let out = farthest(from_centre[1], held).min(self.in_sight(cell, &met, held));
+            let out = farthest(from_centre[1], held, self.around).min(self.in_sight(cell, &met, held));
             cell.high[1] = beyond_ledge(out);
         }
         if cell.high[0] > limits.bridge {
-            let out = farthest(from_centre[0], &self.anchors).min(self.in_sight(cell, &met, &self.anchors));
+            let out =
+                farthest(from_centre[0], &self.anchors, self.around).min(self.in_sight(cell, &met, &self.anchors));
             let [bridge, beside] = limits.apart(cell.high[0], out);
             (cell.high[0], cell.high[2]) = (bridge, beyond_ledge(beside));
         }
         work
-    }
-
-    /// The longest anchored chord of all lines along `d` that pass within `reach` of x, and whether all their chords there are
-    /// anchored; then how many sides lines were held against. Whoever knows a direction whose chords are all anchored and no longer than
-    /// `known` is told no more than that this is none of shorter ones.
-    fn strip(&self, x: Point, d: Point, reach: f64, known: f64) -> (f64, bool, usize) {
-        let tiny = self.tiny;
-        // Only sides that reach into the strip are met by its lines.
-        let turned = self.sides.iter().map(|s| Turned::new(s, x, d));
-        let mut local: Vec<Turned> = turned.filter(|s| s.lo() <= reach + tiny && s.hi() >= -reach - tiny).collect();
-        local.sort_by(|a, b| a.lo().total_cmp(&b.lo()));
-        let mut offsets = vec![-reach, reach];
-        for o in local.iter().map(|s| s.across[0]).filter(|o| o.abs() < reach) {
-            offsets.extend([o - tiny, o + tiny]);
-        }
-        offsets.sort_by(f64::total_cmp);
-        let mut work = self.sides.len();
-        let (mut longest, mut whole) = (0.0f64, true);
-        // The lines sweep over the strip; a side is at hand from its near end to its far one.
-        let (mut at_hand, mut crossings, mut next): (Vec<Turned>, Vec<Crossing>, usize) = (vec![], vec![], 0);
-        for o in offsets {
-            if known.is_finite() && (longest >= known || !whole) {
-                break;
-            }
-            at_hand.retain(|s| s.hi() >= o);
-            while let Some(s) = local.get(next).filter(|s| s.lo() < o) {
-                at_hand.push(*s);
-                next += 1;
-            }
-            work += at_hand.len();
-            crossings.clear();
-            crossings.extend(at_hand.iter().filter_map(|s| s.met_by(o)));
-            chords(&mut crossings, self.tiny, |c| {
-                if c.t[0] <= 2.0 * reach && c.t[1] >= -2.0 * reach {
-                    whole &= c.anchored;
-                    longest = if c.anchored { longest.max(c.t[1] - c.t[0]) } else { longest };
-                }
-            });
-        }
-        (longest, whole, work)
-    }
-
-    /// The chord through a point of the region; `None` outside.
-    fn chord_at(&self, x: Point, d: Point) -> Option<Chord> {
-        let mut met: Vec<_> = self.sides.iter().filter_map(|s| Turned::new(s, x, d).met_by(0.0)).collect();
-        own_chord(&mut met, self.tiny)
     }
 
     /// Positive where a point lies on the region's side of a side's line, and 0 on it.
@@ -347,10 +322,10 @@ impl Plan {
 
     /// Whether a point lies in the region.
     pub(super) fn holds(&self, x: Point) -> bool {
-        self.chord_at(x, self.lines[0]).is_some()
+        self.sides.chord_at(x, self.lines[0], self.tiny).is_some()
     }
 
-    pub(super) fn sides(&self) -> &[Side] {
+    pub(super) fn sides(&self) -> &Sides {
         &self.sides
     }
 
@@ -358,7 +333,7 @@ impl Plan {
     fn held(&self) -> &Holds {
         let found = self.held.get_or_init(|| {
             let Outermost { strands, is_spanned } = self.outermost();
-            let by = || self.anchors.by().iter().copied().chain(strands.iter().copied()).collect();
+            let by = || self.anchors.by().all().iter().copied().chain(strands.iter().copied()).collect();
             Held { by: (!strands.is_empty()).then(|| Holds::new(by())), is_spanned }
         });
         found.by.as_ref().unwrap_or(&self.anchors)
@@ -509,7 +484,7 @@ mod tests {
             let (turn, shift) = (0.11 * f64::from(n), [120.0, -77.0]);
             let written = |p: Point| p.map(|c| f64::from(c as f32));
             let spans = |corners: &[Point], held: &[bool]| {
-                let sides = region(corners, held, turn, shift).sides;
+                let sides = region(corners, held, turn, shift).sides().all().to_vec();
                 let sides = sides.into_iter().map(|s| Side { from: written(s.from), to: written(s.to), ..s });
                 Plan::new(sides.collect(), step).unwrap().spans(ledge(0.0), Search::Measure)
             };

@@ -3,6 +3,7 @@
 use super::line::{Side, foot, length};
 use super::plan::Plan;
 use super::section::Point;
+use super::sides::{Nearest, Sides};
 use rustc_hash::FxHashMap;
 use std::cell::OnceCell;
 
@@ -10,44 +11,47 @@ use std::cell::OnceCell;
 #[derive(Debug, Default)]
 pub(super) struct Holds {
     /// Anchored sides, or these and strands between them.
-    by: Vec<Side>,
+    by: Sides,
     ways: OnceCell<Ways>,
 }
 
 impl Holds {
     pub fn new(by: Vec<Side>) -> Self {
-        Holds { by, ways: OnceCell::new() }
+        Holds { by: Sides::new(by), ways: OnceCell::new() }
     }
 
-    pub fn by(&self) -> &[Side] {
+    pub fn by(&self) -> &Sides {
         &self.by
     }
 
     /// The direction square to the hold that is nearest as the crow flies.
     pub fn square(&self, x: Point) -> Option<Point> {
-        self.nearest(x).map(|(_, _, s)| square_to(s))
+        self.nearest(x).and_then(|n| self.square_to(n.side))
     }
 
     /// The directions in which a place is likely to lie between two holds: to the nearest as the crow flies, or square to it from a place on it,
     /// and to the nearest on the other side of the place.
     pub fn across(&self, x: Point, tiny: f64) -> impl Iterator<Item = Point> {
         let way = |far: f64, p: Point| [(p[0] - x[0]) / far, (p[1] - x[1]) / far];
-        let nearest = self.nearest(x).map(|(far, p, s)| if far > tiny { way(far, p) } else { square_to(s) });
+        let towards = |n: Nearest| if n.far > tiny { Some(way(n.far, n.at)) } else { self.square_to(n.side) };
+        let nearest = self.nearest(x).and_then(towards);
         // Within 60° of straight across: what lies aside is the next wall of a corner.
         let is_opposite =
             |d: Point, far: f64, p: Point| far > tiny && (p[0] - x[0]) * d[0] + (p[1] - x[1]) * d[1] < -0.5 * far;
-        let opposite = |d: Point| {
-            let feet = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p));
-            feet.filter(|f| is_opposite(d, f.0, f.1)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(far, p)| way(far, p))
-        };
+        let opposite = |d: Point| self.by.nearest(x, |far, p, _| is_opposite(d, far, p)).map(|n| way(n.far, n.at));
         nearest.into_iter().chain(nearest.and_then(opposite))
     }
 
-    /// The nearest hold that has a length, with its nearest point and how far away that is.
-    fn nearest(&self, x: Point) -> Option<(f64, Point, &Side)> {
-        let long = self.by.iter().filter(|s| s.from != s.to);
-        let feet = long.map(|s| (foot(x, s), s)).map(|(p, s)| (length(x, p), p, s));
-        feet.min_by(|a, b| a.0.total_cmp(&b.0))
+    /// The nearest hold that has a length.
+    fn nearest(&self, x: Point) -> Option<Nearest> {
+        self.by.nearest(x, |_, _, s| s.from != s.to)
+    }
+
+    /// The direction square to a hold that has a length.
+    fn square_to(&self, hold: usize) -> Option<Point> {
+        let s = self.by.all().get(hold)?;
+        let long = length(s.from, s.to);
+        Some([(s.to[1] - s.from[1]) / long, (s.from[0] - s.to[0]) / long])
     }
 
     fn ways(&self, plan: &Plan) -> &Ways {
@@ -86,16 +90,17 @@ struct Corner {
 
 /// The nearest candidates that are tried for being seen.
 const TRIED: usize = 64;
-/// Sides that lines of sight between corners are held against at most.
+/// Sides that lines of sight between corners are held against at most, were each held against all.
 const EFFORT: usize = 4_000_000;
 
 impl Ways {
     /// Shortest ways from all corners: straight to a hold that is seen, or by way of another corner.
     ///
     /// # Cost
-    /// O(corners² + sides·corners) for corners that see a hold; sides for each line of sight that may shorten a way, up to 4 million.
+    /// O(corners² + sides·corners); log and the sides near it for each line of sight that may shorten a way, of which there are as many as
+    /// would hold 4 million sides against them if each were held against all.
     fn of(plan: &Plan, holds: &Holds) -> Self {
-        let sides = plan.sides();
+        let sides = plan.sides().all();
         let mut known: FxHashMap<[u64; 2], usize> = FxHashMap::default();
         let mut corners: Vec<Corner> = Vec::new();
         let mut index = |p: Point| {
@@ -109,7 +114,7 @@ impl Ways {
             ends.iter().for_each(|&n| corners[n].length = 0.0);
         }
         let mut ways = Ways { corners, ends, exact: true };
-        if !holds.by.is_empty() {
+        if !holds.by.all().is_empty() {
             ways.find(plan, holds);
         }
         ways
@@ -121,7 +126,7 @@ impl Ways {
         let mut left = EFFORT;
         let mut looks = |from: Point, to: Point| {
             let may = left > 0;
-            left = left.saturating_sub(2 * plan.sides().len());
+            left = left.saturating_sub(2 * plan.sides().all().len());
             may.then(|| plan.sees(from, to) && plan.holds([0, 1].map(|a| 0.5 * (from[a] + to[a]))))
         };
         for n in 0..count {
@@ -136,10 +141,10 @@ impl Ways {
                 self.corners[n] = Corner { at, length: w.most, anchor: w.anchor };
                 continue;
             }
-            let feet = holds.feet(at);
-            match feet.iter().take(TRIED).skip(1).find(|f| looks(at, f.1) == Some(true)) {
-                Some(&(length, anchor)) => self.corners[n] = Corner { at, length, anchor },
-                None => self.exact &= feet.len() <= TRIED,
+            let feet = nearest_of(holds.feet(at).collect());
+            match feet.iter().skip(1).find(|f| looks(at, f.1) == Some(true)) {
+                Some(&(length, anchor, _)) => self.corners[n] = Corner { at, length, anchor },
+                None => self.exact &= holds.by.all().len() <= TRIED,
             }
         }
         let mut beside: Vec<Vec<usize>> = vec![Vec::new(); count];
@@ -170,7 +175,7 @@ impl Ways {
 
     /// Whether a shortest way may bend at a corner: not where the region has less than half a turn about it.
     fn is_reflex(&self, plan: &Plan, corner: usize) -> bool {
-        let sides = || self.ends.iter().zip(plan.sides());
+        let sides = || self.ends.iter().zip(plan.sides().all());
         let mut into = sides().filter(|(ends, _)| ends[1] == corner).map(|(_, s)| s);
         let mut out = sides().filter(|(ends, _)| ends[0] == corner).map(|(_, s)| s);
         match (into.next(), out.next(), into.next(), out.next()) {
@@ -186,41 +191,42 @@ impl Ways {
 
     /// The shortest way from a place, straight or by way of a corner, if its first stretch, to a point, may be gone.
     fn shortest(&self, plan: &Plan, holds: &Holds, x: Point, may: impl Fn(Point) -> bool) -> Option<Walk> {
-        let feet = holds.feet(x);
-        let near = *feet.first()?;
-        let straight = feet.into_iter().map(|(length, anchor)| (length, anchor, anchor));
+        let near = holds.straight(x)?;
         let round = self.corners.iter().filter(|c| c.length.is_finite());
         let round = round.map(|c| (c.length + length(x, c.at), c.at, c.anchor));
-        let mut ways: Vec<(f64, Point, Point)> = straight.chain(round).collect();
-        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let seen = ways.iter().take(TRIED).find(|w| plan.sees(x, w.1) && may(w.1));
+        let ways = nearest_of(holds.feet(x).chain(round).collect());
+        let seen = ways.iter().find(|w| plan.sees(x, w.1) && may(w.1));
         Some(match seen {
-            Some(&(most, _, anchor)) => Walk { least: if self.exact { most } else { near.0 }, most, anchor },
-            None => Walk { least: near.0, most: f64::INFINITY, anchor: near.1 },
+            Some(&(most, _, anchor)) => Walk { least: if self.exact { most } else { near.least }, most, anchor },
+            None => Walk { most: f64::INFINITY, ..near },
         })
     }
-}
-
-/// The direction square to a side that has a length.
-fn square_to(s: &Side) -> Point {
-    let long = length(s.from, s.to);
-    [(s.to[1] - s.from[1]) / long, (s.from[0] - s.to[0]) / long]
 }
 
 impl Holds {
     /// The nearest hold, as the crow flies.
     fn straight(&self, x: Point) -> Option<Walk> {
-        let feet = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p));
-        let nearest = feet.min_by(|a, b| a.0.total_cmp(&b.0));
-        nearest.map(|(length, anchor)| Walk { least: length, most: length, anchor })
+        self.by.nearest(x, |_, _, _| true).map(|n| Walk { least: n.far, most: n.far, anchor: n.at })
     }
 
-    /// The nearest points of all that holds, the nearest first, with their distances.
-    fn feet(&self, x: Point) -> Vec<(f64, Point)> {
-        let mut feet: Vec<(f64, Point)> = self.by.iter().map(|s| foot(x, s)).map(|p| (length(x, p), p)).collect();
-        feet.sort_by(|a, b| a.0.total_cmp(&b.0));
-        feet
+    /// The nearest points of all that holds, as ways that end there.
+    fn feet(&self, x: Point) -> impl Iterator<Item = (f64, Point, Point)> {
+        self.by.all().iter().map(move |s| foot(x, s)).map(move |p| (length(x, p), p, p))
     }
+}
+
+/// The shortest ways of those given, as many as are tried, the shortest first and equal ones in their order.
+fn nearest_of(ways: Vec<(f64, Point, Point)>) -> Vec<(f64, Point, Point)> {
+    let mut ways: Vec<(usize, (f64, Point, Point))> = ways.into_iter().enumerate().collect();
+    let shorter = |(n, a): &(usize, (f64, Point, Point)), (m, b): &(usize, (f64, Point, Point))| {
+        a.0.total_cmp(&b.0).then(n.cmp(m))
+    };
+    if ways.len() > TRIED {
+        ways.select_nth_unstable_by(TRIED, shorter);
+        ways.truncate(TRIED);
+    }
+    ways.sort_unstable_by(shorter);
+    ways.into_iter().map(|(_, way)| way).collect()
 }
 
 impl Plan {
@@ -233,7 +239,7 @@ impl Plan {
     /// The longest of the shortest ways from the places of a side within `reach` of x: an upper bound. They go along the side, to
     /// the place nearest to x and on from there, or to one of its ends.
     pub(super) fn walk_along(&self, side: usize, x: Point, reach: f64, holds: &Holds) -> f64 {
-        let Some(s) = self.sides().get(side) else { return f64::INFINITY };
+        let Some(s) = self.sides().all().get(side) else { return f64::INFINITY };
         if s.anchored {
             return 0.0;
         }
@@ -274,12 +280,52 @@ impl Plan {
         let across = |q: Point| (q[1] - x[1]) * d[0] - (q[0] - x[0]) * d[1];
         let along = |q: Point| (q[0] - x[0]) * d[0] + (q[1] - x[1]) * d[1];
         let (tiny, end) = (1e-9 * self.extent(), l - 1e-6 * self.extent());
-        self.sides().iter().all(|s| {
+        // Where a side crosses the way, it does so between its ends, to within far less than these ends of the way.
+        let mut near = self.sides().in_boxes(move |b| {
+            let ([right, left], [back, front]) = (b.across(x, d), b.along(x, d));
+            right <= tiny && left >= -tiny && front >= 0.0 && back <= l
+        });
+        near.all(|(_, s)| {
             let (a, b) = (across(s.from), across(s.to));
             let start = along(s.from);
             let t = start + (along(s.to) - start) * a / (a - b);
             let touches = a.abs() <= tiny && start > tiny && start < end;
             !touches && ((a < 0.0) == (b < 0.0) || t <= tiny || t >= end)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sides::tests::{place, ragged};
+    use super::*;
+    use crate::random::Lcg;
+
+    #[test]
+    fn what_is_seen_is_what_no_side_of_all_stands_before() {
+        let mut rng = Lcg(61);
+        let mut seen = [0; 2];
+        for case in 0..200 {
+            let all = ragged(&mut rng, case);
+            let plan = Plan::new(all.clone(), 1e-9).unwrap();
+            for _ in 0..40 {
+                let [x, p] = [0; 2].map(|_| place(&mut rng, &all));
+                let l = length(x, p);
+                let d = [(p[0] - x[0]) / l, (p[1] - x[1]) / l];
+                let across = |q: Point| (q[1] - x[1]) * d[0] - (q[0] - x[0]) * d[1];
+                let along = |q: Point| (q[0] - x[0]) * d[0] + (q[1] - x[1]) * d[1];
+                let (tiny, end) = (1e-9 * plan.extent(), l - 1e-6 * plan.extent());
+                let plain = l == 0.0
+                    || all.iter().all(|s| {
+                        let (a, b, start) = (across(s.from), across(s.to), along(s.from));
+                        let t = start + (along(s.to) - start) * a / (a - b);
+                        let touches = a.abs() <= tiny && start > tiny && start < end;
+                        !touches && ((a < 0.0) == (b < 0.0) || t <= tiny || t >= end)
+                    });
+                assert_eq!(plan.sees(x, p), plain, "{case}: {x:?} {p:?}");
+                seen[usize::from(plain)] += 1;
+            }
+        }
+        assert!(seen.iter().all(|&n| n > 500), "{seen:?}");
     }
 }
