@@ -96,9 +96,9 @@ impl Sheets<'_> {
             }
         }
         let (at, ball) = first;
-        let low = critical.map_or(low, |s| low.min(0.5 * s.low.max(sheet.low)));
         // What was not proved to be kept in one piece, by no ball larger than itself, may go as soon as it is thin.
         let is_open = low <= 0.5 * sheet.low;
+        let low = critical.map_or(low, |s| low.min(0.5 * s.low.max(sheet.low)));
         let (at, told) = if is_open { (sheet.thinnest.centre, thin) } else { (at, ball.radius) };
         let bracket = Bracket::new(2.0 * told, 2.0 * low, 2.0 * ball.high);
         (ball.radius > LARGER * thin).then_some(Gone { at, ball: ball.centre, bracket })

@@ -524,7 +524,7 @@ mod tests {
         let part = Part::new(posed(&field, 28.0), Up::PlusZ, 1e-6, 1.0).unwrap();
         let Outcome::Measured(found) = ThinWall.run(&part, &process, &context).unwrap() else { panic!() };
         assert!(found.findings.iter().all(|f| f.state != State::Undecided), "{:?}", found.findings);
-        assert!(found.cover.ends_with("What the budget left open lies on rods."), "{}", found.cover);
+        assert!(found.cover.ends_with("25 rods are judged by their diameter."), "{}", found.cover);
     }
 
     #[test]

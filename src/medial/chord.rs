@@ -93,7 +93,8 @@ pub struct Chord {
     pub from: Vec3,
     pub to: Vec3,
     pub length: f64,
-    /// No ball that touches patch and feature is thinner than this: length / sin(θ/2) for the widest angle θ of their normals.
+    /// No ball that touches patch and feature is thinner than this: length / sin(θ/2) for the widest angle θ of their normals, or twice the least
+    /// distance of one of two facets from the plane of the other over 1 − cos θ.
     pub bound: f64,
     /// Index of the opposing feature.
     pub feature: u32,
@@ -211,12 +212,13 @@ impl<A> Walk<'_, A> {
         if meets(&patch.whole, &feature.corners) && widest < PARALLEL {
             return None;
         }
-        if pair.is_farther_than(within / stretch) {
+        let tangent = tangent(patch, feature);
+        if tangent > within || pair.is_farther_than(within / stretch) {
             return None;
         }
         let chord = |(p, q): (Vec3, Vec3)| {
             let length = distance(p, q);
-            Chord { from: p, to: q, length, bound: length * stretch, feature: index }
+            Chord { from: p, to: q, length, bound: tangent.max(length * stretch), feature: index }
         };
         // Of chords without length the first feature counts, so that one more of them is still found.
         let most2 = (best2 * ROUNDED / (stretch * stretch)).max(f64::MIN_POSITIVE);
@@ -231,6 +233,24 @@ impl<A> Walk<'_, A> {
         let target = reach.clip(feature.corners)?;
         Some(chord(closest_polygons(&back.clip(patch.corners)?, &target)))
     }
+}
+
+/// No ball that touches a flat patch and a facet without touching an edge of either is thinner; 0 for edges, and facets that bend towards it.
+///
+/// A ball of radius r that touches the planes of both, whose normals are θ apart, at p and q has its centre at a distance r from both: the distance of
+/// p from the other plane is r (1 − cos θ), as is that of q. Round a pin or a hole chords to the facets beside the opposite one are shorter than
+/// twice that; these balls are not.
+#[inline(always)]
+fn tangent(patch: &Patch, feature: &Feature) -> f64 {
+    if patch.spread + patch.slack > 0.0 || !feature.is_facet() || feature.slack > 0.0 {
+        return 0.0;
+    }
+    let least = |from: &[Vec3; 3], to: &[Vec3; 3], axis: Vec3| {
+        from.iter().map(|p| dot(sub(to[0], *p), axis)).fold(f64::INFINITY, f64::min)
+    };
+    let far = least(&patch.corners, &feature.corners, feature.axis);
+    let near = least(&feature.corners, &patch.corners, patch.axis);
+    2.0 * far.max(near).max(0.0) / (ROUNDED * (1.0 - dot(patch.axis, feature.axis)))
 }
 
 /// Whether the feature lies below the patch's plane somewhere, and the patch below the feature's.
@@ -297,5 +317,22 @@ mod tests {
             }
         }
         assert!(found > 100, "{found}");
+    }
+
+    /// No ball between two sides of a pin or a hole is thinner than that in its middle: beside the facet that is straight across, too.
+    #[test]
+    fn the_least_bound_at_the_middle_of_a_pins_side_is_its_inscribed_diameter() {
+        for sides in [8, 12, 64] {
+            let rod = crate::geometry::revolved(&[[0.0, 0.0], [0.3, 0.0], [0.3, 5.0], [0.0, 5.0]], sides);
+            let features = Features::new(&rod, Side::Material, |_| true);
+            let across = 0.6 * (std::f64::consts::PI / sides as f64).cos();
+            for feature in features.list.iter().filter(|f| f.is_facet() && f.axis[2].abs() < 0.1) {
+                let middle = crate::geometry::vector::scale(feature.axis, 0.5 * across);
+                let corners = [0.0, 1e-6, 2e-6].map(|up| [middle[0], middle[1], 2.5 + up]);
+                let patch = Patch { corners, ..Patch::from(feature) };
+                let bound = features.nearest_chord(&patch, 1.0, &mut None).unwrap().bound;
+                assert!((bound - across).abs() < 1e-6, "{sides}: {bound} {across}");
+            }
+        }
     }
 }

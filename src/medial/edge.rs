@@ -39,7 +39,7 @@ impl Seeker<'_> {
         if patch.longest_edge().0 <= q.finest {
             self.look_across_edge(patch, chord);
         }
-        Look::Open { low: chord.bound }
+        Look::Open { low: chord.bound, beside: None }
     }
 
     /// Records the wall's ball at the middle of an edge that grows straight across it: round a neck the nearest chord is one of the secants

@@ -6,6 +6,7 @@
 mod area;
 mod axes;
 pub mod axis;
+mod blocked;
 pub mod chord;
 pub mod cluster;
 pub mod cover;

@@ -1,4 +1,4 @@
-//! The search on one feature: patches are sampled by touching balls, proved to be blocked, or halved.
+//! The search on one feature: patches are sampled by touching balls, proved to be blocked, cut or halved.
 
 use super::area::Share;
 use super::chord::{Chord, NEARLY_WALL, PARALLEL, Patch, WALL_SEPARATION, meets};
@@ -57,8 +57,8 @@ pub(super) enum Look {
     Done,
     /// Too coarse to be sampled; `low` bounds what may be here.
     Coarse { low: f64 },
-    /// Nothing is decided yet; `low` bounds what may be here.
-    Open { low: f64 },
+    /// Nothing is decided yet; `low` bounds what may be here, and a facet `beside` may be in the way of some of it.
+    Open { low: f64, beside: Option<u32> },
 }
 
 impl<'a> Seeker<'a> {
@@ -127,7 +127,12 @@ impl<'a> Seeker<'a> {
             self.cover.facets.push(FacetSheet { low: chord.bound, ..FacetSheet::FREE });
         }
         let look = if patch.spread > 0.0 { self.look_at_edge(patch, chord) } else { self.look_at_facet(patch, chord) };
-        let (Look::Open { low } | Look::Coarse { low }) = look else { return };
+        let (low, beside) = match look {
+            Look::Done => return,
+            Look::Coarse { low } => (low, None),
+            Look::Open { low, beside } => (low, beside),
+        };
+        let bound = low;
         let low = self.own.map_or(low, |own| (own.from)(chord.middle(), patch.longest_edge().0, low));
         if self.own.is_some() && !self.question.is_thin(low) {
             return;
@@ -137,7 +142,7 @@ impl<'a> Seeker<'a> {
         if (pressed || matches!(look, Look::Open { .. })) && self.is_known(low) {
             self.pass_over(patch, chord, low);
         } else if self.cover.evaluations < self.budget && patch.longest_edge().0 > self.question.finest {
-            queue.extend(patch.halves());
+            queue.extend(self.open_parts(patch, beside, bound));
         } else if self.question.is_thin(low) {
             let (at, extent) = (patch.centroid(), patch.longest_edge().0);
             self.cover.unresolved.push(Unresolved { at, low, extent, facet: self.facet });
@@ -175,7 +180,7 @@ impl<'a> Seeker<'a> {
             let apart = q.class(low) != q.class(2.0 * ball.radius) && 2.0 * ball.radius - low > q.agree;
             let finest = edge <= q.finest || self.faces_others(patch, chord);
             if apart && !finest && !self.is_known(low) {
-                return Look::Open { low };
+                return Look::Open { low, beside: None };
             }
             // At the finest patch what the ball measures is what is there.
             let low = if apart && finest { 2.0 * ball.radius } else { low };
@@ -190,7 +195,8 @@ impl<'a> Seeker<'a> {
         }
         let blocked = ball.stop.is_some_and(|stop| self.blocked(patch, stop.facet, low));
         if q.is_thin(low) && !blocked && !self.faces_others(patch, chord) {
-            return Look::Open { low };
+            let beside = ball.stop.filter(|_| ball.separation() <= BENDS);
+            return Look::Open { low, beside: beside.map(|s| s.facet) };
         }
         if ball.stop.is_some() && ball.separation() >= WEDGE_SEPARATION && q.is_thin(2.0 * ball.radius) {
             self.record(&ball, Shape::Wedge, low, (patch, Share::WHOLE));
@@ -329,18 +335,6 @@ impl<'a> Seeker<'a> {
         let reach = patch.corners.iter().map(|&c| distance(c, p)).fold(0.0, f64::max);
         let slack = 0.364 * reach + reach * reach / chord.length.max(1e-9);
         chord.bound.max(2.0 * (ball.radius - slack))
-    }
-
-    /// Whether one facet is in the way of every ball on the patch as large as the bound.
-    ///
-    /// Balls of that radius at the corners have centres oᵢ; if all of them reach deeper than the tolerance to points qᵢ of
-    /// one (convex) facet, so does the ball at any mean of the corners, because |Σλᵢ(qᵢ − oᵢ)| ≤ Σλᵢ|qᵢ − oᵢ|.
-    fn blocked(&self, patch: &Patch, stop: u32, bound: f64) -> bool {
-        let r = 0.5 * bound;
-        let reach = r - self.question.tolerance;
-        let facet = self.mesh.corners(stop);
-        let holds = |centre: Vec3| reach > 0.0 && norm2(sub(closest_point(centre, facet), centre)) < reach * reach;
-        patch.corners.iter().all(|&c| holds(along(c, patch.axis, -r)))
     }
 
     /// The ball on the chord as diameter, if it is empty: then the bound is attained.
