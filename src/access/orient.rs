@@ -292,8 +292,7 @@ fn wanting<B: Bounding>(posed: &TriangleMesh, below: &Below<B>, angle: Angle, q:
         fall(below.ceilings(angle, quickly)).into_iter().partition(|c| q.self_holding.gives_way(c));
     let mut open: Vec<u32> = facets_of(open).collect();
     open.sort_unstable();
-    let search = Search::Tell { beyond: [bridge_mm, 0.0], pairs: TELLING };
-    let told = fall(ceilings(posed, &open, Measuring { search, ..quickly }, below));
+    let told = fall(ceilings(posed, &open, quickly.telling(TELLING), below));
     let mut wanted: Vec<u32> = facets_of(sure).chain(facets_of(told)).collect();
     wanted.sort_unstable();
     wanted

@@ -46,7 +46,7 @@ static META: Meta = Meta {
           bounded and split until the bracket is within a percent or the budget ends. Places within the ledge limit of an anchor are left \
           out, and of a bridge too where they have none. Ribs that are advised have been put under the ceiling and it has been measured again, as anchors; a chamfer has been laid \
           along all anchors of a ledge, against its wall, with the gap that the process asks for below it; roofs for a hole have a wall \
-          above them. The crown's diameter follows from its chord and the slope at its border, midway between the facets that meet there, both \
+          above them. The crown's diameter follows from its chord and the slopes at its two ends, midway between the facets that meet there, all \
           across the axis, the direction that its facets contain: it is the cylinder's, however the hole lies or climbs, and never more than that of the circle with \
           its chord and its rise. A crown that is all within the ledge limit of its sides is measured too, where the passage is straight and climbs by 19° at most.",
     limits: "Strands are straight: a ceiling that bends in plan is measured as what no straight line crosses. Ceilings above one another that are \
@@ -69,19 +69,11 @@ impl Check for Bridge {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
         let all = ceilings_of(part, process);
-        let longest = all
-            .iter()
-            .filter(|c| c.flat_share >= 0.5)
-            .filter_map(|c| c.bridge)
-            .max_by(|a, b| a.low_mm.total_cmp(&b.low_mm));
+        let (rule, worst) = nearest_to_its_limit(process, &all);
         let mut measured = Measured {
             cover: format!("All {} pieces of downward surface below the overhang angle were measured.", all.len()),
-            rule: Some(BRIDGE),
-            worst: Some(longest.map_or(Worst { bracket: Bracket::exact(0.0), unit: "mm", at: None }, |b| Worst {
-                bracket: bracket(&b),
-                unit: "mm",
-                at: Some(b.at),
-            })),
+            rule: Some(rule),
+            worst: Some(worst),
             ..Measured::default()
         };
         let mut budget = Budget::of(context.refine);
@@ -120,6 +112,24 @@ impl Check for Bridge {
     }
 }
 
+/// The bridge of a flat ceiling or the lying hole that has most of its limit, with its rule.
+fn nearest_to_its_limit(process: &Process, all: &[Ceiling]) -> (&'static str, Worst) {
+    let of = |rule, judged: f64, bracket, at| {
+        let limit = limits_of(process, rule).and_then(|l| l.warn.or(l.fail));
+        limit.map(|limit| (judged / limit, rule, Worst { bracket, unit: "mm", at: Some(at) }))
+    };
+    let flat = |c: &Ceiling| c.bridge.filter(|_| c.flat_share >= 0.5);
+    let bridge = |c: &Ceiling| flat(c).and_then(|b| of(BRIDGE, b.low_mm, bracket(&b), b.at));
+    let hole = |c: &Ceiling| {
+        let (crown, b) = (c.crown.filter(|c| c.is_straight)?, c.bridge?);
+        let diameter = Bracket::new(crown.diameter_mm, crown.low_mm, crown.high_mm);
+        of(CROWN, crown.diameter_mm - crown.sagitta_mm, diameter, b.at)
+    };
+    let most = all.iter().flat_map(|c| [bridge(c), hole(c)]).flatten().max_by(|a, b| a.0.total_cmp(&b.0));
+    let none = (BRIDGE, Worst { bracket: Bracket::exact(0.0), unit: "mm", at: None });
+    most.map_or(none, |(_, rule, worst)| (rule, worst))
+}
+
 fn bracket(r: &Reach) -> Bracket {
     Bracket::new(r.low_mm, r.low_mm, r.high_mm)
 }
@@ -136,7 +146,7 @@ fn told_apart(
     let beyond = [(BRIDGE, c.bridge), (LEDGE, c.cantilever)].map(|(rule, reach)| {
         let limits = limits_of(process, rule).into_iter().flat_map(|l| [l.fail, l.warn]).flatten();
         let within = limits.filter(|&l| reach.is_some_and(|r| r.low_mm <= l && l < r.high_mm));
-        within.reduce(f64::min).or(reach.map(|r| r.high_mm)).unwrap_or(f64::INFINITY)
+        within.reduce(f64::min).map(|l| l + c.tie_mm).or(reach.map(|r| r.high_mm)).unwrap_or(f64::INFINITY)
     });
     let closer = looked_at_again(part, process, c, beyond, budget.left.saturating_mul(PAIRS))?;
     budget.note(1, closer.pairs / PAIRS);
@@ -149,7 +159,8 @@ fn told_apart(
 fn judged(part: &Part, process: &Process, context: &Context, c: &Ceiling) -> Vec<Finding> {
     let mut found = Vec::new();
     let flat = c.flat_share >= 0.5;
-    if let Some(b) = c.bridge.filter(|b| flat && b.low_mm > 0.0) {
+    // Where no place shows a strand but a long one is not ruled out, nothing may need it: `overhang` does not count on that.
+    if let Some(b) = c.bridge.filter(|b| flat && (b.low_mm > 0.0 || c.cantilever.is_none())) {
         found.extend(place(part, process, context, c, "bridge", BRIDGE, bracket(&b), b.ends));
     }
     // Where no place shows a ledge but one is not ruled out, it is told as undecided: `overhang` does not count on it either.
@@ -194,14 +205,14 @@ fn place(
     f.witness = Some(Witness { kind: "span".into(), points_mm: ends.map(|p| reported(part, p)).to_vec() });
     let value = hundredths(bracket.value);
     f.message = match kind {
+        "bridge" if bracket.value == 0.0 => {
+            format!("ceiling of {} mm² may span up to {} mm freely", short(c.area_mm2.round()), up_to(bracket.high))
+        }
         "bridge" => {
             format!("ceiling of {} mm² spans {value} mm freely from anchor to anchor", short(c.area_mm2.round()))
         }
         "ledge" if bracket.value == 0.0 => {
-            format!(
-                "a flat ledge may reach up to {} mm out from what holds it",
-                short((bracket.high * 100.0).ceil() / 100.0)
-            )
+            format!("a flat ledge may reach up to {} mm out from what holds it", up_to(bracket.high))
         }
         "ledge" if c.is_beside => format!("flat ledge reaches {value} mm out from its nearest anchor"),
         "ledge" if c.is_spanned || !is_one_chain(&c.anchors) => {
@@ -211,6 +222,11 @@ fn place(
         _ => format!("crown of a lying hole of about {value} mm hangs over"),
     };
     Some(f)
+}
+
+/// An upper bound to the hundredth.
+fn up_to(high: f64) -> String {
+    short((high * 100.0).ceil() / 100.0)
 }
 
 /// Whether edges hang together end to end.
@@ -294,6 +310,7 @@ fn advised(part: &Part, f: &Finding, remedies: &[Tried], below: &[([f64; 3], Sup
 mod tests {
     use super::super::roof::tests::block;
     use super::*;
+    use crate::part::Up;
 
     fn found(part: &Part, process: &str) -> Vec<Finding> {
         let context = Context { refine: 64_000_000, spacing_mm: 0.1 };
@@ -308,6 +325,21 @@ mod tests {
         let [a, b, c, d] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, 0.0], [5.0, 2.0, 0.0]];
         assert!(is_one_chain(&[]) && is_one_chain(&[[a, b], [c, d], [b, c]]));
         assert!(!is_one_chain(&[[a, b], [c, d]]));
+    }
+
+    /// A lip all round the mouth of a tube, of so many sides, that no strand reaches: it holds itself while it is no wider than a ledge may be.
+    #[test]
+    fn a_lip_that_runs_round_holds_itself_however_many_sides_it_has() {
+        use crate::geometry::revolved;
+        for (sides, radius, lip) in [(64, 4.0, 0.45), (256, 20.0, 0.1), (256, 20.0, 0.4)] {
+            let mouth = radius - lip;
+            let wall =
+                [[radius, 0.0], [radius + 4.0, 0.0], [radius + 4.0, 10.0], [mouth, 10.0], [mouth, 8.0], [radius, 8.0]];
+            let part = Part::new(revolved(&wall, sides), Up::PlusZ, 1e-6, 0.0).unwrap();
+            let lpbf = Process::named("lpbf").unwrap();
+            assert!(super::super::hanging::needing_support(&part, &lpbf).is_empty(), "{sides} {lip}");
+            assert_eq!(found(&part, "lpbf"), [], "{sides} {lip}");
+        }
     }
 
     #[test]

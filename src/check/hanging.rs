@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Pairs of a line and a side that may tell whether a span with ribs under it is within its limit.
 const TELLING: u64 = 100_000_000;
+/// Such pairs that may tell whether a ceiling holds itself that the first look leaves open.
+const AGAIN: u64 = 60_000_000;
 
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
@@ -101,8 +103,7 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     if !measured.iter().any(open) {
         return measured;
     }
-    let search = Search::Tell { beyond: [limit, 0.0], pairs: TELLING };
-    ceilings(&mesh, &hanging, Measuring { search, ..how }, &ground)
+    ceilings(&mesh, &hanging, how.telling(TELLING), &ground)
 }
 
 /// The islands of a part that nothing carries, as it stands, lowest first.
@@ -179,7 +180,28 @@ pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let how = measuring(part, process, Search::Measure);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
     let angle = Angle::degrees(key[0]);
-    part.ceilings(key, || below_in(part, process).ceilings(angle, how))
+    part.ceilings(key, || {
+        let below = below_in(part, process);
+        told(part, process, below.ceilings(angle, how), &below)
+    })
+}
+
+/// The ceilings, those that may or may not hold themselves looked at once more.
+fn told(part: &Part, process: &Process, mut all: Vec<Ceiling>, below: &Below<Part>) -> Vec<Ceiling> {
+    let holding = self_holding(process);
+    let is_told = |c: &Ceiling| holding.holds(c) || holding.gives_way(c);
+    let mut open: Vec<u32> = all.iter().filter(|c| !is_told(c)).flat_map(|c| c.facets.iter().copied()).collect();
+    if open.is_empty() {
+        return all;
+    }
+    open.sort_unstable();
+    let again = ceilings(part.mesh(), &open, measuring(part, process, Search::Measure).telling(AGAIN), below);
+    for closer in again.into_iter().filter(is_told) {
+        if let Some(c) = all.iter_mut().find(|c| c.facets == closer.facets) {
+            *c = closer.narrowed_by(c);
+        }
+    }
+    all
 }
 
 /// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that

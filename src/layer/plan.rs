@@ -45,6 +45,15 @@ pub(super) struct Cell {
     high: [f64; 3],
 }
 
+/// What is asked of squares.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    /// Where the strands in a direction are no longer, no other is tried.
+    enough: f64,
+    /// Lines are held against smaller squares than of this reach, and against those of the first levels.
+    lined: f64,
+}
+
 /// The centre of a square: outside the region, or inside with its shortest ways to an anchor and to a place that is held.
 #[derive(Debug, Clone, Copy)]
 enum Centre {
@@ -63,6 +72,8 @@ const FINE: usize = 120;
 const SHARE: u64 = 3;
 /// The smallest half of a square, as a share of the region's extent.
 const FINEST: f64 = 1e-4;
+/// The half of the squares of the first levels, as a share of the extent.
+const COARSE: f64 = 0.02;
 
 impl Plan {
     /// A region from its boundary, whose coordinates are within `step` of what was meant; `None` without sides or extent.
@@ -95,7 +106,7 @@ impl Plan {
     /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction: a listed one or that of the centre's own strand,
-    /// for no place of the square needs a longer strand than the direction has in which all of it has strands; of the smallest squares any. Where
+    /// for no place of the square needs a longer strand than the direction has in which all of it has strands; about the corner of a hole those along its two sides; of the smallest squares any. Where
     /// the effort does not reach, the squares are looked at that bound the region most.
     ///
     /// Where the way to the nearest anchor exceeds the limit of ledges by less than the bridge at x does that of bridges, x is part of a
@@ -127,7 +138,11 @@ impl Plan {
                 }
             }
             let enough = found.enough(search);
-            let bounded = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits, enough[0]));
+            // Until a place is known beyond the ledge limit, all may lie beside their anchors.
+            let is_known = found.lengths.iter().any(Option::is_some) || limits.ledge == 0.0;
+            let lined = if is_known { f64::INFINITY } else { (0.5 * limits.ledge).max(self.finest()) };
+            let asked = Asked { enough: enough[0], lined };
+            let bounded = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits, asked));
             let work: usize = bounded.sum();
             found.pairs += work as u64;
             let each = (work / cells.len().max(1)) as u64;
@@ -241,9 +256,8 @@ impl Plan {
         Some(c.t.map(|t| [x[0] + t * d[0], x[1] + t * d[1]]))
     }
 
-    /// Bounds a square; how many sides lines were held against. Where the strands in a direction are no longer than `enough`, no
-    /// other is tried.
-    fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits, enough: f64) -> usize {
+    /// Bounds a square; how many sides lines were held against.
+    fn bound(&self, cell: &mut Cell, centre: Centre, limits: Limits, Asked { enough, lined }: Asked) -> usize {
         let ledge = limits.ledge;
         // Counted as if each side had been held against the square: how sides are found does not change how far the effort reaches.
         let mut work = 2 * self.sides.all().len();
@@ -268,6 +282,10 @@ impl Plan {
         if near || from_centre[0] <= ledge + reach && self.in_sight(cell, &met, &self.anchors) <= ledge {
             return work;
         }
+        if reach > lined && cell.half < COARSE * self.extent {
+            cell.high = [2.0 * self.extent, self.around, self.around];
+            return work;
+        }
         let (mut all, mut some, mut sweep) = (f64::INFINITY, 0.0f64, Sweep::default());
         // Once it is known that no listed line goes from anchor to anchor, none has to be tried.
         let is_bare = self.held.get().is_some_and(|held| !held.is_spanned);
@@ -290,10 +308,15 @@ impl Plan {
             }
         };
         try_each(&mut own.into_iter().chain(listed.iter().copied()), &mut all);
+        let corner = if all > enough { self.about_corner(x, reach, &met, all) } else { None };
+        if let Some(strip) = corner.filter(|strip| strip.is_whole) {
+            all = all.min(strip.longest);
+        }
         // At a corner strands on its two sides differ however small the square is: there they are turned all round.
         if all.is_finite() && all > enough && cell.half <= self.finest() {
             try_each(&mut self.turns.iter().copied(), &mut all);
         }
+        work += corner.map_or(0, |strip| strip.pairs);
         let beyond_ledge = |reach: f64| if reach <= ledge { 0.0 } else { reach };
         cell.high[0] = if all.is_finite() { all } else { some };
         if !all.is_finite() {
@@ -308,6 +331,11 @@ impl Plan {
             (cell.high[0], cell.high[2]) = (bridge, beyond_ledge(beside));
         }
         work
+    }
+
+    /// 1 where the region lies left of its sides, -1 where it lies right of them.
+    pub(super) fn turn(&self) -> f64 {
+        self.area.signum()
     }
 
     /// Positive where a point lies on the region's side of a side's line, and 0 on it.
@@ -546,6 +574,24 @@ mod tests {
             let high = if n < 720 { 1.011 * 9.9 } else { 1.03 * 9.9 };
             assert!(bridge.low > 0.99 * least && bridge.low <= 1.002 * 9.9 && bridge.high <= high, "{n}: {bridge:?}");
             assert_eq!(spans.cantilever, None, "{n}");
+        }
+    }
+
+    #[test]
+    fn beside_a_free_hole_each_place_has_a_strand_along_one_side_of_its_corner() {
+        // Square rooms of 1.95 and of 9.9 with a square hole in the middle, turned: strands pass the hole on either side.
+        let root = 2f64.sqrt();
+        for (room, hole) in [(1.95, 0.4), (9.9, 2.0), (9.9, 0.05)] {
+            for turn in [0.0, 0.4, 1.1] {
+                let mut plan = ring(4, [0.5 * root * hole, 0.5 * root * room], [false, true]);
+                let (s, c) = f64::sin_cos(turn);
+                let at = |p: Point| [c * p[0] - s * p[1], s * p[0] + c * p[1]];
+                let sides = plan.sides.all().iter().map(|s| Side { from: at(s.from), to: at(s.to), ..*s });
+                plan = Plan::new(sides.collect(), 1e-9).unwrap();
+                let spans = plan.spans(ledge(0.1), Search::Measure);
+                holds(spans.bridge, room, 0.011 * room);
+                assert_eq!(spans.cantilever, None, "{room} {turn}");
+            }
         }
     }
 

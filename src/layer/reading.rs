@@ -159,7 +159,7 @@ impl Found {
         let bridge = if self.is_ledge() { self.low(0).max(self.firm / share) } else { self.low(0) };
         let known = [bridge, self.low(1), self.low(2).max(share * self.low(0))];
         let least = search.of_no_interest();
-        [0, 1, 2].map(|n| known[n].max(least[n]) * (1.0 + CLOSE) + 1e-9)
+        [0, 1, 2].map(|n| (known[n] * (1.0 + CLOSE)).max(least[n]) + 1e-9)
     }
 
     /// The length beyond which a strand would be told as the region's bridge; a search that judges tells none.

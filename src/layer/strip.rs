@@ -40,8 +40,20 @@ impl Sweep {
     /// # Cost
     /// O(log + those in the strip · (log + those that a line meets)). It counts as if each side had been held against the strip, and each
     /// line against all sides at hand: how far the effort of a search reaches does not depend on how sides are found.
-    pub fn strip(&mut self, sides: &Sides, [x, d]: [Point; 2], [reach, tiny]: [f64; 2], known: Known) -> Strip {
-        self.gather(sides, [x, d], [reach, tiny]);
+    pub fn strip(&mut self, sides: &Sides, line: [Point; 2], [reach, tiny]: [f64; 2], known: Known) -> Strip {
+        self.between(sides, line, [-reach, reach], [reach, tiny], known)
+    }
+
+    /// As [`Sweep::strip`], of the lines alone that pass x at offsets between two, positive left of it.
+    pub fn between(
+        &mut self,
+        sides: &Sides,
+        line: [Point; 2],
+        over: [f64; 2],
+        [reach, tiny]: [f64; 2],
+        known: Known,
+    ) -> Strip {
+        self.gather(sides, line, over, tiny);
         let mut strip = Strip { longest: 0.0, is_whole: true, pairs: sides.all().len() };
         // The lines sweep over the strip; a side is at hand from its near end to its far one.
         let mut local = self.local.iter().map(|(_, s)| *s).peekable();
@@ -71,21 +83,20 @@ impl Sweep {
     }
 
     /// Finds the sides in a strip, by their near ends, and the offsets of its lines: its edges, and beside each corner in it.
-    fn gather(&mut self, sides: &Sides, [x, d]: [Point; 2], [reach, tiny]: [f64; 2]) {
+    fn gather(&mut self, sides: &Sides, [x, d]: [Point; 2], [from, to]: [f64; 2], tiny: f64) {
         // Only sides that reach into the strip are met by its lines.
-        let half = reach + tiny;
-        let turned = sides.in_strip(x, d, half).map(|(n, s)| (*n, Turned::new(s, x, d)));
+        let turned = sides.in_strip(x, d, from.abs().max(to.abs()) + tiny).map(|(n, s)| (*n, Turned::new(s, x, d)));
         self.local.clear();
-        self.local.extend(turned.filter(|(_, s)| s.lo() <= half && s.hi() >= -half));
+        self.local.extend(turned.filter(|(_, s)| s.lo() <= to + tiny && s.hi() >= from - tiny));
         self.local.sort_unstable_by(|(n, a), (m, b)| a.lo().total_cmp(&b.lo()).then(n.cmp(m)));
         self.corners.clear();
-        self.corners.extend(self.local.iter().map(|(_, s)| s.across[0]).filter(|o| o.abs() < reach));
+        self.corners.extend(self.local.iter().map(|(_, s)| s.across[0]).filter(|o| from < *o && *o < to));
         self.corners.sort_unstable_by(f64::total_cmp);
         self.offsets.clear();
-        self.offsets.push(-reach);
+        self.offsets.push(from);
         self.offsets.extend(self.corners.iter().map(|o| o - tiny));
         self.offsets.extend(self.corners.iter().map(|o| o + tiny));
-        self.offsets.push(reach);
+        self.offsets.push(to);
         // Stable, as it merges what is sorted in runs.
         self.offsets.sort_by(f64::total_cmp);
     }
