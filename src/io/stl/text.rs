@@ -340,7 +340,7 @@ mod tests {
             ("vertex 1 0 0", "vertex nan 0 0", 5, "nan"),
             ("vertex 1 0 0\n", "", 6, "after 2"),
             ("vertex 1 0 0", "vertex 1 0", 5, "a corner with 2 of three coordinates"),
-            ("vertex 0 1 0", "vertex 0", 6, "a corner with 1 of three coordinates"),
+            ("vertex 0 1 -0.0", "vertex 0", 6, "a corner with 1 of three coordinates"),
             ("vertex 1 0 0", "vertex 1 0 0\nvertex 1 1 0", 7, "more than three"),
             ("outer", "inner", 3, "inner"),
             ("facet", "fac\u{1b}et", 2, "\\u{1b}"),
