@@ -22,7 +22,8 @@ const CONTAINS: [f64; 3] = [0.3, 0.1, 0.05];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crown {
     /// Chord over the sine of the mean slope at its ends, midway between the facets that meet there: exact where they are those of a regular
-    /// polygon, wherever its corners stand. Where walls go straight down it is the chord. No more than the circle has that has this chord and rises as far above it.
+    /// polygon, wherever its corners stand. Where walls go straight down it is the chord. No more than the circle has that has this chord and
+    /// rises as far above it.
     pub diameter_mm: f64,
     /// The same with the slopes of the facets.
     pub low_mm: f64,

@@ -106,8 +106,8 @@ impl Plan {
     /// coordinates is not seen: a region that was turned before it was written has strips as narrow between its strands and its sides.
     /// Branch and bound over squares: a square's bound is the longest chord of all lines that meet
     /// it, exact by looking on both sides of every corner between them, in the best direction: a listed one or that of the centre's own strand,
-    /// for no place of the square needs a longer strand than the direction has in which all of it has strands; about the corner of a hole those along its two sides; of the smallest squares any. Where
-    /// the effort does not reach, the squares are looked at that bound the region most.
+    /// for no place of the square needs a longer strand than the direction has in which all of it has strands; about the corner of a hole in
+    /// the directions of its two sides; of the smallest squares any. Where the effort does not reach, the squares are looked at that bound most.
     ///
     /// Where the way to the nearest anchor exceeds the limit of ledges by less than the bridge at x does that of bridges, x is part of a
     /// ledge beside that anchor, and its strand is no span: [`Found`] says which of the two a region is told as.
