@@ -176,6 +176,9 @@ pub fn plate_z(process: &Process) -> f64 {
 }
 
 /// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
+///
+/// # Cost
+/// That of [`Below::ceilings`], and for what may or may not hold itself then a search of up to 60 million pairs of a line and a side for each ceiling.
 pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
     let how = measuring(part, process, Search::Measure);
     let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
