@@ -65,7 +65,7 @@ struct Kept {
     pairs: OnceLock<Vec<BodyPair>>,
     solid: OnceLock<Result<Solid>>,
     printed: OnceLock<Printed>,
-    ceilings: OnceLock<([f64; 4], Arc<Vec<Ceiling>>)>,
+    ceilings: OnceLock<([f64; 5], Arc<Vec<Ceiling>>)>,
     turn: OnceLock<(Asked, Option<Turn>)>,
     setups: OnceLock<Result<Vec<Setup>>>,
     sides: OnceLock<Vec3>,
@@ -343,7 +343,7 @@ impl Part {
     }
 
     /// The ceilings of the part as `measure` finds them; shared by all who ask with the same key.
-    pub fn ceilings(&self, key: [f64; 4], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
+    pub fn ceilings(&self, key: [f64; 5], measure: impl Fn() -> Vec<Ceiling>) -> Arc<Vec<Ceiling>> {
         let (of, found) = self.kept.ceilings.get_or_init(|| (key, Arc::new(measure())));
         if *of == key { found.clone() } else { Arc::new(measure()) }
     }

@@ -8,10 +8,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, angle, unit};
 use crate::geometry::{TriangleMesh, occupancy};
 use crate::grid::Grid;
-use crate::layer::{
-    Below, Bounding, Carried, Ceiling, Floors, Measuring, Search, ceilings, hidden_from_outside, section_area,
-    support_volume, supports,
-};
+use crate::layer::{Below, Bounding, Floors, Measuring, Search, Unheld, hidden_from_outside, section_area, supports};
 use crate::topology::{Adjacency, Falls, Passage, components, retained};
 use crate::units::{Angle, Length, report_digits};
 use rayon::prelude::*;
@@ -37,7 +34,7 @@ pub struct Orientation {
     pub support_mm3: f64,
     pub support_low_mm3: f64,
     pub support_high_mm3: f64,
-    /// Area of the part that supports touch from below, mm²: what of its facets hangs over.
+    /// Area of the part that supports touch from below, mm²: what hangs over of its facets that do not hold themselves for certain.
     pub contact_mm2: f64,
     /// Area on which supports stand on the part, mm², with its bounds.
     pub on_part_mm2: f64,
@@ -174,18 +171,17 @@ fn measure(
     let posed = standing(mesh, &rotation);
     let size = posed.bounds().unwrap_or_default().1;
     let h = size.into_iter().fold(0.0, f64::max) / q.samples.max(1) as f64;
-    let (wanted, carried) = match q.support_angle {
-        None => (Vec::new(), Carried::default()),
+    let (unheld, (found, [_, contact])) = match q.support_angle {
+        None => Default::default(),
         Some(angle) => {
             let floors = Floors::of(&posed, facets);
             let below = below(&posed, &floors, facets, q);
-            let wanted = wanting(&posed, &below, angle, q);
-            let carried = below.carried(&wanted);
-            (wanted, carried)
+            let unheld = wanting(&below, angle, q);
+            let found = below.supported(&unheld, h);
+            (unheld, found)
         }
     };
-    let found = support_volume(&posed, bounding, &wanted, 0.0, h).without(&carried, q.layer_mm);
-    let contact = carried.hanging_mm2;
+    let wanted = unheld.facets;
     let grid = Grid::covering([0.0; 3], size, Length::mm(h), 1, [0.0; 3])?;
     let sample = h * h * h;
     // A surface that is not closed cannot be cast by its crossings; then these two are not known and count nothing.
@@ -274,28 +270,18 @@ pub fn stood(
     let posed = standing(mesh, rotation);
     let wanted = q.support_angle.map(|angle| {
         let floors = Floors::of(&posed, facets);
-        wanting(&posed, &below(&posed, &floors, facets, q), angle, q)
+        wanting(&below(&posed, &floors, facets, q), angle, q).facets
     });
     (posed, wanted.unwrap_or_default())
 }
 
-fn wanting<B: Bounding>(posed: &TriangleMesh, below: &Below<B>, angle: Angle, q: &Question) -> Vec<u32> {
-    let plate_z = q.plate_z();
-    let ledge_mm = q.self_holding.ledge_mm.unwrap_or(0.0);
-    let bridge_mm = q.self_holding.bridge_mm.unwrap_or(f64::INFINITY);
-    let (layer_mm, step_mm) = (q.layer_mm, q.step_mm);
+fn wanting<B: Bounding>(below: &Below<B>, angle: Angle, q: &Question) -> Unheld {
+    let (ledge_mm, bridge_mm) =
+        (q.self_holding.ledge_mm.unwrap_or(0.0), q.self_holding.bridge_mm.unwrap_or(f64::INFINITY));
+    let (plate_z, layer_mm, step_mm) = (q.plate_z(), q.layer_mm, q.step_mm);
     let quickly = Measuring { plate_z, layer_mm, ledge_mm, bridge_mm, step_mm, search: Search::Judge };
-    let fall =
-        |found: Vec<Ceiling>| -> Vec<Ceiling> { found.into_iter().filter(|c| !q.self_holding.holds(c)).collect() };
-    let facets_of = |list: Vec<Ceiling>| list.into_iter().flat_map(|c| c.facets);
-    let (sure, open): (Vec<_>, Vec<_>) =
-        fall(below.ceilings(angle, quickly)).into_iter().partition(|c| q.self_holding.gives_way(c));
-    let mut open: Vec<u32> = facets_of(open).collect();
-    open.sort_unstable();
-    let told = fall(ceilings(posed, &open, quickly.telling(TELLING), below));
-    let mut wanted: Vec<u32> = facets_of(sure).chain(facets_of(told)).collect();
-    wanted.sort_unstable();
-    wanted
+    let first = below.ceilings(angle, quickly);
+    q.self_holding.unheld(&below.told(first, &q.self_holding, quickly, TELLING))
 }
 
 /// What lies no more than a layer below a part's own facets, and the plate.

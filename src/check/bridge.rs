@@ -4,10 +4,11 @@ use super::budget::Budget;
 use super::chamfer::Chamfer;
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State, Witness};
-use super::hanging::{BRIDGE, CROWN, LEDGE, Supports, ceilings_of, looked_at_again};
+use super::hanging::{BRIDGE, CROWN, LEDGE, PAIRS, Supports, ceilings_of, looked_at_again, told_with};
 use super::place::{group_equal, locate, reported};
 use super::rib::Ribbing;
 use super::roof::Roof;
+use crate::access::self_holding;
 use crate::error::Result;
 use crate::geometry::DisjointSets;
 use crate::geometry::vector::{Vec3, along, scale};
@@ -21,8 +22,6 @@ use rustc_hash::FxHashMap;
 /// AM203 `bridge`.
 pub struct Bridge;
 
-/// Pairs of a line and a side that take as long as a sample.
-const PAIRS: u64 = 4;
 /// Findings whose remedy is tried, worst first.
 const TRIED: usize = 16;
 
@@ -68,7 +67,7 @@ impl Check for Bridge {
         if limits_of(process, BRIDGE).is_none() {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         }
-        let all = ceilings_of(part, process);
+        let all = ceilings_of(part, process, context.refine);
         let (rule, worst) = nearest_to_its_limit(process, &all);
         let mut measured = Measured {
             cover: format!("All {} pieces of downward surface below the overhang angle were measured.", all.len()),
@@ -77,6 +76,7 @@ impl Check for Bridge {
             ..Measured::default()
         };
         let mut budget = Budget::of(context.refine);
+        all.iter().filter_map(told_with).for_each(|samples| budget.note(1, samples));
         let mut told = |c: &Ceiling| {
             let first = judged(part, process, context, c);
             match first.iter().any(|f| !f.decided) {
@@ -134,7 +134,8 @@ fn bracket(r: &Reach) -> Bracket {
     Bracket::new(r.low_mm, r.low_mm, r.high_mm)
 }
 
-/// What a ceiling breaks, once a finer look has told its spans from the limits within their brackets, as far as the budget goes.
+/// What a ceiling breaks, once a finer look has told its spans from the limits within their brackets, as far as the budget goes; `None` where
+/// these are those up to which it holds itself, for which all ceilings have been looked at.
 fn told_apart(
     part: &Part,
     process: &Process,
@@ -143,11 +144,18 @@ fn told_apart(
     budget: &mut Budget,
 ) -> Option<Vec<Finding>> {
     // Whatever is no longer than the least limit within a bracket does not matter; other spans are as they were.
-    let beyond = [(BRIDGE, c.bridge), (LEDGE, c.cantilever)].map(|(rule, reach)| {
+    let holding = self_holding(process);
+    let spans = [(BRIDGE, c.bridge, holding.bridge_mm), (LEDGE, c.cantilever, holding.ledge_mm)];
+    let asked = spans.map(|(rule, reach, told)| {
         let limits = limits_of(process, rule).into_iter().flat_map(|l| [l.fail, l.warn]).flatten();
-        let within = limits.filter(|&l| reach.is_some_and(|r| r.low_mm <= l && l < r.high_mm));
-        within.reduce(f64::min).map(|l| l + c.tie_mm).or(reach.map(|r| r.high_mm)).unwrap_or(f64::INFINITY)
+        let within = limits.filter(|&l| reach.is_some_and(|r| r.low_mm <= l && l < r.high_mm) && Some(l) != told);
+        (within.reduce(f64::min), reach)
     });
+    if asked.iter().all(|(limit, _)| limit.is_none()) {
+        return None;
+    }
+    let beyond =
+        asked.map(|(limit, reach)| limit.map(|l| l + c.tie_mm).or(reach.map(|r| r.high_mm)).unwrap_or(f64::INFINITY));
     let closer = looked_at_again(part, process, c, beyond, budget.left.saturating_mul(PAIRS))?;
     budget.note(1, closer.pairs / PAIRS);
     // Where nothing reaches out for certain, nothing does, however coarse the second look.
@@ -337,7 +345,7 @@ mod tests {
                 [[radius, 0.0], [radius + 4.0, 0.0], [radius + 4.0, 10.0], [mouth, 10.0], [mouth, 8.0], [radius, 8.0]];
             let part = Part::new(revolved(&wall, sides), Up::PlusZ, 1e-6, 0.0).unwrap();
             let lpbf = Process::named("lpbf").unwrap();
-            assert!(super::super::hanging::needing_support(&part, &lpbf).is_empty(), "{sides} {lip}");
+            assert!(super::super::hanging::needing_support(&part, &lpbf, 0).facets.is_empty(), "{sides} {lip}");
             assert_eq!(found(&part, "lpbf"), [], "{sides} {lip}");
         }
     }

@@ -288,7 +288,7 @@ mod tests {
     fn tried(mesh: TriangleMesh) -> Chamfer {
         let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
         let process = Process::named("fdm").unwrap();
-        let all = ceilings_of(&part, &process);
+        let all = ceilings_of(&part, &process, 0);
         let ledges = all.iter().filter(|c| c.cantilever.is_some());
         let ledge = ledges.max_by(|a, b| a.extent.0[2].total_cmp(&b.extent.0[2])).unwrap();
         Chamfer::of(&part, &process, ledge, 0.4).unwrap()

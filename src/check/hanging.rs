@@ -4,7 +4,9 @@ use crate::access::{self_holding, standing, support_angle, upright};
 use crate::geometry::TriangleMesh;
 use crate::geometry::halfspace::cut;
 use crate::geometry::vector::{Vec3, add, dot, scale};
-use crate::layer::{Below, Carried, Ceiling, Floors, Ground, Island, Measuring, Search, ceilings, islands};
+use crate::layer::{
+    Below, Ceiling, Floors, Ground, Island, Measuring, Search, SupportVolume, Unheld, ceilings, islands,
+};
 use crate::part::Part;
 use crate::process::Process;
 use crate::units::Angle;
@@ -12,8 +14,10 @@ use std::sync::Arc;
 
 /// Pairs of a line and a side that may tell whether a span with ribs under it is within its limit.
 const TELLING: u64 = 100_000_000;
-/// Such pairs that may tell whether a ceiling holds itself that the first look leaves open.
+/// Such pairs that may tell whether a ceiling holds itself that the first look leaves open, before any of the budget is spent.
 const AGAIN: u64 = 60_000_000;
+/// Such pairs that take as long as a sample.
+pub const PAIRS: u64 = 4;
 
 /// The rule of the longest bridge.
 pub const BRIDGE: &str = "bridge";
@@ -103,7 +107,7 @@ pub fn respanned(part: &Part, process: &Process, ceiling: &Ceiling, ribs: &[[Vec
     if !measured.iter().any(open) {
         return measured;
     }
-    ceilings(&mesh, &hanging, how.telling(TELLING), &ground)
+    ceilings(&mesh, &hanging, how.telling(0.0, TELLING), &ground)
 }
 
 /// The islands of a part that nothing carries, as it stands, lowest first.
@@ -175,36 +179,25 @@ pub fn plate_z(process: &Process) -> f64 {
     0.5 * process.layer_height_mm
 }
 
-/// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part.
+/// The ceilings that hanging facets make, measured between their anchors; shared by all checks of a part that have the same budget.
 ///
 /// # Cost
-/// That of [`Below::ceilings`], and for what may or may not hold itself then a search of up to 60 million pairs of a line and a side for each ceiling.
-pub fn ceilings_of(part: &Part, process: &Process) -> Arc<Vec<Ceiling>> {
-    let how = measuring(part, process, Search::Measure);
-    let key = [support_angle(process).unwrap_or(0.0), process.layer_height_mm, how.ledge_mm, how.bridge_mm];
-    let angle = Angle::degrees(key[0]);
-    part.ceilings(key, || {
+/// That of [`Below::ceilings`], and for what may or may not hold itself then a search of up to 60 million pairs of a line and a side for each
+/// ceiling, and of what a budget of `refine` samples allows for all of them.
+pub fn ceilings_of(part: &Part, process: &Process, refine: u64) -> Arc<Vec<Ceiling>> {
+    let (how, holding) = (measuring(part, process, Search::Measure), self_holding(process));
+    let angle = support_angle(process).unwrap_or(0.0);
+    part.ceilings([angle, process.layer_height_mm, how.ledge_mm, how.bridge_mm, refine as f64], || {
         let below = below_in(part, process);
-        told(part, process, below.ceilings(angle, how), &below)
+        let first = below.ceilings(Angle::degrees(angle), how);
+        let open = first.iter().filter(|c| holding.is_open(c)).count() as u64;
+        below.told(first, &holding, how, AGAIN.saturating_add(PAIRS.saturating_mul(refine) / open.max(1)))
     })
 }
 
-/// The ceilings, those that may or may not hold themselves looked at once more.
-fn told(part: &Part, process: &Process, mut all: Vec<Ceiling>, below: &Below<Part>) -> Vec<Ceiling> {
-    let holding = self_holding(process);
-    let is_told = |c: &Ceiling| holding.holds(c) || holding.gives_way(c);
-    let mut open: Vec<u32> = all.iter().filter(|c| !is_told(c)).flat_map(|c| c.facets.iter().copied()).collect();
-    if open.is_empty() {
-        return all;
-    }
-    open.sort_unstable();
-    let again = ceilings(part.mesh(), &open, measuring(part, process, Search::Measure).telling(AGAIN), below);
-    for closer in again.into_iter().filter(is_told) {
-        if let Some(c) = all.iter_mut().find(|c| c.facets == closer.facets) {
-            *c = closer.narrowed_by(c);
-        }
-    }
-    all
+/// Samples of the budget that telling once more of a ceiling whether it holds itself has taken; `None` where the first 60 million pairs did.
+pub fn told_with(c: &Ceiling) -> Option<u64> {
+    (c.again > AGAIN).then(|| (c.again - AGAIN) / PAIRS)
 }
 
 /// A ceiling measured again, so that its spans are told from limits if so many pairs of lines and sides allow; places that
@@ -222,13 +215,9 @@ fn measuring(part: &Part, process: &Process, search: Search) -> Measuring {
     Measuring { plate_z: plate_z(process), layer_mm, ledge_mm, bridge_mm, step_mm: part.step(), search }
 }
 
-/// The facets that need support: what hangs over and does not hold itself, in increasing order.
-pub fn needing_support(part: &Part, process: &Process) -> Vec<u32> {
-    let holding = self_holding(process);
-    let mut facets: Vec<u32> =
-        ceilings_of(part, process).iter().filter(|c| !holding.holds(c)).flat_map(|c| c.facets.clone()).collect();
-    facets.sort_unstable();
-    facets
+/// The facets that need support: what hangs over and does not hold itself.
+pub fn needing_support(part: &Part, process: &Process, refine: u64) -> Unheld {
+    self_holding(process).unheld(&ceilings_of(part, process, refine))
 }
 
 /// The share of a facet in plan that rests on nothing: neither on the plate nor on what lies no more than a layer below.
@@ -236,7 +225,7 @@ pub fn hanging_share(part: &Part, process: &Process, facet: u32) -> f64 {
     below_in(part, process).hanging_share(facet)
 }
 
-/// What of hanging facets rests on the plate or on what lies no more than a layer below, and how much hangs.
-pub fn carried(part: &Part, process: &Process, hanging: &[u32]) -> Carried {
-    below_in(part, process).carried(hanging)
+/// The supports that facets need, in columns so wide, and the bounds of the area that they touch: [`Below::supported`].
+pub fn supported(part: &Part, process: &Process, unheld: &Unheld, column_mm: f64) -> (SupportVolume, [f64; 2]) {
+    below_in(part, process).supported(unheld, column_mm)
 }

@@ -26,13 +26,16 @@ static META: Meta = Meta {
           degrees are one region. A facet whose angle differs from the limit by less than a step of its coordinates can turn it is \
           equal to the limit, be it the one that fails or the one that warns, and passes it. Of a facet that lies in part no more than a layer above \
           other material, or, flatter than 5 degrees, in part on the plate, the rest counts. The volume below a region is measured as `support` measures \
-          that below all.",
+          that below all. Where it is open if a ceiling holds itself, what it hangs over is open too, and is told with an angle up to 90 degrees.",
     limits: "A bridge between two anchors, a ledge or the crown of a lying hole that is within its own limit holds itself: it is left to \
              `bridge`. For the rest slope alone is judged; \
              what is smaller than a dot of the process warns at most. \
              Where the process prints supports an overhang warns; it fails only if the profile or the user gives a fail limit.",
     source: "The limit's sources stand in the profile; `amcheck processes` lists them.",
 };
+
+/// What holds itself hangs over no more than a wall does, degrees.
+const UPRIGHT: f64 = 90.0;
 
 impl Check for Overhang {
     fn meta(&self) -> &'static Meta {
@@ -47,12 +50,16 @@ impl Check for Overhang {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let widest = support_angle(process).unwrap_or(0.0);
-        let wanted = needing_support(part, process);
-        let mut needs = vec![false; part.mesh().triangles.len()];
-        wanted.iter().for_each(|&f| needs[f as usize] = true);
-        let all = downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), |f| {
-            if needs[f as usize] { hanging_share(part, process, f) } else { 0.0 }
-        });
+        let wanted = needing_support(part, process, context.refine);
+        let regions_of = |facets: &[u32]| {
+            let share = |f: u32| facets.binary_search(&f).map_or(0.0, |_| hanging_share(part, process, f));
+            downward_regions(part.mesh(), plate_z(process), Angle::degrees(widest), part.step(), share)
+        };
+        let mut all = regions_of(&wanted.sure);
+        let open = if wanted.is_told() { Vec::new() } else { regions_of(&wanted.open()) };
+        // A speck warns at most, whether or not it holds itself.
+        let (specks, open): (Vec<_>, Vec<_>) = open.into_iter().partition(|r| r.area_mm2 < dot(process));
+        all.extend(specks);
         let mut measured = Measured {
             cover: format!(
                 "Every facet that looks down at less than {}° was judged by its own slope; what holds itself is judged by `bridge`.",
@@ -70,69 +77,95 @@ impl Check for Overhang {
             }),
             ..Measured::default()
         };
-        let worst = all.iter().min_by(|a, b| a.least_angle.as_radians().total_cmp(&b.least_angle.as_radians()));
-        measured.worst = worst.map(|r| Worst {
-            bracket: Bracket::exact(r.least_angle.as_degrees()),
-            unit: "deg",
-            at: Some(r.worst.0),
-        });
+        let flattest = |list: &[DownwardRegion]| {
+            list.iter().map(|r| (r.least_angle.as_degrees(), r.worst.0)).min_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let [sure, may] = [&all, &open].map(|list| flattest(list));
+        measured.worst = match (sure, may) {
+            (sure, Some((low, at))) if sure.is_none_or(|s| low < s.0) => {
+                let high = sure.map_or(UPRIGHT, |s| s.0);
+                Some(Worst { bracket: Bracket::new(low, low, high), unit: "deg", at: Some(at) })
+            }
+            (sure, _) => sure.map(|(least, at)| Worst { bracket: Bracket::exact(least), unit: "deg", at: Some(at) }),
+        };
+        let turn = if all.is_empty() { None } else { better_turn(part, process, &all, limits) };
+        let told = Told { part, process, context, limits, turn };
+        measured.findings.extend(told.findings(&all, |r| r.least_angle.as_degrees()));
+        measured.findings.extend(told.findings(&open, |_| UPRIGHT));
+        Ok(Outcome::Measured(Box::new(measured)))
+    }
+}
+
+/// What regions are told as.
+struct Told<'a> {
+    part: &'a Part,
+    process: &'a Process,
+    context: &'a Context,
+    limits: Limits,
+    /// A turn that helps, in words.
+    turn: Option<String>,
+}
+
+impl Told<'_> {
+    /// Regions with the greatest angle that they may have, worst first.
+    fn findings(&self, all: &[DownwardRegion], greatest: impl Fn(&DownwardRegion) -> f64) -> Vec<Finding> {
+        let (part, process) = (self.part, self.process);
         // As `support` measures it, for each region by itself.
-        let below: Vec<Option<f64>> = if process.prints_supports {
+        let below: Vec<Option<f64>> = if process.prints_supports && !all.is_empty() {
             let groups: Vec<&[u32]> = all.iter().map(|r| r.facets.as_slice()).collect();
-            let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, context.spacing_mm);
+            let found = support_volumes(part.mesh(), |f| part.bounds_solid(f), &groups, 0.0, self.context.spacing_mm);
             found.iter().map(|v| Some(report_digits(0.5 * (v.volume_mm3[0] + v.volume_mm3[1])))).collect()
         } else {
             vec![None; all.len()]
         };
         // What is smaller than a dot of the process is gathered in one finding, and no part fails for it.
+        let limits = self.limits;
         let of_specks = Limits { fail: None, warn: limits.warn.or(limits.fail), ..limits };
-        let dot = process.element.width_mm * process.element.width_mm;
-        let (specks, regions): (Vec<_>, Vec<_>) = all.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot);
+        let (specks, regions): (Vec<_>, Vec<_>) = all.iter().zip(below).partition(|(r, _)| r.area_mm2 < dot(process));
         let supports = |r: &DownwardRegion| Supports::below(part, process, &r.facets);
         let (sealed, regions): (Vec<_>, Vec<_>) = regions.into_iter().partition(|(r, _)| supports(r) == Supports::Stay);
-        let turn = if all.is_empty() { None } else { better_turn(part, process, &all, limits) };
+        let mut told = Vec::new();
         for (list, kind, limits, equal) in
             [(regions, "slope", limits, 0.5), (sealed, "slope", limits, 0.5), (specks, "specks", of_specks, 90.0)]
         {
             let supports = list.iter().map(|(r, _)| supports(r)).max().unwrap_or(Supports::None);
             let one = |(r, volume_mm3): &(&DownwardRegion, Option<f64>)| Finding {
                 volume_mm3: *volume_mm3,
-                ..finding(part, process, context, r, limits, kind)
+                ..self.finding(r, [r.least_angle.as_degrees(), greatest(r)], limits, kind)
             };
             let mut found: Vec<Finding> = list.iter().map(one).collect();
             found.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
             for mut f in group_equal(found, equal) {
                 f.message = message(&f);
-                f.fix = fix(supports, &f, turn.as_deref());
-                measured.findings.push(f);
+                f.fix = fix(supports, &f, self.turn.as_deref());
+                told.push(f);
             }
         }
-        Ok(Outcome::Measured(Box::new(measured)))
+        told
+    }
+
+    fn finding(&self, r: &DownwardRegion, [least, greatest]: [f64; 2], limits: Limits, kind: &str) -> Finding {
+        let (part, process) = (self.part, self.process);
+        // Facet by facet: what is equal to the stricter limit is no part of a region, but may be all there is to the other.
+        let tie = r.certain_angle.as_degrees() - least;
+        let basis = if least == greatest { Basis::Exact } else { Basis::Certified };
+        let mut f = Finding::judged(META.code, kind, Bracket::new(least, least, greatest), basis, limits, "deg", tie);
+        if f.state == State::Pass {
+            f.state = State::Warn;
+        }
+        f.area_mm2 = Some(report_digits(r.area_mm2));
+        locate(&mut f, part, self.context, r.worst.0, r.extent);
+        let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
+        f.layers = Some([layer(r.extent.0[2]), layer(r.extent.1[2])]);
+        let corners = part.mesh().corners(r.worst.1 as usize).map(|p| reported(part, p));
+        f.witness = Some(Witness { kind: "facet".into(), points_mm: corners.to_vec() });
+        f
     }
 }
 
-fn finding(
-    part: &Part,
-    process: &Process,
-    context: &Context,
-    r: &DownwardRegion,
-    limits: Limits,
-    kind: &str,
-) -> Finding {
-    let bracket = Bracket::exact(r.least_angle.as_degrees());
-    // Facet by facet: what is equal to the stricter limit is no part of a region, but may be all there is to the other.
-    let tie = r.certain_angle.as_degrees() - r.least_angle.as_degrees();
-    let mut f = Finding::judged(META.code, kind, bracket, Basis::Exact, limits, "deg", tie);
-    if f.state == State::Pass {
-        f.state = State::Warn;
-    }
-    f.area_mm2 = Some(report_digits(r.area_mm2));
-    locate(&mut f, part, context, r.worst.0, r.extent);
-    let layer = |z: f64| (z / process.layer_height_mm).floor().max(0.0) as u64;
-    f.layers = Some([layer(r.extent.0[2]), layer(r.extent.1[2])]);
-    let corners = part.mesh().corners(r.worst.1 as usize).map(|p| reported(part, p));
-    f.witness = Some(Witness { kind: "facet".into(), points_mm: corners.to_vec() });
-    f
+/// The area of a dot of the process, mm²: a square as wide as what it lays.
+fn dot(process: &Process) -> f64 {
+    process.element.width_mm * process.element.width_mm
 }
 
 fn message(f: &Finding) -> String {
@@ -142,6 +175,12 @@ fn message(f: &Finding) -> String {
     } else {
         format!("{}° from the horizontal", short((f.value * 10.0).round() / 10.0))
     };
+    if f.high == UPRIGHT {
+        let places = if f.count > 1 { format!("{} places, ", f.count) } else { String::new() };
+        return format!(
+            "{places}{angle}, {area} mm² hanging over unless it holds itself as a bridge or ledge, which is open"
+        );
+    }
     match f.count {
         1 if f.kind == "specks" => format!("a speck smaller than a dot, {angle}, {area} mm²"),
         n if f.kind == "specks" => format!("{n} specks smaller than a dot, the flattest {angle}, {area} mm² in all"),

@@ -372,7 +372,7 @@ mod tests {
     fn tried(mesh: TriangleMesh) -> (Ribbing, Part) {
         let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
         let process = Process::named("fdm").unwrap();
-        let ceilings = ceilings_of(&part, &process);
+        let ceilings = ceilings_of(&part, &process, 0);
         let longest = ceilings.iter().max_by(|a, b| a.area_mm2.total_cmp(&b.area_mm2)).unwrap();
         (Ribbing::of(&part, &process, longest, 10.0), part)
     }
@@ -487,7 +487,7 @@ mod tests {
         for turn in [0.0, 0.3] {
             let part = Part::new(table(turn), Up::PlusZ, 1e-6, 1.0).unwrap();
             let process = Process::named("sla").unwrap();
-            for ceiling in ceilings_of(&part, &process).iter().filter(|c| c.bridge.is_some()) {
+            for ceiling in ceilings_of(&part, &process, 0).iter().filter(|c| c.bridge.is_some()) {
                 let found = Ribbing::of(&part, &process, ceiling, 1.0);
                 let Ribbing::Holds(held) = &found else { continue };
                 for rib in &held.ribs {

@@ -154,7 +154,7 @@ pub(super) mod tests {
         let part = block(64, 8.0, above);
         assert!(part.health().is_watertight(), "{:?}", part.health().open_edges);
         let process = Process::named("fdm").unwrap();
-        let all = ceilings_of(&part, &process);
+        let all = ceilings_of(&part, &process, 0);
         let hole = all.iter().find(|c| c.crown.is_some()).unwrap();
         (Roof::of(&part, &process, hole).unwrap(), part)
     }

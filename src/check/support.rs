@@ -2,7 +2,7 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, ShapeShown, Worst, limits_of};
 use super::finding::{Basis, Bracket, Finding, State};
-use super::hanging::{carried, needing_support};
+use super::hanging::{needing_support, supported};
 use super::place::locate;
 use crate::access::{Question, standing, stood, support_angle, up_option, upright};
 use crate::error::Result;
@@ -30,7 +30,8 @@ static META: Meta = Meta {
     how: "What hangs over at less than the overhang angle, and is no bridge, ledge or crown that holds itself, is followed straight down. The plane is \
           cut into square columns and every facet is clipped to them exactly. Walking down a column, the area below hanging surface is known \
           between two bounds, which are equal wherever one kind of surface is met; volumes follow from moments. The contact on the \
-          part is the exact area of the facets. The turn that is advised is the one with the least volume of supports, of those by 90 degrees and the one \
+          part is the exact area of the facets. Where it is open if a bridge or a ledge holds itself, the bounds go from what needs support for certain to that \
+          with all that may. The turn that is advised is the one with the least volume of supports, of those by 90 degrees and the one \
           that `overhang` advises, which is that with the least area hanging over.",
     limits: "Columns are straight, as wide as what they hold up, and solid: slicers thin supports out, widen them or let them branch. The share at which \
              it warns is a convention.",
@@ -56,15 +57,13 @@ impl Check for Support {
             return Ok(Outcome::NotApplicable("the process sets no limit for it".into()));
         };
         let mesh = part.mesh();
-        let wanted = needing_support(part, process);
-        let carried = carried(part, process, &wanted);
-        let found = support_volume(mesh, |f| part.bounds_solid(f), &wanted, 0.0, context.spacing_mm);
-        let found = found.without(&carried, process.layer_height_mm);
+        let unheld = needing_support(part, process, context.refine);
+        let (found, touched) = supported(part, process, &unheld, context.spacing_mm);
+        let wanted = unheld.facets;
         let volume = if part.is_plain() { mesh.signed_volume() } else { part.solid()?.density.volume().as_mm3() };
         let [low, high] = found.volume_mm3.map(|v| v / volume.max(f64::MIN_POSITIVE));
         let bracket = Bracket::new(0.5 * (low + high), low, high);
         let at = heaviest(mesh, &wanted);
-        let contact = carried.hanging_mm2;
         let mut measured = Measured {
             worst: Some(Worst { bracket, unit: "1", at }),
             cover: if found.is_empty() {
@@ -85,13 +84,12 @@ impl Check for Support {
             let mut f = Finding::judged(META.code, "volume", bracket, basis, limits, "1", TIE);
             if f.state != State::Pass {
                 f.volume_mm3 = Some(report_digits(0.5 * (found.volume_mm3[0] + found.volume_mm3[1])));
-                f.area_mm2 = Some(report_digits(contact));
+                f.area_mm2 = Some(report_digits(touched[1]));
                 locate(&mut f, part, context, at, ([extent.0[0], extent.0[1], 0.0], extent.1));
-                let [plate, on_part] = [found.on_plate_mm2, found.on_part_mm2].map(stood_on);
+                let [touched, plate, on_part] = [touched, found.on_plate_mm2, found.on_part_mm2].map(stood_on);
                 f.message = format!(
-                    "supports of {} touch {} mm² of the part and stand with {plate} on the plate and {on_part} on the part",
-                    amount(&found),
-                    short(contact.round())
+                    "supports of {} touch {touched} of the part and stand with {plate} on the plate and {on_part} on the part",
+                    amount(&found)
                 );
                 f.fix = turned(part, process, angle, context.spacing_mm, &found);
                 measured.findings.push(f);

@@ -55,7 +55,7 @@ impl Check for SupportAccess {
             return Ok(Outcome::NotApplicable("the process prints no supports that a tool takes off".into()));
         }
         let angle = hangs.warn.or(hangs.fail).unwrap_or(0.0);
-        let facets = needing_support(part, process);
+        let facets = needing_support(part, process, context.refine).facets;
         let mut measured = Measured {
             cover: format!("No surface flatter than {}° needs support.", short(angle)),
             rule: Some("support-access"),

@@ -51,18 +51,28 @@ pub struct Ceiling {
     pub crown: Option<Crown>,
     /// What measuring it took, in pairs of a line and a side.
     pub pairs: u64,
+    /// What of these it took to tell once more whether it holds itself.
+    pub again: u64,
     /// A length that exceeds its limit by no more equals it, as far as the coordinates tell.
     pub tie_mm: f64,
 }
 
 impl Ceiling {
-    /// The same with the narrower bounds of another look at it for its bridge.
-    pub fn narrowed_by(self, other: &Ceiling) -> Ceiling {
-        let bridge = self.bridge.zip(other.bridge).map(|(own, other)| {
-            let best = if other.low_mm > own.low_mm { other } else { own };
-            Reach { high_mm: own.high_mm.min(other.high_mm), ..best }
+    /// The same with the narrower bounds of an earlier look at it for its bridge.
+    pub(super) fn narrowed_by(self, earlier: &Ceiling) -> Ceiling {
+        let bridge = self.bridge.zip(earlier.bridge).map(|(own, earlier)| {
+            let best = if earlier.low_mm > own.low_mm { earlier } else { own };
+            Reach { high_mm: own.high_mm.min(earlier.high_mm), ..best }
         });
-        Ceiling { bridge: bridge.or(self.bridge), pairs: self.pairs + other.pairs, ..self }
+        // Where an earlier look has ruled out that anything reaches out, nothing does that is not shown.
+        let cantilever = self.cantilever.filter(|c| c.low_mm > 0.0 || earlier.cantilever.is_some());
+        Ceiling {
+            bridge: bridge.or(self.bridge),
+            cantilever,
+            pairs: self.pairs + earlier.pairs,
+            again: self.pairs + earlier.again,
+            ..self
+        }
     }
 }
 
@@ -120,9 +130,10 @@ impl Measuring {
         4.0 * self.step_mm + 1e-6
     }
 
-    /// The same with a search that tells whether ceilings hold themselves, with so many pairs of a line and a side.
-    pub fn telling(self, pairs: u64) -> Self {
-        Measuring { search: Search::Tell { beyond: [self.bridge_mm + self.tie_mm(), 0.0], pairs }, ..self }
+    /// The same with a search that tells whether bridges are longer than their limit, and ledges farther than a length beyond theirs, with so
+    /// many pairs of a line and a side.
+    pub fn telling(self, ledge_mm: f64, pairs: u64) -> Self {
+        Measuring { search: Search::Tell { beyond: [self.bridge_mm + self.tie_mm(), ledge_mm], pairs }, ..self }
     }
 }
 
@@ -333,6 +344,7 @@ fn describe(
         is_spanned: spans.is_spanned,
         crown,
         pairs,
+        again: 0,
         tie_mm,
         facets,
     })

@@ -186,6 +186,17 @@ impl SupportVolume {
         }
     }
 
+    /// The same where only what takes `least` is certain.
+    pub(super) fn down_to(self, least: &SupportVolume) -> Self {
+        let low = |own: [f64; 2], least: [f64; 2]| [own[0].min(least[0]), own[1]];
+        SupportVolume {
+            volume_mm3: low(self.volume_mm3, least.volume_mm3),
+            on_plate_mm2: low(self.on_plate_mm2, least.on_plate_mm2),
+            on_part_mm2: low(self.on_part_mm2, least.on_part_mm2),
+            ..self
+        }
+    }
+
     /// Whether nothing hangs over.
     pub fn is_empty(&self) -> bool {
         self.shadow_mm2 == 0.0

@@ -2,14 +2,17 @@
 
 use super::beneath::{Ground, resting_on, share_below};
 use super::bridge::{Ceiling, FLAT, Measuring, ceilings};
+use super::column::{SupportVolume, support_volume};
 use super::downward::downward_facets;
 use super::floor::Floors;
 use super::reading::Search;
 use super::section::clip_below;
+use super::self_holding::{SelfHolding, Unheld};
 use crate::geometry::TriangleMesh;
 use crate::geometry::vector::{Vec3, along, bounds, cross, sub};
 use crate::units::Angle;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 /// Pairs of a line and a side that may tell whether a ceiling reaches beyond a ledge.
 const OPEN: u64 = 20_000_000;
@@ -83,6 +86,33 @@ impl<'a, B: Bounding> Below<'a, B> {
         if how.search == Search::Measure { self.told_from_ledges(found, how) } else { found }
     }
 
+    /// Ceilings of which a first look leaves open whether they hold themselves, looked at once more for that alone with so many pairs of a
+    /// line and a side each; the others as they are. What this does not tell keeps its first bounds.
+    ///
+    /// Where the first look has ruled out that anything reaches out, bridges alone are asked for.
+    ///
+    /// # Cost
+    /// That of a [`Search::Tell`] for each that is open.
+    pub fn told(&self, first: Vec<Ceiling>, holding: &SelfHolding, how: Measuring, pairs: u64) -> Vec<Ceiling> {
+        let looks = [false, true].map(|reaches| {
+            let is_asked = |c: &&Ceiling| holding.is_open(c) && c.cantilever.is_some() == reaches;
+            let mut open: Vec<u32> = first.iter().filter(is_asked).flat_map(|c| c.facets.iter().copied()).collect();
+            open.sort_unstable();
+            let ledge_mm = if reaches { 0.0 } else { f64::INFINITY };
+            let look = || ceilings(self.mesh, &open, how.telling(ledge_mm, pairs), self);
+            if open.is_empty() { Vec::new() } else { look() }
+        });
+        let again: FxHashMap<u32, Ceiling> =
+            looks.into_iter().flatten().filter_map(|c| Some((*c.facets.first()?, c))).collect();
+        let closer = |c: &Ceiling| {
+            let same = again.get(c.facets.first()?).filter(|again| again.facets == c.facets)?;
+            let told = same.clone().narrowed_by(c);
+            let Ceiling { pairs, again, bridge, .. } = told;
+            Some(if holding.is_open(&told) { Ceiling { pairs, again, bridge, ..c.clone() } } else { told })
+        };
+        first.into_iter().map(|c| closer(&c).unwrap_or(c)).collect()
+    }
+
     fn told_from_ledges(&self, mut found: Vec<Ceiling>, how: Measuring) -> Vec<Ceiling> {
         let is_open = |c: &Ceiling| c.cantilever.is_some_and(|r| r.low_mm == 0.0);
         let mut open: Vec<u32> = found.iter().filter(|c| is_open(c)).flat_map(|c| c.facets.clone()).collect();
@@ -154,8 +184,27 @@ impl<'a, B: Bounding> Below<'a, B> {
         })
     }
 
+    /// The supports that facets need, less what of these lies on the plate or rests on something, and the bounds of the area that they touch
+    /// from below, mm²: from those that give way for certain to all that do not hold themselves for certain.
+    ///
+    /// # Cost
+    /// One or two [`support_volume`], in columns so wide, and a look below each facet.
+    pub fn supported(&self, unheld: &Unheld, column_mm: f64) -> (SupportVolume, [f64; 2]) {
+        let of = |facets: &[u32]| {
+            let carried = self.carried(facets);
+            let columns = support_volume(self.mesh, |f| self.facets.bounds_solid(f), facets, 0.0, column_mm);
+            (columns.without(&carried, self.layer_mm), carried.hanging_mm2)
+        };
+        let (all, touched) = of(&unheld.facets);
+        if unheld.is_told() {
+            return (all, [touched; 2]);
+        }
+        let (sure, least) = of(&unheld.sure);
+        (all.down_to(&sure), [least, touched])
+    }
+
     /// What of hanging facets needs no support after all, and how much is left.
-    pub fn carried(&self, hanging: &[u32]) -> Carried {
+    fn carried(&self, hanging: &[u32]) -> Carried {
         let of = |&f: &u32| {
             let share = self.hanging_share(f);
             let lying = if share < 1.0 { self.lying(f) } else { [0.0; 2] };

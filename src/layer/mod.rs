@@ -39,7 +39,7 @@ pub use island::{Island, islands};
 pub use passage::Crown;
 pub use reading::Search;
 pub use section::{Point, clip_below, section_area, section_points};
-pub use self_holding::SelfHolding;
+pub use self_holding::{SelfHolding, Unheld};
 pub use sight::hidden_from_outside;
 pub use sliver::turned_by;
 pub use stretch::{above, lifted, stretch};

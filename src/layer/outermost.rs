@@ -66,23 +66,53 @@ impl Plan {
     /// them, there is no such way, and one that leaves by an anchored side has found a nearer hold. The distance to a segment is
     /// convex: none in Q has more than Q's corners.
     ///
+    /// Where each of M is free and has the others behind it, as at a corner that points into the region, what lies behind all of them in the
+    /// circle is not the region: a straight way from there to one of them meets none before. So each place lies before one of them, and there
+    /// are as many such polygons, each with a hold of its own.
+    ///
     /// # Cost
-    /// O(log + free sides as near as what sees the hold).
+    /// O(log + free sides as near as what sees the hold), three times for each side of a corner.
     pub(super) fn in_sight(&self, cell: &Cell, met: &[(usize, Side)], holds: &Holds) -> f64 {
         let x = cell.centre;
-        let faces = |s: &Side, o: &Side| self.is_before(s, o.from) && self.is_before(s, o.to);
-        if met.len() > CROSSED
-            || holds.by().all().is_empty()
-            || !met.iter().all(|(_, s)| met.iter().all(|(_, o)| faces(s, o)))
-        {
+        if met.len() > CROSSED || holds.by().all().is_empty() {
             return f64::INFINITY;
         }
-        let Some(hold) = holds.by().nearest(x, |_, _, _| true).and_then(|n| holds.by().all().get(n.side)) else {
+        let of_all = |is: &dyn Fn(&Side, &Side) -> bool| met.iter().all(|(_, s)| met.iter().all(|(_, o)| is(s, o)));
+        let faces = |s: &Side, o: &Side| self.is_before(s, o.from) && self.is_before(s, o.to);
+        if of_all(&faces) {
+            let sides: Vec<&Side> = met.iter().map(|(_, s)| s).collect();
+            return self.in_sight_before(&sides, cell, x, holds);
+        }
+        let is_behind = |s: &Side, p: Point| self.before(s, p) <= 0.0;
+        if !of_all(&|s, o| !s.anchored && (s == o || is_behind(s, o.from) && is_behind(s, o.to))) {
+            return f64::INFINITY;
+        }
+        // Beside the corner another hold than that of its middle may be the nearer one.
+        let before_one = |s: &Side| {
+            let (on, share) = (foot(x, s), cell.half / length(s.from, s.to).max(f64::MIN_POSITIVE));
+            let beside = |t: f64| [0, 1].map(|n| on[n] + t * share * (s.to[n] - s.from[n]));
+            let from = [x, beside(-1.0), beside(1.0)];
+            from.into_iter().map(|p| self.in_sight_before(&[s], cell, p, holds)).fold(f64::INFINITY, f64::min)
+        };
+        let mut farthest = 0.0f64;
+        for (_, s) in met {
+            farthest = farthest.max(before_one(s));
+            if farthest.is_infinite() {
+                break;
+            }
+        }
+        farthest
+    }
+
+    /// The bound of [`Plan::in_sight`] for the places of a square before sides, and the hold nearest to a point.
+    fn in_sight_before(&self, sides: &[&Side], cell: &Cell, from: Point, holds: &Holds) -> f64 {
+        let x = cell.centre;
+        let Some(hold) = holds.by().nearest(from, |_, _, _| true).and_then(|n| holds.by().all().get(n.side)) else {
             return f64::INFINITY;
         };
         let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
         let mut left: Vec<Point> = square.map(|s| [x[0] + s[0] * cell.half, x[1] + s[1] * cell.half]).to_vec();
-        met.iter().for_each(|(_, s)| left = cut(&left, |p| self.ahead(s, p)));
+        sides.iter().for_each(|s| left = cut(&left, |p| self.ahead(s, p)));
         let feet: Vec<Point> = left.iter().map(|&p| foot(p, hold)).collect();
         let reach = left.iter().chain(&feet).map(|&p| length(x, p)).fold(0.0, f64::max);
         let mut near = self.sides().within(x, reach).filter(|(_, s)| !s.anchored);

@@ -138,8 +138,9 @@ impl Plan {
                 }
             }
             let enough = found.enough(search);
-            // Until a place is known beyond the ledge limit, all may lie beside their anchors.
-            let is_known = found.lengths.iter().any(Option::is_some) || limits.ledge == 0.0;
+            // Until a place is known beyond the ledge limit, all may lie beside their anchors; a quick look ends before that helps.
+            let some = search == Search::Judge || limits.ledge == 0.0;
+            let is_known = some || found.lengths.iter().any(Option::is_some);
             let lined = if is_known { f64::INFINITY } else { (0.5 * limits.ledge).max(self.finest()) };
             let asked = Asked { enough: enough[0], lined };
             let bounded = cells.iter_mut().zip(&centres).map(|(cell, at)| self.bound(cell, *at, limits, asked));
@@ -614,6 +615,20 @@ mod tests {
                 found.is_none_or(|f| f.low > 0.4 && f.low <= width && width <= f.high + 1e-9),
                 "{width}: {found:?}"
             );
+        }
+    }
+
+    #[test]
+    fn a_lip_round_a_hole_as_wide_as_its_limit_is_told_from_a_wider_one() {
+        for n in [16, 64, 256] {
+            for width in [0.4995, 0.5, 0.501] {
+                // Sides are parallel, so that no place is farther from the wall than the lip is wide.
+                let inner = 8.0 - width / (std::f64::consts::PI / n as f64).cos();
+                let spans = ring(n, [inner, 8.0], [false, true]).spans(ledge(0.5 + 1e-6), Search::Measure);
+                let found = spans.bridge.or(spans.cantilever);
+                assert_eq!(found.is_some_and(|f| f.low > 0.0), width > 0.5, "{n} {width}: {spans:?}");
+                assert_eq!(found.is_some(), width > 0.5, "{n} {width}: {spans:?}");
+            }
         }
     }
 
