@@ -81,7 +81,7 @@ impl Check for AsPrinted {
         measured.budget = (budget.looks > 0).then_some(budget);
         match made {
             Some(made) => {
-                words.insert(0, cover(&made)?);
+                words.insert(0, cover(part, &made)?);
                 // Cells round where faces come to lie, by up to one of them.
                 let [x, _, z] = made.designed.cells.cell_mm().map(rounded);
                 let volume = bulk_within(made.volume().as_mm3(), made.bounds().map(|v| v.as_mm3()));
@@ -111,8 +111,11 @@ fn worst(part: &Part, findings: &[Finding]) -> Worst {
     })
 }
 
-fn cover(made: &Made) -> Result<String> {
+fn cover(part: &Part, made: &Made) -> Result<String> {
     let [under, over] = [made.under()?, made.over()?].map(|v| v.map(|v| v.as_mm3()));
+    // Cells are as coarse as the element; no more is missing than there is.
+    let all = if part.is_plain() { part.mesh().signed_volume() } else { f64::INFINITY };
+    let under = under.map(|missing| missing.min(all));
     let cells = &made.designed.cells;
     let [x, _, z] = cells.cell_mm();
     let grid = cells.grid.dims();

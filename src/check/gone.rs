@@ -30,9 +30,9 @@ pub(super) struct Known<'a> {
 impl Known<'_> {
     /// What happens at a finding's offset to what is so wide there, in words: `loses a wall of 0.5 mm`, `closes 3 holes of 0.5 mm`.
     pub fn goes(&self, f: &Finding, width: &str) -> String {
-        let things: Vec<Thing> = f.places.iter().map(|spot| self.thing(f, spot)).collect();
+        let things: Vec<(Thing, Option<usize>)> = f.places.iter().map(|spot| self.thing(f, spot)).collect();
         let thing = match things[..] {
-            [first, ref others @ ..] if others.iter().all(|t| *t == first) => first,
+            [first, ref others @ ..] if others.iter().all(|t| t.0 == first.0) => first.0,
             _ => Thing::Place,
         };
         let [one, many] = match (thing, self.side) {
@@ -50,22 +50,32 @@ impl Known<'_> {
             (Thing::Piece, Side::Void) => "fills",
             (_, Side::Void) => "closes",
         };
-        match f.count {
+        // Several places of one piece, or of one hole, go with it.
+        let one_by_one: Option<Vec<usize>> = things.iter().map(|t| t.1.filter(|_| t.0 == thing)).collect();
+        let count = one_by_one.map_or(f.count as usize, |mut all| {
+            all.sort_unstable();
+            all.dedup();
+            all.len()
+        });
+        match count {
             1 => format!("{verb} {one} of {width} mm"),
             n => format!("{verb} {n} {many} of {width} mm"),
         }
     }
 
-    fn thing(&self, f: &Finding, spot: &Spot) -> Thing {
+    /// What goes at a place of a finding; of pieces and rods, which one.
+    fn thing(&self, f: &Finding, spot: &Spot) -> (Thing, Option<usize>) {
         let at = self.part.to_build(spot.at_mm);
-        if self.pieces.iter().any(|p| p.side == self.side && p.goes_at(self.part, spot)) {
-            Thing::Piece
-        } else if self.rods.rods.iter().any(|r| r.nears(at, 1.0)) {
-            Thing::Rod
+        let piece = || self.pieces.iter().position(|p| p.side == self.side && p.goes_at(self.part, spot));
+        let rod = || self.rods.rods.iter().position(|r| r.nears(at, 1.0));
+        if let Some(n) = piece() {
+            (Thing::Piece, Some(n))
+        } else if let Some(n) = rod() {
+            (Thing::Rod, Some(n))
         } else if f.area_mm2.is_some_and(|area| area >= f.count as f64 * (2.0 * f.value).powi(2)) {
-            Thing::Sheet
+            (Thing::Sheet, None)
         } else {
-            Thing::Place
+            (Thing::Place, None)
         }
     }
 }

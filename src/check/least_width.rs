@@ -3,11 +3,13 @@
 use super::as_printed::LAMBDA;
 use super::contract::Context;
 use super::detail::{Between, Detail, Sought, Thin, raised_width};
+use super::rods::up_to;
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, dot, norm2};
+use crate::geometry::vector::{Vec3, add, dot, norm2, scale, sub};
 use crate::medial::Side;
-use crate::morphology::{Bead, Cells, Designed, grown};
+use crate::medial::rod::Rod;
+use crate::morphology::{Bead, Cells, Designed, closed, grown};
 use crate::part::{Part, bead_of, spread_of};
 use crate::process::Process;
 use crate::units::Length;
@@ -15,6 +17,8 @@ use std::ops::Range;
 
 /// Cosine of the angle up to which a facet faces along a direction.
 const FACING: f64 = 0.5;
+/// The corners of a triangular hole lie so many of its equal-area radii from its middle.
+const BESIDE: f64 = 1.6;
 
 /// What a process prints of sheets of a part, or keeps open of slots: the side of the surface tells which.
 pub(super) struct LeastWidth<'a> {
@@ -112,7 +116,7 @@ impl<'a> LeastWidth<'a> {
     /// Two nearest facets for each cell about the places.
     pub fn departing(&self, places: &[Detail], designed: &Designed, drawn: &Indicator) -> Result<Indicator> {
         let tie = self.part.tie();
-        let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie);
+        let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie)?;
         let cells = &designed.cells;
         let element = cells.wide.max(cells.high);
         let reach = if self.side == Side::Material { element } else { element.div_ceil(2) + 1 };
@@ -141,7 +145,22 @@ impl<'a> LeastWidth<'a> {
         let found = Sought { part, process, context, side, between, width }.search();
         let mut places = found.sheets(|t| widths(t.direction()).contains(&t.diameter));
         places.retain(|d| d.area > 0.0 && d.spans[1] >= 2.0 * half_widest);
-        Ok(self.cells(&places, designed, drawn, widths))
+        let sheets = self.cells(&places, designed, drawn, widths)?;
+        if side == Side::Material { Ok(sheets) } else { sheets.union(&self.in_holes(width, designed, drawn)) }
+    }
+
+    /// The void cells in holes into which a ball as wide as the gap that closes fits all along.
+    fn in_holes(&self, width: f64, designed: &Designed, drawn: &Indicator) -> Indicator {
+        let (cells, part) = (&designed.cells, self.part);
+        let (half, own) = (scale(cells.cell_mm(), 0.5), self.own(drawn));
+        let mut marked = Indicator::empty(*drawn.grid());
+        let stays = |r: &&Rod| (2.0 * self.spread.as_mm() - part.tie()..width).contains(&r.narrowest.inscribed);
+        for rod in part.rods(up_to(self.process, self.side, width)).rods.iter().filter(stays) {
+            let about = (sub(rod.extent.0, half), add(rod.extent.1, half));
+            let within = |index: &[usize; 3]| own.contains(*index) && rod.nears(cells.position(*index), BESIDE);
+            cells.indices_in(about).filter(within).for_each(|index| marked.set(index, true));
+        }
+        marked
     }
 
     /// The cells on the side of the surface.
@@ -150,17 +169,21 @@ impl<'a> LeastWidth<'a> {
     }
 
     /// The cells of some places across which the surfaces are as far from each other as is asked of a direction: from the patches of each on
-    /// as far as they are.
+    /// as far as they are, with the pores between them that an element does not fit into. Where a place is about as wide as is asked, cells tell
+    /// one by one.
+    ///
+    /// # Errors
+    /// None for shapes that exist.
     ///
     /// # Cost
-    /// Two nearest facets for each cell about the places.
+    /// Two nearest facets for each cell about the places, and one [`closed`].
     pub fn cells(
         &self,
         places: &[Detail],
         designed: &Designed,
         drawn: &Indicator,
         widths: impl Fn(Vec3) -> Range<f64>,
-    ) -> Indicator {
+    ) -> Result<Indicator> {
         let cells = &designed.cells;
         let (own, dims) = (self.own(drawn), cells.grid.dims());
         let mut marked = Indicator::empty(*drawn.grid());
@@ -186,7 +209,10 @@ impl<'a> LeastWidth<'a> {
                 }
             }
         }
-        marked
+        if marked.is_empty() {
+            return Ok(marked);
+        }
+        closed(&marked, cells.wide.max(cells.high))?.intersection(&own)
     }
 
     /// How far the surfaces before and behind a cell are from each other, if that is less than a width.

@@ -291,6 +291,19 @@ pub(super) mod tests {
     }
 
     #[test]
+    fn a_body_goes_with_its_corner_and_not_with_its_legs() {
+        // The largest ball in an angle of legs of 1 mm lies in its corner, 0.5858 mm = √2/(1 + √2).
+        let outline = [[0.0, 0.0], [5.0, 0.0], [5.0, 1.0], [1.0, 1.0], [1.0, 4.0], [0.0, 4.0]];
+        let caps = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+        let said: Vec<(f64, String)> =
+            found(extruded(&outline, &caps, 5.0), "0.6mm").into_iter().map(|f| (f.value, f.message)).collect();
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(said[0].0 == 0.5 && said[0].1.contains("loses 2 walls of 1 mm"), "{said:?}");
+        let corner = 2f64.sqrt() / (1.0 + 2f64.sqrt());
+        assert!((said[1].0 - corner).abs() < 0.006 && said[1].1.contains("loses a whole body"), "{said:?}");
+    }
+
+    #[test]
     fn what_is_to_grow_leaves_as_much_beside_it() {
         // A wall of 0.3 mm beside a slot of 0.9 mm in a block: to stand 0.3 mm both ways, wall and slot have to be 0.6 mm wide.
         let comb = |slot: f64| {

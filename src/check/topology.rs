@@ -359,6 +359,20 @@ mod tests {
     }
 
     #[test]
+    fn two_balls_that_nearly_touch_fuse_once() {
+        use crate::geometry::Primitive;
+        use crate::units::Length;
+        let ball = Primitive::Ball { radius: Length::mm(2.5) }.mesh(Length::mm(0.01));
+        let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        for (gap, way) in [(0.1, [0.6, 0.48, 0.64]), (0.17, [0.36, 0.48, 0.8]), (0.15, [0.8, 0.0, 0.6])] {
+            let other = ball.transformed(upright, way.map(|x| (5.0 + gap) * x));
+            let (found, cover, notices) = told(ball.clone().joined(&other));
+            assert_eq!(found, [("fused".to_string(), 1.0)], "{gap}: {cover} {notices:?}");
+            assert!(cover.ends_with("1 piece, 0 tunnels and 0 voids as printed."), "{gap}: {cover}");
+        }
+    }
+
+    #[test]
     fn the_gap_that_is_advised_is_as_wide_as_one_that_stays_open() {
         // Four bars about a square, each so far from the next; in sla 0.2 mm stay open.
         let ring = |gap: f64| {

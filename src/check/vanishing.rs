@@ -18,7 +18,7 @@ const AGREE: f64 = 0.01;
 /// Points that a search may look at.
 const MOST: usize = 1 << 14;
 /// A place that goes at less than this share of the offset that takes the whole piece is another one.
-const SAME: f64 = 0.8;
+const SAME: f64 = 1.0 - AGREE;
 
 /// A piece that an offset takes away.
 pub(super) struct Vanishing {
@@ -51,7 +51,7 @@ impl Vanishing {
     /// Whether a place of a finding on its side lies in the piece, and goes at about the same offset.
     pub fn goes_at(&self, part: &Part, spot: &Spot) -> bool {
         let nearest = || part.distance().nearest(part.to_build(spot.at_mm), f64::INFINITY);
-        spot.value >= SAME * self.ball.radius && nearest().is_some_and(|n| self.is_of(part, n.facet))
+        spot.high >= SAME * self.ball.radius && nearest().is_some_and(|n| self.is_of(part, n.facet))
     }
 
     /// Whether a facet bounds the piece.

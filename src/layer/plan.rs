@@ -620,11 +620,12 @@ mod tests {
 
     #[test]
     fn a_lip_round_a_hole_as_wide_as_its_limit_is_told_from_a_wider_one() {
+        let tell = Search::Tell { beyond: [0.0; 2], pairs: 60_000_000 };
         for n in [16, 64, 256] {
             for width in [0.4995, 0.5, 0.501] {
                 // Sides are parallel, so that no place is farther from the wall than the lip is wide.
                 let inner = 8.0 - width / (std::f64::consts::PI / n as f64).cos();
-                let spans = ring(n, [inner, 8.0], [false, true]).spans(ledge(0.5 + 1e-6), Search::Measure);
+                let spans = ring(n, [inner, 8.0], [false, true]).spans(ledge(0.5 + 1e-6), tell);
                 let found = spans.bridge.or(spans.cantilever);
                 assert_eq!(found.is_some_and(|f| f.low > 0.0), width > 0.5, "{n} {width}: {spans:?}");
                 assert_eq!(found.is_some(), width > 0.5, "{n} {width}: {spans:?}");
