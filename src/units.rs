@@ -128,17 +128,30 @@ impl fmt::Display for Angle {
 /// assert_eq!(amcheck::units::short(0.3500), "0.35");
 /// assert_eq!(amcheck::units::short(46591.9081), "46591.9");
 /// assert_eq!(amcheck::units::short(-0.0), "0");
+/// assert_eq!(amcheck::units::short(0.03125), "0.0313");
 /// ```
 pub fn short(value: f64) -> String {
-    let decimals = match value.abs() {
+    let decimals = decimals_shown(value);
+    let text = format!("{:.decimals$}", nearest(value, decimals));
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+/// Decimals that [`short`] shows of a number.
+fn decimals_shown(value: f64) -> usize {
+    match value.abs() {
         v if v >= 1000.0 => 1,
         v if v >= 100.0 => 2,
         v if v >= 10.0 => 3,
         _ => 4,
-    };
-    let text = format!("{value:.decimals$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".into() } else { text.into() }
+    }
+}
+
+/// A number at so many decimals; what lies in the middle goes away from zero, where formatting takes the even digit.
+fn nearest(value: f64, decimals: usize) -> f64 {
+    let scale = 10f64.powi(decimals as i32);
+    let rounded = (value * scale).round() / scale;
+    if rounded.is_finite() { rounded } else { value }
 }
 
 /// A length with as many digits as it takes to tell it from its neighbours, where [`short`] ones would read alike.
@@ -194,10 +207,8 @@ pub fn told(value: f64, low: f64, high: f64) -> f64 {
     if width <= 1e-6 {
         return value;
     }
-    let at = |decimals: usize| {
-        let scale = 10f64.powi(decimals as i32);
-        (value * scale).round() / scale
-    };
+    // Rounded once: to more decimals than are shown would be rounded again.
+    let at = |decimals: usize| nearest(value, decimals.min(decimals_shown(value)));
     let told = at(decimals_of(width));
     if told < low { at(decimals_of(width).max(decimals_above_zero(low))) } else { told }
 }
@@ -367,6 +378,17 @@ mod tests {
         for text in ["", "mm", "1,5", "nan", "inf", "0x10", "4 parsecs", "1e400"] {
             assert!(Length::parse(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_number_is_rounded_once_and_from_the_middle_away_from_zero() {
+        for (value, text) in [(0.03125, "0.0313"), (-0.03125, "-0.0313"), (12.0625, "12.063"), (1234.25, "1234.3")] {
+            assert_eq!(short(value), text);
+            assert_eq!(short(told(value, value, value + 1e-6)), text);
+            assert_eq!(short(told(value, value - 1e-5, value + 1e-5)), text);
+        }
+        assert_eq!([12.34549, f64::MAX].map(|v| short(told(v, v, v + 2e-6))), [12.34549, f64::MAX].map(short));
+        assert_eq!((short(12.34549).as_str(), short(f64::INFINITY).as_str()), ("12.345", "inf"));
     }
 
     #[test]

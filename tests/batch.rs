@@ -364,6 +364,19 @@ fn what_runs_left_beside_their_reports_is_no_part() {
     assert_eq!(parts(&["in"]), 2);
 }
 
+#[test]
+fn the_page_begins_with_the_worst_and_no_line_points_below_it() {
+    let s = Scratch::with(&["block", "finned_bracket"]);
+    let (_, rows) = s.batch(&["in", "--out", "out", "--only", "thin-wall", "--fail-on", "never"]);
+    assert_eq!(rows.len(), 2);
+    let (page, table) = (s.text("out/index.html"), s.text("out/table.csv"));
+    assert!(page.find("finned_bracket.stl") < page.find("block.stl"), "{page}");
+    assert!(table.find("block.stl") < table.find("finned_bracket.stl"), "{table}");
+    for text in [page, table] {
+        assert!(text.contains("Wall of 0.45 mm") && !text.contains("below."), "{text}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn names_break_out_of_no_page_and_no_table() {

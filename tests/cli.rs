@@ -217,6 +217,7 @@ fn what_orient_wrote_is_what_it_says() {
         let ran = s.run(&["orient", block.as_str(), "--best", "2", "--out", "o", "--format", formats]);
         let line = ran.out.lines().find(|l| l.starts_with("written:")).unwrap_or_else(|| panic!("{}", ran.out));
         assert!(names.iter().all(|n| line.contains(n)), "{line}");
+        assert!(ran.out.contains("note: best.stl stands on z = 0 at x = "), "{}", ran.out);
     }
 }
 

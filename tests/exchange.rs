@@ -238,7 +238,7 @@ fn markdown_has_the_findings_and_escapes_names() {
 
 #[test]
 fn junit_is_well_formed_and_counts_what_it_holds() {
-    let text = junit::write(&sample::report(sample::HOSTILE), &[], None);
+    let text = junit::write(&sample::report(sample::HOSTILE), &[State::Fail], None);
     let mut reader = quick_xml::Reader::from_str(&text);
     let (mut seen, mut file) = (std::collections::BTreeMap::<String, usize>::new(), String::new());
     loop {
@@ -262,7 +262,7 @@ fn junit_is_well_formed_and_counts_what_it_holds() {
 }
 
 #[test]
-fn junit_fails_what_is_to_fail_beside_failures() {
+fn junit_fails_what_is_to_fail() {
     let report = sample::report("a.stl");
     let said = |failing: &[State]| {
         let text = junit::write(&report, failing, None);
@@ -272,10 +272,13 @@ fn junit_fails_what_is_to_fail_beside_failures() {
     };
     let fail = report.count(State::Fail);
     assert!(report.count(State::Warn) > 0 && report.count(State::Undecided) > 0);
-    assert_eq!(said(&[]), fail);
-    assert_eq!(said(&[State::Undecided]), fail + report.undecided());
+    assert_eq!(said(&[]), 0);
+    let told = junit::write(&report, &[], None);
+    assert!(told.contains("<system-out>✖ thin-wall[1]"), "{told}");
+    assert_eq!(said(&[State::Fail]), fail);
+    assert_eq!(said(&[State::Fail, State::Undecided]), fail + report.undecided());
     let all = fail + report.count(State::Warn) + report.count(State::Undecided);
-    assert_eq!(said(&[State::Warn, State::Undecided]), all);
+    assert_eq!(said(&[State::Fail, State::Warn, State::Undecided]), all);
 }
 
 /// The alerts on the part at a path.
@@ -293,7 +296,7 @@ fn baseline_states(report: &Report, since: &Comparison) -> Vec<String> {
 fn test_cases_and_alerts_know_what_was_there_before() {
     let old = sample::report("a.stl");
     let same = compare(&old, &old);
-    let text = junit::write(&old, &[], Some(&same));
+    let text = junit::write(&old, &[State::Fail], Some(&same));
     assert!(text.contains("failures=\"0\"") && text.contains("was there before: ✖ thin-wall[1]"), "{text}");
     assert_eq!(baseline_states(&old, &same), ["unchanged"; 5]);
     assert!(alerts(&old, "a.stl", None)["runs"][0]["results"][0]["baselineState"].is_null());
@@ -309,9 +312,9 @@ fn test_cases_and_alerts_know_what_was_there_before() {
     slope.fingerprint = "elsewhere too".into();
     new.checks[slopes].findings.push(slope);
     let changed = compare(&old, &new);
-    let text = junit::write(&new, &[], Some(&changed));
+    let text = junit::write(&new, &[State::Fail], Some(&changed));
     assert!(text.contains("failures=\"1\"") && text.contains("<failure message=\"worse: ✖ thin-wall[1]"), "{text}");
-    let warned = junit::write(&new, &[State::Warn, State::Undecided], Some(&changed));
+    let warned = junit::write(&new, &[State::Fail, State::Warn, State::Undecided], Some(&changed));
     assert!(warned.contains("failures=\"2\""), "{warned}");
     let mut states = baseline_states(&new, &changed);
     states.sort();
@@ -346,7 +349,7 @@ fn what_a_baseline_did_not_look_for_is_no_news() {
             markdown::write(&new, Some(&compared))
                 .contains("Not compared&#58; the baseline did not run AM101 thin-wall")
         );
-        let cases = junit::write(&new, &[], Some(&compared));
+        let cases = junit::write(&new, &[State::Fail], Some(&compared));
         assert!(
             cases.contains("failures=\"0\"") && cases.contains("not compared, the baseline did not run"),
             "{cases}"
@@ -400,7 +403,7 @@ fn a_gap_between_bodies_that_are_one_now_is_worse_and_one_beside_a_body_that_is_
     assert!(!schema.is_valid(&value));
     let new = jointed(&[block]);
     assert!(markdown::write(&new, Some(&welded)).contains("Bodies 2 → 1"));
-    let cases = junit::write(&new, &[], Some(&welded));
+    let cases = junit::write(&new, &[State::Fail], Some(&welded));
     assert!(cases.contains("failures=\"1\"") && cases.contains("<failure message=\"worse: 0.45 mm"), "{cases}");
     let results = alerts(&new, "a.stl", Some(&welded))["runs"][0]["results"].as_array().unwrap().clone();
     assert_eq!((&results[0]["level"], &results[0]["baselineState"]), (&"error".into(), &"updated".into()));

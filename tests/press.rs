@@ -243,6 +243,13 @@ fn a_page_of_a_large_part_shows_a_coarser_copy_and_says_so() {
     assert!(page.contains("a coarser copy, corners within ") && page.contains("viewer-part"), "{} bytes", page.len());
 }
 
+#[test]
+fn commands_on_the_page_are_quoted_for_a_shell() {
+    let page = html::page(&sample::report("mein $(id) 'teil'.stl"), &sample::exhibit(9.0), &[]);
+    let quoted = amcheck::report::markup::escaped(r"amcheck orient 'mein $(id) '\''teil'\''.stl'");
+    assert!(page.contains(&format!("<code>{quoted}</code>")), "no {quoted}");
+}
+
 /// Exhibits that no careful pipeline makes: the press says what it can and never panics or hangs.
 #[test]
 fn broken_exhibits_do_no_harm() {

@@ -12,7 +12,7 @@ pub const PARTS: [&str; 2] = ["part", "parts"];
 pub fn page(rows: &[Row]) -> String {
     let parts = number_of(rows.len() as u64, PARTS);
     let mut sorted: Vec<&Row> = rows.iter().collect();
-    sorted.sort_by(|a, b| b.rank().cmp(&a.rank()).then_with(|| a.part.cmp(&b.part)));
+    sorted.sort_by(|a, b| b.badness().cmp(&a.badness()).then_with(|| a.part.cmp(&b.part)));
     let head = markup!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src 'self' data: file:; \
@@ -85,4 +85,36 @@ fn line(row: &Row) -> Markup {
 fn address(place: &str) -> String {
     let plain = |b: &u8| b.is_ascii_alphanumeric() || b"-_./".contains(b);
     place.bytes().map(|b| if plain(&b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use crate::report::Verdict;
+
+    #[test]
+    fn the_worst_part_stands_first() {
+        let refused = |part: &str| Row::refused(part, &Error::Interrupted);
+        let judged = |part: &str, verdict: Verdict, findings: [u64; 3]| Row {
+            code: 0,
+            verdict: Some(verdict),
+            findings,
+            ..refused(part)
+        };
+        let rows = [
+            judged("a", Verdict::Pass, [0, 0, 0]),
+            judged("b", Verdict::Warn, [0, 0, 2]),
+            judged("c", Verdict::Warn, [0, 0, 3]),
+            judged("d", Verdict::Undecided, [0, 1, 9]),
+            judged("e", Verdict::Fail, [1, 0, 0]),
+            judged("f", Verdict::Fail, [2, 0, 0]),
+            judged("g", Verdict::Fail, [2, 0, 0]),
+            refused("h"),
+        ];
+        let page = page(&rows);
+        let name = |cell: &str| cell.split("</td>").next().map(str::to_string);
+        let told: Vec<String> = page.split("<td class=\"part\">").skip(1).filter_map(name).collect();
+        assert_eq!(told, ["h", "f", "g", "e", "d", "c", "b", "a"]);
+    }
 }

@@ -1,7 +1,7 @@
 //! One line of a batch: what became of a part.
 
 use crate::error::Error;
-use crate::report::{Report, Verdict};
+use crate::report::{Report, Verdict, conclusion};
 use crate::units::report_digits;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub struct Row {
     /// The verdict; none where there is no report.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub verdict: Option<Verdict>,
-    /// The summary of the report, or what was refused and where.
+    /// What is worst and what mends it, or what was refused and where.
     pub line: String,
     /// What was refused; none where there is a report.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -74,7 +74,7 @@ impl Row {
         let [lo, hi] = report.part.box_mm;
         Row {
             verdict: Some(report.verdict),
-            line: report.summary.clone(),
+            line: conclusion::alone(report),
             findings: [State::Fail, State::Undecided, State::Warn].map(count),
             warnings: report.warnings.len() as u64,
             triangles: Some(report.part.triangles),
@@ -123,9 +123,18 @@ impl Row {
         }
     }
 
-    /// How bad the line is; 0 is best.
-    pub fn rank(&self) -> usize {
-        rank(self.code)
+    /// How bad the line is, for a list that begins with the worst: what was not judged by its exit code, then parts by their verdict, whatever the exit
+    /// code makes of it, and by how many findings there are of that state.
+    pub fn badness(&self) -> impl Ord + use<> {
+        let refused = self.verdict.is_none().then(|| rank(self.code));
+        let [fails, undecided, warns] = self.findings;
+        let count = match self.verdict {
+            Some(Verdict::Fail) => fails,
+            Some(Verdict::Undecided) => undecided,
+            Some(Verdict::Warn) => warns,
+            Some(Verdict::Pass) | None => 0,
+        };
+        (refused, self.verdict, count)
     }
 }
 

@@ -29,11 +29,31 @@ enum Fate {
     Unasked,
     /// Its check ran and has no such finding.
     Unused,
+    /// There is a finding at its place that is more than it allows.
+    Exceeded(Excess),
     /// There is such a finding, which stands for other places too.
     Partial,
     Used,
     /// There is such a finding, and the entry no longer holds.
     Ended,
+}
+
+/// By what a finding is more than an entry allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Excess {
+    Worse,
+    Larger,
+    Both,
+}
+
+impl Excess {
+    fn words(self) -> &'static str {
+        match self {
+            Excess::Worse => "worse",
+            Excess::Larger => "larger",
+            Excess::Both => "worse and larger",
+        }
+    }
 }
 
 impl<'a> Acceptance<'a> {
@@ -51,7 +71,7 @@ impl<'a> Acceptance<'a> {
         self.kinds.push((meta, findings.iter().map(|f| f.kind.clone()).collect()));
         let today = self.today;
         let mut own: Vec<&mut (&Waiver, Fate)> = self.entries.iter_mut().filter(|e| is_of(e.0, meta)).collect();
-        own.iter_mut().for_each(|e| e.1 = Fate::Unused.max(e.1));
+        own.iter_mut().for_each(|e| e.1 = at_its_place(e.0, findings).max(e.1));
         let has_ended = |w: &Waiver| w.until.is_some_and(|end| today.is_none_or(|today| today > end));
         for f in findings {
             let places = places(f);
@@ -88,6 +108,10 @@ impl<'a> Acceptance<'a> {
                 Fate::Unused => {
                     Notice::new("acceptance-unused", format!("{entry} meets no finding: {}", self.why_unused(waiver)))
                 }
+                Fate::Exceeded(by) => Notice::new(
+                    "acceptance-unused",
+                    format!("{entry} accepts nothing: the finding there is {} than it allows", by.words()),
+                ),
                 Fate::Partial => Notice::new(
                     "acceptance-unused",
                     format!("{entry} covers only some places of a finding: give one for each, or a box around all"),
@@ -106,7 +130,7 @@ impl<'a> Acceptance<'a> {
     fn why_unused(&self, waiver: &Waiver) -> String {
         let met = self.kinds.iter().filter(|(meta, _)| is_of(waiver, meta)).flat_map(|(_, kinds)| kinds);
         let met: BTreeSet<&str> = met.map(String::as_str).collect();
-        let usual = "it was mended, has moved, or has become worse";
+        let usual = "it was mended or has moved";
         match waiver.kind.as_deref().filter(|kind| !met.contains(kind)).map(printable) {
             None => usual.into(),
             Some(kind) if met.is_empty() => format!("{usual}, or there is no kind `{kind}`"),
@@ -143,38 +167,60 @@ fn places(f: &Finding) -> Vec<Spot> {
     f.places.iter().copied().chain((!is_listed).then_some(own)).collect()
 }
 
+/// What becomes of an entry that accepts none of the findings of its check: the one at its place that exceeds it by least says why.
+fn at_its_place(waiver: &Waiver, findings: &[Finding]) -> Fate {
+    let exceeding = |f: &Finding| {
+        let met: Vec<Spot> = places(f).into_iter().filter(|spot| meets(waiver, f, spot)).collect();
+        let is_borne = met.iter().any(|spot| bearable(waiver, f, spot));
+        match (met.is_empty(), is_borne, is_as_small(waiver, f)) {
+            (true, ..) | (_, true, true) => None,
+            (_, false, true) => Some(Excess::Worse),
+            (_, true, false) => Some(Excess::Larger),
+            (_, false, false) => Some(Excess::Both),
+        }
+    };
+    findings.iter().filter_map(exceeding).min().map_or(Fate::Unused, Fate::Exceeded)
+}
+
 /// Whether an entry covers one place of a finding, at the value there.
+fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
+    is_as_small(waiver, f) && meets(waiver, f, spot) && bearable(waiver, f, spot)
+}
+
+/// Whether a finding is no larger than an entry allows.
+fn is_as_small(waiver: &Waiver, f: &Finding) -> bool {
+    waiver.no_larger_than_mm2.is_none_or(|most| f.area_mm2.is_none_or(|area| area <= most))
+}
+
+/// Whether an entry is of the kind of a finding and of one place of it.
 ///
 /// An entry anywhere along the box of a place covers it, unless the place is known to fill little of that: on an even wall the mesh alone says which point is told; the box of a wall
 /// that stands around other things holds those as well.
-fn holds(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
+fn meets(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
     let is_of_kind = waiver.kind.as_ref().is_none_or(|kind| *kind == f.kind);
-    let is_as_small = waiver.no_larger_than_mm2.is_none_or(|most| f.area_mm2.is_none_or(|area| area <= most));
-    if !is_of_kind || !is_as_small {
-        return false;
-    }
-    match &waiver.region {
-        Region::Fingerprint(name) => {
-            *name == f.fingerprint
-                && bearable(waiver, f.sense, &Spot { value: f.value, low: f.low, high: f.high, ..*spot })
+    is_of_kind
+        && match &waiver.region {
+            Region::Fingerprint(name) => *name == f.fingerprint,
+            region => {
+                let fills = |b: &[[f64; 3]; 2]| f.fills(*b).is_none_or(|share| share >= FILLED);
+                region.holds(spot.at_mm) || f.box_of(spot).filter(fills).is_some_and(|b| region.is_along(b))
+            }
         }
-        region => {
-            let fills = |b: &[[f64; 3]; 2]| f.fills(*b).is_none_or(|share| share >= FILLED);
-            let met = region.holds(spot.at_mm) || f.box_of(spot).filter(fills).is_some_and(|b| region.is_along(b));
-            met && bearable(waiver, f.sense, spot)
-        }
-    }
 }
 
-/// Whether a value is not worse than an entry allows, or is the one it names, as reports tell it.
-fn bearable(waiver: &Waiver, sense: Sense, spot: &Spot) -> bool {
+/// Whether the value at a place is not worse than an entry allows, or is the one it names, as reports tell it; a name stands for the whole finding.
+fn bearable(waiver: &Waiver, f: &Finding, spot: &Spot) -> bool {
+    let [value, low, high] = match waiver.region {
+        Region::Fingerprint(_) => [f.value, f.low, f.high],
+        _ => [spot.value, spot.low, spot.high],
+    };
     waiver.no_worse_than.is_none_or(|limit| {
         let slack = AS_GOOD * limit.abs();
-        let kept = match sense {
-            Sense::Min => spot.low >= limit - slack,
-            Sense::Max => spot.high <= limit + slack,
+        let kept = match f.sense {
+            Sense::Min => low >= limit - slack,
+            Sense::Max => high <= limit + slack,
         };
-        kept || short(told(spot.value, spot.low, spot.high)) == short(limit)
+        kept || short(told(value, low, high)) == short(limit)
     })
 }
 
@@ -299,8 +345,29 @@ mod tests {
         );
         // Of a kind that there is, as ever; of none at all nobody knows.
         let moved = said("body", &mut both());
-        assert!(moved.ends_with("meets no finding: it was mended, has moved, or has become worse"), "{moved}");
-        assert!(said("wal", &mut []).ends_with("has become worse, or there is no kind `wal`"));
+        assert!(moved.ends_with("meets no finding: it was mended or has moved"), "{moved}");
+        assert!(said("wal", &mut []).ends_with("it was mended or has moved, or there is no kind `wal`"));
+    }
+
+    #[test]
+    fn what_is_more_than_an_entry_allows_is_told_as_that() {
+        let said = |limits: &str| {
+            let mut f = [Finding { area_mm2: Some(484.0), ..finding(0.4, [0.0; 3]) }];
+            let entry = format!("[[accept]]\ncheck = \"AM101\"\nreason = \"why\"\nat_mm = [0, 0, 0]\n{limits}");
+            let entries = waivers("a.toml", &entry).unwrap();
+            let mut acceptance = Acceptance::new(&entries, None).unwrap();
+            acceptance.apply(registry::find("thin-wall").unwrap().meta(), &mut f);
+            acceptance.notices().into_iter().map(|n| n.message).collect::<String>()
+        };
+        for (limits, by) in [
+            ("no_larger_than_mm2 = 470", "larger"),
+            ("no_worse_than = 0.5", "worse"),
+            ("no_worse_than = 0.5\nno_larger_than_mm2 = 470", "worse and larger"),
+        ] {
+            let told = said(limits);
+            assert!(told.ends_with(&format!("accepts nothing: the finding there is {by} than it allows")), "{told}");
+        }
+        assert_eq!(said("no_worse_than = 0.4\nno_larger_than_mm2 = 490"), "");
     }
 
     #[test]

@@ -197,7 +197,7 @@ fn at_most(side: Side, f: &Finding) -> String {
 
 /// Four decimals, for sentences; what they would show as nothing is below one of them.
 fn rounded(mm: f64) -> String {
-    if mm < SHOWN { "less than 0.0001".into() } else { short((mm * 1e4).round() / 1e4) }
+    if mm < SHOWN { "less than 0.0001".into() } else { short(mm) }
 }
 
 fn least(a: Option<Worst>, b: Option<Worst>) -> Option<Worst> {

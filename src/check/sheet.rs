@@ -237,7 +237,7 @@ impl Sheets<'_> {
             Form::Spot => "at one spot".into(),
         };
         if let Some(ray) = self.along_normal(s) {
-            f.message.push_str(&format!(" ({} mm along the normal)", short((ray * 1e4).round() / 1e4)));
+            f.message.push_str(&format!(" ({} mm along the normal)", short(ray)));
         }
         if self.part.health().bodies.len() > 1 {
             f.bodies = Some(vec![u64::from(self.body(s.facet)) + 1]);

@@ -37,7 +37,7 @@ impl Sheets<'_> {
 
     /// Completes message and fix once the count is known.
     pub(super) fn describe(&self, f: &mut Finding, rooms: &Rooms) {
-        let value = short((f.value * 1e4).round() / 1e4);
+        let value = short(f.value);
         let (noun, verb) = match (self.side, f.kind.as_str()) {
             (Side::Material, _) => ("wall", "thicken"),
             (Side::Void, "slot" | "closed") => ("slot", "widen"),

@@ -246,7 +246,7 @@ pub struct Orienting {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// What to write: json, html, png, stl (the best pose)
+    /// What to write: json, html, png, stl (the best pose on z = 0, along x as far out as the digits of STL need)
     #[arg(long, value_delimiter = ',', default_value = "json,html,stl", value_name = "LIST")]
     pub format: Vec<String>,
 

@@ -41,12 +41,13 @@ impl FailOn {
         matches!(self, FailOn::New | FailOn::NewWarn)
     }
 
-    /// The states that count as failing beside *fail*: of checks, or of what is new or worse.
+    /// The states that count as failing: of checks, or of what is new or worse.
     pub fn failing(self) -> &'static [State] {
         match self {
-            FailOn::Fail | FailOn::New | FailOn::Never => &[],
-            FailOn::Warn | FailOn::NewWarn => &[State::Warn, State::Undecided],
-            FailOn::Undecided => &[State::Undecided],
+            FailOn::Never => &[],
+            FailOn::Fail | FailOn::New => &[State::Fail],
+            FailOn::Warn | FailOn::NewWarn => &[State::Fail, State::Warn, State::Undecided],
+            FailOn::Undecided => &[State::Fail, State::Undecided],
         }
     }
 
@@ -67,7 +68,6 @@ impl FailOn {
     /// Exit code of the worst state of what is new or worse.
     fn exit_code_of_news(self, worst: Option<State>) -> u8 {
         match worst {
-            Some(State::Fail) => 1,
             Some(state) if self.failing().contains(&state) => 1,
             Some(State::Undecided) => 3,
             _ => 0,

@@ -3,6 +3,7 @@
 use super::args::Arguments;
 use super::words::usage;
 use crate::error::{Error, nearest, printable};
+use crate::report::phrase::quoted;
 use clap::{CommandFactory, Parser};
 use std::ffi::OsString;
 use std::path::Path;
@@ -35,10 +36,14 @@ pub fn behind_part(words: &[OsString], second: &str) -> Option<Error> {
     let (first, second_shown) = (printable(&part.to_string_lossy()), printable(second));
     if commands().iter().any(|command| command == second) {
         let problem = format!("`{second_shown}` stands behind `{first}`");
-        return Some(usage(&problem, &format!("write the command first: `amcheck {second_shown} {first}`")));
+        return Some(usage(
+            &problem,
+            &format!("write the command first: `amcheck {second_shown} {}`", quoted(&part.to_string_lossy())),
+        ));
     }
     unknown(&part).or_else(|| {
-        let remedy = format!("judge several with `amcheck batch {first} {second_shown}`");
+        let words = [&part.to_string_lossy(), second].map(quoted).join(" ");
+        let remedy = format!("judge several with `amcheck batch {words}`");
         Some(usage(&format!("one part is judged at a time, and `{second_shown}` is a second one"), &remedy))
     })
 }
@@ -93,5 +98,7 @@ mod tests {
         }
         let (_, remedy) = said(&["amcheck", "a.stl", "--only", "mesh", "orient"], "orient");
         assert_eq!(remedy, "write the command first: `amcheck orient a.stl`");
+        let (_, remedy) = said(&["amcheck", "a b.stl", "$(id).stl"], "$(id).stl");
+        assert_eq!(remedy, "judge several with `amcheck batch 'a b.stl' '$(id).stl'`");
     }
 }

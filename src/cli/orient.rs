@@ -19,6 +19,7 @@ use crate::report::orient::{self, ORIENT_SCHEMA, OrientReport};
 use crate::report::render::Picture;
 use crate::report::stances::thumbnail;
 use crate::report::{Tool, html, terminal};
+use crate::units::hundredths;
 use rayon::prelude::*;
 
 /// Formats that the orientations can be written in.
@@ -37,6 +38,16 @@ fn written(part: &Part, rotation: &[Vec3; 3]) -> TriangleMesh {
     let far = 2.0 * part.step() / stl::RELATIVE_STEP;
     let right = posed.bounds().map_or(0.0, |(_, hi)| far - hi[0]).max(0.0);
     posed.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [right, 0.0, 0.0])
+}
+
+/// The best pose as a file, and where it stands in that.
+fn best_pose(part: &Part, best: &Orientation) -> Result<(Vec<u8>, String)> {
+    let mesh = written(part, &best.rotation);
+    let mut bytes = Vec::new();
+    let refused = |e: std::io::Error| Error::CannotWrite { path: "best.stl".into(), reason: e.to_string() };
+    stl::write(&mesh, &mut bytes).map_err(refused)?;
+    let [from, to] = mesh.bounds().map_or([0.0; 2], |(lo, hi)| [lo[0], hi[0]]).map(hundredths);
+    Ok((bytes, format!("best.stl stands on z = 0 at x = {from} to {to} mm, as far out as the digits of STL need")))
 }
 
 /// Compares the orientations, writes the answer and returns what goes to stdout.
@@ -59,7 +70,7 @@ fn run(a: &Orienting) -> Result<String> {
     let folder = a.out.clone().unwrap_or_else(|| std::path::Path::new("reports").join(&stem));
     let delivery = Delivery::open(&folder)?.saying(Said::Orientations, &a.part);
     // A folder that was named is meant.
-    let notes = match a.out {
+    let mut notes = match a.out {
         None => Record::of(&folder).notes(&folder, &a.part, Said::Orientations),
         Some(_) => Vec::new(),
     };
@@ -107,9 +118,8 @@ fn run(a: &Orienting) -> Result<String> {
         files.push("data", "orientations.json", orient::json(&report).into_bytes());
     }
     if let Some(best) = list.first().filter(|_| formats.contains(&"stl")) {
-        let mut bytes = Vec::new();
-        let refused = |e: std::io::Error| Error::CannotWrite { path: "best.stl".into(), reason: e.to_string() };
-        stl::write(&written(&part, &best.rotation), &mut bytes).map_err(refused)?;
+        let (bytes, place) = best_pose(&part, best)?;
+        notes.push(place);
         files.push("best pose", "best.stl", bytes);
     }
     if formats.contains(&"png") {

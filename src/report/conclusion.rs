@@ -16,8 +16,23 @@ pub fn verdict_of(checks: &[CheckReport]) -> Verdict {
     checks.iter().filter_map(verdict).max().unwrap_or(Verdict::Undecided)
 }
 
-/// The verdict as a sentence: number, consequence, remedy.
+/// The verdict as a sentence: number, consequence, remedy; and how many findings follow it.
 pub fn sentence(report: &Report) -> String {
+    let more = match report.findings().iter().filter(|f| f.counts()).count() {
+        0 | 1 => String::new(),
+        2 => " 1 more finding is below.".into(),
+        n => format!(" {} more findings are below.", n - 1),
+    };
+    said(report, &more)
+}
+
+/// The verdict as a sentence that stands alone, as in a table of parts.
+pub fn alone(report: &Report) -> String {
+    said(report, "")
+}
+
+/// The verdict as a sentence, with what is to be said behind the worst finding.
+fn said(report: &Report, more: &str) -> String {
     let mut findings = report.findings();
     let all = findings.len();
     findings.retain(|f| f.counts());
@@ -44,10 +59,6 @@ pub fn sentence(report: &Report) -> String {
         (State::Fail | State::Undecided, Some(limit), _) => needed(worst.sense, limit, &worst.unit, "must"),
         (_, _, Some(limit)) => needed(worst.sense, limit, &worst.unit, "should"),
         _ => String::new(),
-    };
-    let more = match findings.len() - 1 {
-        0 => String::new(),
-        n => format!(" {n} more {} below.", if n == 1 { "finding is" } else { "findings are" }),
     };
     format!("{}{needed}: {}.{more}{accepted}", phrase::sentence(&worst.message), worst.fix)
 }

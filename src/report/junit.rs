@@ -7,13 +7,12 @@ use super::schema::{CheckReport, Report};
 use crate::check::State;
 use crate::error::Error;
 
-/// The report as JUnit XML, with what counts as failing beside a check that fails: warnings, or what is undecided. With a comparison only what is new or
-/// worse counts.
+/// The report as JUnit XML, with the states that count as failing. With a comparison only what is new or worse counts.
 ///
 /// A check that counts as failing is a failure; undecided, not run and not applicable are skipped with the reason, and so is one
 /// whose findings are all accepted; one that broke
-/// down is an error; a warning passes and says what it found in `system-out`. Beside a comparison a check that fails by what the baseline had as well is
-/// skipped, and every finding says whether it was there before. No times: the same input gives the same bytes.
+/// down is an error, whatever counts. What warns or fails and does not count passes, and says what it found in `system-out`. Beside a comparison a check that
+/// fails by what the baseline had as well is skipped, and every finding says whether it was there before. No times: the same input gives the same bytes.
 pub fn write(report: &Report, failing: &[State], since: Option<&Comparison>) -> String {
     let findings = phrase::numbered(report);
     let counting = Counting { failing, since };
@@ -67,7 +66,7 @@ enum Case {
 
 /// What counts as a failure.
 struct Counting<'a> {
-    /// States beside *fail*.
+    /// The states that count.
     failing: &'a [State],
     /// With a comparison only what is news.
     since: Option<&'a Comparison>,
@@ -85,7 +84,7 @@ impl Counting<'_> {
     }
 
     fn has(&self, state: State) -> bool {
-        state == State::Fail || self.failing.contains(&state)
+        self.failing.contains(&state)
     }
 
     /// What of a check is new or worse, and counts.
@@ -128,9 +127,9 @@ impl Case {
         match c.state {
             State::Error => Case::Error,
             _ if counting.is_failing(c) => Case::Failure,
-            State::Fail => Case::Skipped,
+            State::Fail if counting.since.is_some() => Case::Skipped,
             State::Pass if only_accepted(c) => Case::Skipped,
-            State::Pass | State::Warn => Case::Passed,
+            State::Fail | State::Pass | State::Warn => Case::Passed,
             State::Undecided | State::NotRun | State::NotApplicable => Case::Skipped,
         }
     }
@@ -150,7 +149,7 @@ fn case(report: &Report, c: &CheckReport, told: Case, (findings, counting): (&[N
             markup!("<failure message=\"{}\" type=\"{}\">{}</failure>", first, c.code, own.join("\n"))
         }
         (Case::Error, _) => markup!("<error message=\"{}\" type=\"{}\"/>", why, c.code),
-        (Case::Passed, State::Warn) => markup!("<system-out>{}</system-out>", own.join("\n")),
+        (Case::Passed, State::Fail | State::Warn) => markup!("<system-out>{}</system-out>", own.join("\n")),
         (Case::Passed, _) => Markup::default(),
         (Case::Skipped, State::Undecided) => markup!("<skipped message=\"{}\"/>", format!("undecided: {first}")),
         (Case::Skipped, State::NotRun) => markup!("<skipped message=\"{}\"/>", format!("not run: {why}")),
@@ -165,7 +164,7 @@ fn case(report: &Report, c: &CheckReport, told: Case, (findings, counting): (&[N
 /// A finding as one line: the same words as on the terminal.
 fn line(n: &Numbered) -> String {
     let f = n.finding;
-    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
     let held = phrase::acceptance(f).map_or(String::new(), |a| format!(" ({a})"));
     format!(
         "{} {}[{}] {}{bracket}, {}, at {} mm: {}{held}",

@@ -41,7 +41,7 @@ pub fn write(report: &Report, comparison: Option<&Comparison>) -> String {
 
 fn row(n: &Numbered) -> String {
     let f = n.finding;
-    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
     let count = if f.count > 1 { format!(" and {} more", f.count - 1) } else { String::new() };
     format!(
         "| {} | {} | {}{bracket} | {} | {}{count} | {} |\n",

@@ -2,6 +2,7 @@
 
 use super::schema::{CheckReport, RefinedReport, Report, Verdict};
 use crate::check::{Accepted, Basis, Finding, Sense, State};
+use crate::error::escaped;
 use crate::units::{coarse, decimals_above_zero, decimals_of, hundredths, short, told};
 
 /// The sign of a unit of the schema: `mm2` is `mm²`, a pure number has none.
@@ -57,6 +58,15 @@ pub fn bracket(low: f64, high: f64) -> Option<String> {
         let lower = outward(low, decimals.max(decimals_above_zero(low)), Direction::Down);
         format!("{lower}–{}", outward(high, decimals, Direction::Up))
     })
+}
+
+/// Half of the last digit that is told: what is exact has no bracket that is narrower.
+const ROUNDING: f64 = 0.5e-4;
+
+/// The bracket that is told beside a finding's value, or the value of one of its places; none where it is rounding only.
+pub fn bracket_of(f: &Finding, [low, high]: [f64; 2]) -> Option<String> {
+    let is_rounding = f.basis == Basis::Exact && f.decided && high - low < ROUNDING;
+    if is_rounding { None } else { bracket(low, high) }
 }
 
 /// A value at the digits its bracket supports, with its unit.
@@ -180,6 +190,13 @@ pub fn sentences<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
     told.map(sentence).collect::<Vec<_>>().join(". ")
 }
 
+/// A word for a shell: quoted where it holds anything but letters, digits and a few signs.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "./_-+".contains(c);
+    let word = escaped(word);
+    if word.chars().all(plain) && !word.is_empty() { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
 /// A whole number in groups of three: `101,806`.
 pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
@@ -292,6 +309,11 @@ impl Numbered<'_> {
         measured(self.finding.value, self.finding.low, self.finding.high, &self.finding.unit)
     }
 
+    /// The bracket that is told beside the value.
+    pub fn bracket(&self) -> Option<String> {
+        bracket_of(self.finding, [self.finding.low, self.finding.high])
+    }
+
     /// The extent of the finding: area, volume and number of equal places, as far as they are known.
     pub fn size(&self) -> Vec<String> {
         let f = self.finding;
@@ -323,6 +345,7 @@ pub fn numbered(report: &Report) -> Vec<Numbered<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::{Bracket, Limits};
 
     #[test]
     fn brackets_are_rounded_outwards_and_keep_two_digits() {
@@ -360,6 +383,31 @@ mod tests {
             "A wall is thin. 0.15 mm, must ≥ 0.2 mm. Thicken it"
         );
         assert_eq!(sentences(["a wall is thin", ""]), "A wall is thin");
+    }
+
+    #[test]
+    fn words_for_a_shell_are_quoted() {
+        assert_eq!(
+            ["part.stl", "ä_1-2+.stl", "", "mein teil.stl"].map(quoted),
+            ["part.stl", "ä_1-2+.stl", "''", "'mein teil.stl'"]
+        );
+        assert_eq!(quoted("p $(id) 'q'.stl"), r"'p $(id) '\''q'\''.stl'");
+        // A command has to name the whole of it.
+        assert_eq!(quoted(&"x".repeat(200)).len(), 200);
+    }
+
+    #[test]
+    fn what_is_exact_has_no_bracket_of_rounding() {
+        let of = |[low, high]: [f64; 2], basis: Basis| {
+            let limits = Limits { fail: Some(0.8), warn: None, sense: Sense::Min };
+            let f = Finding::judged("AM101", "wall", Bracket::new(low, low, high), basis, limits, "mm", 0.0);
+            bracket_of(&f, [f.low, f.high])
+        };
+        assert_eq!(of([0.323437, 0.323439], Basis::Exact), None);
+        assert_eq!(of([0.323437, 0.323439], Basis::Certified).as_deref(), Some("0.3234–0.3235"));
+        // The circles of a hole stand beside its diameter, and what holds a limit is told with its ends.
+        assert_eq!(of([0.31, 0.33], Basis::Exact).as_deref(), Some("0.31–0.33"));
+        assert_eq!(of([0.799999, 0.800001], Basis::Exact).as_deref(), Some("0.7999–0.8001"));
     }
 
     #[test]

@@ -91,7 +91,7 @@ fn result(report: &Report, n: &Numbered, change: Option<&Change>, file: &str) ->
         State::Undecided => "note",
         _ => "warning",
     };
-    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
     let measured = format!("{}{bracket}, {}, at {} mm", n.measured(), phrase::deciding(f), phrase::point(f.at_mm));
     let withdrawn = change.and_then(Change::withdrawn).unwrap_or_default();
     let text = phrase::sentences([f.message.as_str(), &measured, withdrawn, &f.fix]);

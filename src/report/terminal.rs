@@ -1,6 +1,6 @@
 //! The summary on a terminal: at most 30 lines, worst first, with the next command to type.
 
-use super::phrase::{self, Numbered};
+use super::phrase::{self, Numbered, quoted};
 use super::schema::{CheckReport, RefinedReport, Report};
 use crate::check::{Basis, Budget, State};
 use crate::error::{Error, byte_count, printable};
@@ -247,7 +247,7 @@ fn verdict(report: &Report, outputs: &Outputs, palette: Palette) -> String {
 fn finding(n: &Numbered, palette: Palette) -> [String; 2] {
     let f = n.finding;
     let name = format!("{} {}[{}]", f.state.glyph(), printable(&n.check.name), n.within);
-    let held = match (phrase::bracket(f.low, f.high), f.basis) {
+    let held = match (n.bracket(), f.basis) {
         (Some(bracket), Basis::Estimated) => format!("(est. {bracket})"),
         (Some(bracket), _) => format!("({bracket})"),
         (None, Basis::Estimated) => "(estimated)".into(),
@@ -335,13 +335,6 @@ fn budget_that_helps(report: &Report, check: &CheckReport) -> Option<u64> {
         Some(RefinedReport { too_large, .. }) if too_large > 0 => None,
         _ => Some(Budget::more_than(report.grid.refine_budget)),
     }
-}
-
-/// A word for a shell: quoted where it holds anything but letters, digits and a few signs.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "./_-+".contains(c);
-    let word = printable(word);
-    if word.chars().all(plain) && !word.is_empty() { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// A sentence with control characters escaped; unlike a name it may be long.

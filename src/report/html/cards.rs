@@ -208,7 +208,7 @@ fn facts(c: &Context, k: &CheckReport, findings: &[&Numbered]) -> Markup {
 fn finding_rows(rows: &mut Vec<(&'static str, String)>, n: &Numbered) {
     let f = n.finding;
     rows.push(("Worst", n.measured()));
-    let bracket = phrase::bracket(f.low, f.high).map_or_else(String::new, |b| format!("{b}, "));
+    let bracket = n.bracket().map_or_else(String::new, |b| format!("{b}, "));
     rows.push(("Bracket", format!("{bracket}{}", phrase::known(f.basis))));
     if f.basis == Basis::Estimated {
         rows.push(("Basis", "An estimate: no bound is known, so it warns at most.".into()));
@@ -262,10 +262,10 @@ fn table(findings: &[&Numbered]) -> Markup {
         if f.places.len() > 1 {
             rows.extend(f.places.iter().map(|p| {
                 let value = phrase::measured(p.value, p.low, p.high, &f.unit);
-                row(tag.clone(), value, phrase::bracket(p.low, p.high), p.at_mm)
+                row(tag.clone(), value, phrase::bracket_of(f, [p.low, p.high]), p.at_mm)
             }));
         } else {
-            rows.push(row(tag, n.measured(), phrase::bracket(f.low, f.high), f.at_mm));
+            rows.push(row(tag, n.measured(), n.bracket(), f.at_mm));
         }
     }
     let left = rows.len().saturating_sub(ROWS);

@@ -88,7 +88,7 @@ fn unanswered(k: &CheckReport, name: Markup) -> Markup {
 /// `0.45 mm (0.44–0.46)`, and whether it is an estimate.
 fn with_bracket(n: &Numbered) -> String {
     let f = n.finding;
-    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
     let basis = if f.basis == Basis::Estimated { ", estimated" } else { "" };
     format!("{}{bracket}{basis}", n.measured())
 }

@@ -152,7 +152,7 @@ pub(super) fn class(n: &Numbered) -> &'static str {
 /// One finding: what, how much, where, what to do.
 fn item(c: &Context, n: &Numbered) -> Markup {
     let f = n.finding;
-    let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+    let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
     let basis = if f.basis == Basis::Estimated { ", estimated" } else { "" };
     let part = &c.report.part;
     let mut place =

@@ -117,7 +117,10 @@ fn known(n: &Numbered) -> String {
     let far = (f.high - value).max(value - f.low);
     match f.basis {
         Basis::Estimated => format!("{}, estimated", n.measured()),
-        Basis::Exact => format!("{}, exact", n.measured()),
+        Basis::Exact => {
+            let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
+            format!("{}{bracket}, exact", n.measured())
+        }
         Basis::Certified if half < 1e-6 => format!("{}, certified", n.measured()),
         Basis::Certified if far > 1.5 * half => {
             let ends = phrase::bracket(f.low, f.high).unwrap_or_default().replace('–', " to ");

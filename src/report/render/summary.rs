@@ -83,7 +83,7 @@ impl Scene<'_> {
         let f = n.finding;
         let (bold, text, small) = (Style::bold(15.0, INK), Style::regular(13.5, INK), Style::regular(12.5, FAINT));
         let indent = x + 34.0;
-        let bracket = phrase::bracket(f.low, f.high).map_or(String::new(), |b| format!(" ({b})"));
+        let bracket = n.bracket().map_or(String::new(), |b| format!(" ({b})"));
         let basis = if f.basis == Basis::Estimated { ", estimated" } else { "" };
         let head = format!("{} {}{bracket}{basis}", n.check.name, n.measured());
         let mut lines = vec![(head, bold, 1)];

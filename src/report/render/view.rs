@@ -222,7 +222,7 @@ pub(super) fn legend(canvas: &mut Canvas, letters: &Lettering, map: &SurfaceMap,
     for (limit, word) in ticks {
         let at = across(limit);
         canvas.line([at, y0 - 4.0], [at, y0 + 18.0], 2.0, INK, 1.0);
-        let text = format!("{word} {} {}", phrase::relation(scale.sense), short(limit));
+        let text = format!("{word} {} {}", phrase::relation(scale.sense), phrase::quantity(limit, &map.unit));
         let style = Style::bold(11.5, INK);
         let from = (at - 0.5 * letters.width(&text, &style)).max(ends + 8.0).max(x0);
         ends = letters.draw(canvas, [from, y0 - 7.0], &text, &style);

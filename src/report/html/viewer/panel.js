@@ -5,7 +5,11 @@ import { addLayers } from "./layers.js";
 const sign = (unit) => ({ deg: "°", mm2: " mm²", mm3: " mm³", 1: "" })[unit] ?? " " + unit;
 /** Whether nothing lies beyond the scale's end: an angle of a downward surface has no more than 90°. */
 const closed = (map) => map.unit === "deg" && map.high >= 90;
-const short = (x) => String(Math.round(x * 1e4) / 1e4);
+/** A number at the digits that the report tells; what lies in the middle goes away from zero. */
+const short = (x) => {
+  const far = Math.abs(x), scale = far >= 1000 ? 10 : far >= 100 ? 100 : far >= 10 ? 1000 : 1e4;
+  return String((Math.sign(x) * Math.round(far * scale)) / scale);
+};
 
 function element(tag, parts = {}, ...children) {
   const e = Object.assign(document.createElement(tag), parts);
@@ -102,7 +106,7 @@ export function makeLegend(view) {
       tick.style.left = across(l) + "%";
       bar.append(tick);
     }
-    const words = limits.map(([word, l]) => `${word} ${relation} ${short(l)}`).join("   ");
+    const words = limits.map(([word, l]) => `${word} ${relation} ${short(l)}${sign(map.unit)}`).join("   ");
     box.append(element("b", { textContent: map.title + (sign(map.unit) ? ` (${sign(map.unit).trim()})` : "") }),
       element("span", { className: "words", textContent: words }), bar,
       element("span", { className: "ends" }, element("span", { textContent: short(map.low) }), element("span", { textContent: (closed(map) ? "" : "≥ ") + short(map.high) })));
