@@ -28,14 +28,22 @@ pub struct Exhibit {
     pub maps: Vec<SurfaceMap>,
     /// Slices through the worst finding, one per axis.
     pub slices: Vec<Slice>,
-    /// Facets that were left out of the display copy; 0 unless the part is very large.
-    pub facets_left_out: usize,
+    /// How the display copy differs from the part; `None` where it has all facets, as it has unless the part is very large.
+    pub coarsened: Option<Coarsened>,
     /// Further shapes that can be shown with the part: supports, trapped volumes, what no tool reaches, as printed.
     pub layers: Vec<Layer>,
     /// The part's density, coarse enough for a page: about 128 samples along the longest side.
     pub volume: Option<Volume>,
     /// Ways to stand the part up, where they were compared.
     pub stances: Option<Stances>,
+}
+
+/// What a display copy with fewer facets than the part leaves out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coarsened {
+    pub facets_left_out: usize,
+    /// No point of the copy lies farther from the part's surface, millimetres.
+    pub within_mm: f64,
 }
 
 /// Solid fractions on a grid in the frame of the build.

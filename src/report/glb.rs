@@ -118,7 +118,8 @@ pub fn write(exhibit: &Exhibit) -> Vec<u8> {
 /// (vertex clustering, Rossignac & Borrel 1993); without a detail for them the layers are left out.
 ///
 /// # Limits
-/// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm.
+/// The first twelve maps are written. At full detail a side of 250 mm has steps of 0.004 mm. Of a very large part this is the
+/// exhibit's coarser copy; the mesh's `extras` say how many facets are left out and within how many millimetres.
 pub fn write_at(exhibit: &Exhibit, detail: Detail, layers: Option<Detail>) -> Vec<u8> {
     Copy::of(&Source::of(exhibit), detail).with(layers)
 }
@@ -164,7 +165,14 @@ impl<'a> Copy<'a> {
         let shape = part.primitive(&source.part, &source.maps, frame, 0);
         let described: Vec<Value> =
             source.maps.iter().map(|(m, scale)| described(m, scale, &attribute(&m.check))).collect();
-        let mesh = json!({"primitives": [shape], "extras": {"unmeasured": UNMEASURED, "coarse": detail != Detail::FULL, "maps": described}});
+        let left_out = source.exhibit.coarsened;
+        let coarse = detail != Detail::FULL || left_out.is_some();
+        let mut extras = json!({"unmeasured": UNMEASURED, "coarse": coarse, "maps": described});
+        if let Some(copy) = left_out {
+            extras["facets_left_out"] = json!(copy.facets_left_out);
+            extras["within_mm"] = json!(copy.within_mm);
+        }
+        let mesh = json!({"primitives": [shape], "extras": extras});
         Copy { source, frame, part, mesh }
     }
 

@@ -28,7 +28,7 @@ pub mod stances;
 pub mod terminal;
 pub mod thickness;
 
-pub use exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
+pub use exhibit::{Coarsened, Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 pub use schema::{
     Axis3, BaselineReport, BodyReport, ChangeReport, CheckReport, GridReport, LimitReport, PartReport, ProcessReport,
     RefinedReport, Report, SCHEMA, Tool, Verdict, WorstReport,

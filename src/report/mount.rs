@@ -1,10 +1,11 @@
 //! The exhibit of a part: display mesh, a value at every corner, slices through the worst finding.
 
-use super::exhibit::{Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
+use super::exhibit::{Coarsened, Exhibit, Exhibited, Layer, Slice, SurfaceMap, Volume};
 use super::schema::Report;
 use crate::check::{Limits, MapKind, MapWanted, Sense, ShapeShown};
 use crate::field::Field;
 use crate::geometry::vector::{Vec3, along, distance, sub};
+use crate::geometry::{Coarser, TriangleMesh};
 use crate::grid::Grid;
 use crate::layer::turned_by;
 use crate::medial::map::opposing_distance;
@@ -12,7 +13,7 @@ use crate::medial::{Features, Side};
 use crate::part::Part;
 use rayon::prelude::*;
 
-/// Facets of the display copy at most; larger parts show an even selection and say so.
+/// Facets of the display copy at most, before they are split; larger parts show a coarser copy and say so.
 const MOST_FACETS: usize = 300_000;
 /// Edge of a display facet in samples of a field read on it.
 const RESOLVED: f64 = 2.0;
@@ -24,8 +25,11 @@ pub type Wanted = (String, MapWanted);
 
 /// Mounts the exhibit, if there is to be one: facets are split where a map varies inside them, and every corner gets its value.
 ///
+/// A facet of a coarser copy shows what is measured on the facet of the part that it was.
+///
 /// # Cost
-/// One search of the opposing surface for each corner of a facet near one; nothing for facets that have none in reach.
+/// One search of the opposing surface for each corner of a facet near one; nothing for facets that have none in reach. A tenth of a
+/// second for each million facets where there is a coarser copy.
 pub fn mount(
     exhibited: Exhibited,
     part: &Part,
@@ -35,10 +39,11 @@ pub fn mount(
     if exhibited == Exhibited::Nothing {
         return Exhibit::default();
     }
-    let stride = part.mesh().triangles.len().div_ceil(MOST_FACETS).max(1);
-    let facets: Vec<usize> = (0..part.mesh().triangles.len()).step_by(stride).collect();
-    let left_out = part.mesh().triangles.len() - facets.len();
-    let pieces = split(part, &facets, wanted);
+    let coarser = Coarser::of(part.mesh(), MOST_FACETS);
+    let pieces = match &coarser {
+        Some(copy) => split(part, (&copy.mesh, &copy.facets), wanted),
+        None => split(part, (part.mesh(), &(0..part.mesh().triangles.len()).collect::<Vec<_>>()), wanted),
+    };
     let corners: Vec<Vec3> = pieces.iter().flat_map(|p| p.corners).collect();
     let ranks = part.distance().tree().ranks(part.mesh().triangles.len());
     let mut in_turn: Vec<u32> = (0..pieces.len() as u32).collect();
@@ -48,11 +53,16 @@ pub fn mount(
         corners,
         maps,
         slices: slices(part, report),
-        facets_left_out: left_out,
+        coarsened: coarser.map(|copy| coarsened(part, &copy)),
         layers: shapes.into_iter().map(layer).collect(),
         volume: part.solid().ok().and_then(|s| volume(s.density.field())),
         stances: None,
     }
+}
+
+fn coarsened(part: &Part, copy: &Coarser) -> Coarsened {
+    let facets_left_out = part.mesh().triangles.len() - copy.facets.len();
+    Coarsened { facets_left_out, within_mm: copy.moved_mm }
 }
 
 fn layer(shape: ShapeShown) -> Layer {
@@ -63,7 +73,10 @@ fn layer(shape: ShapeShown) -> Layer {
 
 /// A piece of a facet.
 struct Piece {
+    /// Where it is drawn.
     corners: [Vec3; 3],
+    /// Where its values are read, on the part's own facet; elsewhere in a coarser copy only.
+    read: [Vec3; 3],
     facet: usize,
 }
 
@@ -94,8 +107,9 @@ fn shown(part: &Part, map: &MapWanted, facet: usize) -> Shown {
     }
 }
 
-/// Splits facets on which a map varies until no edge is longer than the reach.
-fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
+/// Splits facets on which a map varies until no edge is longer than the reach. Facets are drawn as `drawn` has them, and `facets` are
+/// their numbers in the part.
+fn split(part: &Part, (drawn, facets): (&TriangleMesh, &[usize]), wanted: &[Wanted]) -> Vec<Piece> {
     let varies = |&f: &usize| wanted.iter().any(|(_, m)| matches!(shown(part, m, f), Shown::Varies));
     let near: Vec<bool> = facets.iter().map(varies).collect();
     let resolution = |m: &MapWanted| match &m.field {
@@ -104,30 +118,46 @@ fn split(part: &Part, facets: &[usize], wanted: &[Wanted]) -> Vec<Piece> {
         None => 0.0,
     };
     let reach = wanted.iter().map(|(_, m)| resolution(m)).fold(0.0, f64::max);
-    let area: f64 = facets.iter().zip(&near).filter(|(_, n)| **n).map(|(&f, _)| part.mesh().facet_area(f)).sum();
+    let area: f64 = (0..facets.len()).zip(&near).filter(|(_, n)| **n).map(|(f, _)| drawn.facet_area(f)).sum();
     let edge = reach.max((4.0 * area / MOST_PIECES as f64).sqrt());
     let mut pieces = Vec::with_capacity(facets.len());
-    for (&facet, &varies) in facets.iter().zip(&near) {
-        let mut stack = vec![part.mesh().corners(facet)];
-        while let Some([a, b, c]) = stack.pop() {
-            let (ab, bc, ca) = (distance(a, b), distance(b, c), distance(c, a));
-            let longest = ab.max(bc).max(ca);
-            if !varies || longest <= edge || pieces.len() + stack.len() > facets.len() + MOST_PIECES {
-                pieces.push(Piece { corners: [a, b, c], facet });
-            } else {
-                let [p, q, r] = if longest == ab {
-                    [a, b, c]
-                } else if longest == bc {
-                    [b, c, a]
-                } else {
-                    [c, a, b]
-                };
-                let m = along(p, sub(q, p), 0.5);
-                stack.extend([[m, q, r], [p, m, r]]);
+    for (at, (&facet, &varies)) in facets.iter().zip(&near).enumerate() {
+        let mut stack = vec![Piece { corners: drawn.corners(at), read: part.mesh().corners(facet), facet }];
+        while let Some(piece) = stack.pop() {
+            let full = pieces.len() + stack.len() > facets.len() + MOST_PIECES;
+            match halved(&piece, edge) {
+                Some(halves) if varies && !full => stack.extend(halves),
+                _ => pieces.push(piece),
             }
         }
     }
     pieces
+}
+
+/// Both halves of a piece, cut across its longest edge, where that is longer than `edge`.
+fn halved(piece: &Piece, edge: f64) -> Option<[Piece; 2]> {
+    let [a, b, c] = piece.corners;
+    let (ab, bc, ca) = (distance(a, b), distance(b, c), distance(c, a));
+    let longest = ab.max(bc).max(ca);
+    if longest <= edge {
+        return None;
+    }
+    let first = if longest == ab {
+        0
+    } else if longest == bc {
+        1
+    } else {
+        2
+    };
+    let cut = |mut corners: [Vec3; 3]| {
+        corners.rotate_left(first);
+        let [p, q, r] = corners;
+        let m = along(p, sub(q, p), 0.5);
+        [[m, q, r], [p, m, r]]
+    };
+    let ([c0, c1], [r0, r1]) = (cut(piece.corners), cut(piece.read));
+    let half = |corners, read| Piece { corners, read, facet: piece.facet };
+    Some([half(c0, r0), half(c1, r1)])
 }
 
 fn side_of(kind: MapKind) -> Option<Side> {
@@ -192,12 +222,12 @@ fn values_on(
     piece: &Piece,
 ) -> [f32; 3] {
     if let (MapKind::Sampled, Some(field)) = (map.kind, &map.field) {
-        return piece.corners.map(|p| interpolated(field, p));
+        return piece.read.map(|p| interpolated(field, p));
     }
-    let [a, b, c] = piece.corners;
+    let [a, b, c] = piece.read;
     let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
     // Just inside the piece, so that a neighbour's edge does not decide.
-    let inside = piece.corners.map(|p| along(p, sub(middle, p), 0.01));
+    let inside = piece.read.map(|p| along(p, sub(middle, p), 0.01));
     let normal = part.mesh().normal(piece.facet);
     match (shown(part, map, piece.facet), features, side_of(map.kind)) {
         (Shown::Varies, Some(features), Some(side)) => {

@@ -21,6 +21,12 @@ pub fn quantity(value: f64, unit: &str) -> String {
     with_unit(&short(value), unit)
 }
 
+/// A value above 0 in two digits, rounded up: what is said to be at most so much is.
+pub fn at_most(value: f64, unit: &str) -> String {
+    let decimals = 1.0 - value.max(1e-4).log10().floor();
+    with_unit(&outward(value, decimals.clamp(0.0, 4.0) as usize, Direction::Up), unit)
+}
+
 /// A number already in digits, with its unit behind it.
 fn with_unit(digits: &str, unit: &str) -> String {
     match unit_sign(unit) {

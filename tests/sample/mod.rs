@@ -126,7 +126,7 @@ pub fn exhibit(resolution: f64) -> Exhibit {
         ],
         corners: s.corners,
         slices: [0, 1, 2].map(slice).into(),
-        facets_left_out: 0,
+        coarsened: None,
         layers: vec![void],
         volume: Some(volume()),
         stances: None,

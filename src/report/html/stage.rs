@@ -112,13 +112,14 @@ pub(super) fn style(c: &Context) -> Markup {
 
 /// What the display copy leaves out, said where it is seen.
 fn left_out(c: &Context) -> Markup {
-    match c.exhibit.facets_left_out {
-        0 => Markup::default(),
-        n => markup!(
-            "<p class=\"note\">The pictures show a coarser copy: {} facets are left out. All numbers come from the whole part.</p>",
-            phrase::thousands(n as u64)
-        ),
-    }
+    c.exhibit.coarsened.map_or(Markup::default(), |copy| {
+        markup!(
+            "<p class=\"note\">The pictures show a coarser copy: {} facets are left out, and no point of it lies farther than {} from the part's surface. \
+             Histograms are of the copy; all numbers come from the whole part.</p>",
+            phrase::thousands(copy.facets_left_out as u64),
+            phrase::at_most(copy.within_mm, "mm")
+        )
+    })
 }
 
 fn list(c: &Context) -> Markup {

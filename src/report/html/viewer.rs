@@ -159,9 +159,12 @@ fn coarseness(c: &Context, fitted: &Fitted) -> Markup {
     if said.is_empty() {
         return Markup::default();
     }
+    // Where the pictures show a copy too, that is said beside them.
+    let whole = if c.exhibit.coarsened.is_some() { "numbers" } else { "numbers and pictures" };
     markup!(
-        "<p class=\"note\">The 3-D view shows {}, so that the page stays small; all numbers and pictures come from the whole part.</p>\n",
-        said.join(", and ")
+        "<p class=\"note\">The 3-D view shows {}, so that the page stays small; all {} come from the whole part.</p>\n",
+        said.join(", and "),
+        whole
     )
 }
 

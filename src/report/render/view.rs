@@ -118,6 +118,11 @@ impl<'a> Scene<'a> {
         Picture { name: "thumbnail".into(), png: png::encode(&canvas, 64), alt: "The part, small.".into() }
     }
 
+    /// How near a picture is to the part, where it shows a coarser copy.
+    fn coarser(&self) -> Option<String> {
+        self.exhibit.coarsened.map(|copy| format!("drawn within {}", phrase::at_most(copy.within_mm, "mm")))
+    }
+
     /// What a view shows, in words.
     fn alt(&self, map: &SurfaceMap) -> String {
         let found = self.findings.iter().filter(|n| n.check.name == map.check);
@@ -161,7 +166,8 @@ impl<'a> Scene<'a> {
         letters.draw_right(canvas, [w - 22.0, 29.0], &right, &Style::bold(18.0, INK));
         let small = Style::regular(13.5, FAINT);
         let part = format!("{}  {}", printable(&self.report.part.file), phrase::extent(self.report.part.box_mm));
-        let part = letters.fitted(&part, &small, 0.36 * w);
+        let coarser = self.coarser().map_or(String::new(), |said| format!(" · {said}"));
+        let part = letters.fitted(&part, &small, 0.36 * w - letters.width(&coarser, &small)) + &coarser;
         letters.draw_right(canvas, [w - 22.0, 52.0], &part, &small);
         let room = w - 70.0 - letters.width(&part, &small);
         letters.draw(canvas, [22.0, 52.0], &letters.fitted(&self.report.summary, &small, room), &small);
