@@ -8,6 +8,7 @@ use crate::field::Indicator;
 use crate::geometry::BodyPair;
 use crate::geometry::vector::{Vec3, bounds};
 use crate::medial::Side;
+use crate::morphology::grown;
 use crate::part::Part;
 use crate::topology::{Adjacency, Betti, Change, Comparisons, changes, components};
 
@@ -154,9 +155,11 @@ fn beside(laid: &Laid, joining: Option<&Indicator>, besides: &mut Comparisons) -
     let Some(joining) = joining else {
         return Ok(named(besides.changes(&left, &laid.printed, Adjacency::Face)?, Step::Gained).collect());
     };
-    let joined = left.union(joining)?.union(&laid.filling(joining)?)?;
+    // The coat about a gap is laid with what fills it: what one leaves open at its ends, the other closes.
+    let about = grown(joining, laid.coat_cells()).intersection(&laid.printed)?;
+    let joined = left.union(joining)?.union(&about)?;
     let first = named(changes(&left, &joined, Adjacency::Face)?, Step::Joined);
-    let then = besides.changes(&joined, &laid.printed.union(&joined)?, Adjacency::Face)?;
+    let then = besides.changes(&joined, &laid.printed.union(joining)?, Adjacency::Face)?;
     Ok(first.chain(named(then, Step::Gained)).collect())
 }
 

@@ -468,34 +468,6 @@ mod tests {
         }
     }
 
-    /// A notch between two legs of 30 mm at an angle, degrees, with a fillet of a radius in so many facets, 40 mm long.
-    fn notch(degrees: f64, radius: f64, facets: usize) -> Part {
-        let (s, c) = (0.5 * degrees).to_radians().sin_cos();
-        let arc = |i: usize| {
-            let at = -(0.5 * degrees).to_radians() - (180.0 - degrees).to_radians() * i as f64 / facets as f64;
-            [radius * at.cos(), radius / s + radius * at.sin()]
-        };
-        let mut outline = vec![[0.0, -10.0], [20.0, -10.0], [20.0, 30.0 * c], [30.0 * s, 30.0 * c]];
-        outline.extend((0..=facets).map(arc));
-        outline.extend([[-30.0 * s, 30.0 * c], [-20.0, 30.0 * c], [-20.0, -10.0]]);
-        // A star about the middle of its foot.
-        let caps: Vec<[usize; 3]> = (1..outline.len() - 1).map(|i| [0, i, i + 1]).collect();
-        Part::new(crate::geometry::extruded(&outline, &caps, 40.0), Up::PlusZ, 1e-6, 1.0).unwrap()
-    }
-
-    #[test]
-    fn a_small_fillet_between_leaning_walls_is_found_whether_or_not_an_edge_lies_in_its_middle() {
-        for degrees in [50.0, 70.0] {
-            for facets in [3, 4, 5, 7] {
-                let found = judge(&notch(degrees, 0.786, facets), "3mm").findings;
-                assert_eq!((found.len(), found[0].kind.as_str()), (1, "round"), "{degrees} {facets}: {found:?}");
-                assert!(found[0].low <= 0.786 && found[0].high < 1.0, "{degrees} {facets}: {found:?}");
-            }
-            // As large as asked, it is none.
-            assert_eq!(judge(&notch(degrees, 3.1, 12), "3mm").findings, []);
-        }
-    }
-
     #[test]
     fn a_corner_with_a_chamfer_that_is_sharp_at_one_wall_alone_is_told_once() {
         // A chamfer of 0.1 × 0.058 mm between two walls of 16 mm: bent by 60° at one and by 30° at the other.

@@ -133,7 +133,7 @@ impl<'a> Fusing<'a> {
             let void = LeastWidth::new(part, process, context, side);
             // A gap that is as wide as that here and there is one place.
             let cells = &designed.cells;
-            joining = void.cells(&gaps, designed, &laid.designed, |n| 0.0..least + doubt(n, cells))?;
+            joining = void.cells(&gaps, designed, &laid.designed, |n| 0.0..least + doubt(n, cells));
             let is_filled = |gap: &&Detail| {
                 let mut boxes = gap.patches.iter().map(|patch| cells.touched(patch.extent));
                 boxes.any(|extent| cells.indices_in(extent).any(|index| joining.contains(index)))

@@ -9,7 +9,7 @@ use crate::geometry::closed_characteristic;
 use crate::geometry::health::NO_LABEL;
 use crate::geometry::vector::Vec3;
 use crate::medial::Side;
-use crate::morphology::{AsPrinted, closed, grown, opened};
+use crate::morphology::{AsPrinted, grown, opened};
 use crate::part::Part;
 use crate::process::Process;
 use crate::topology::{Adjacency, Betti, betti, components};
@@ -96,21 +96,10 @@ impl<'a> Laid<'a> {
             self.printed = left.difference(&threads)?.union(&coat.difference(&bare)?)?;
         }
         if let Some(filled) = filled {
-            self.printed = self.printed.union(filled)?.union(&self.filling(filled)?)?;
+            self.printed = self.printed.union(filled)?;
         }
         self.printed = self.hanging(&self.printed)?;
         Ok(())
-    }
-
-    /// What fills a gap beside the cells that are known to: the coat about it is laid with it, what one leaves open at its ends the other
-    /// closes, and no element fits into the pores that the cells leave where the coats of two slanting faces meet.
-    ///
-    /// # Errors
-    /// None for sets on the lattice.
-    pub fn filling(&self, gap: &Indicator) -> Result<Indicator> {
-        let cells = &self.on_lattice.designed.cells;
-        let about = grown(gap, self.coat_cells()).intersection(&self.printed)?;
-        closed(&gap.union(&about.difference(&self.designed)?)?, cells.wide.max(cells.high))?.difference(&self.designed)
     }
 
     /// How many cells thick the coat on a face is, where the process spreads.

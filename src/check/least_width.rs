@@ -9,7 +9,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, add, dot, norm2, scale, sub};
 use crate::medial::Side;
 use crate::medial::rod::Rod;
-use crate::morphology::{Bead, Cells, Designed, closed, grown};
+use crate::morphology::{Bead, Cells, Designed, grown};
 use crate::part::{Part, bead_of, spread_of};
 use crate::process::Process;
 use crate::units::Length;
@@ -116,7 +116,7 @@ impl<'a> LeastWidth<'a> {
     /// Two nearest facets for each cell about the places.
     pub fn departing(&self, places: &[Detail], designed: &Designed, drawn: &Indicator) -> Result<Indicator> {
         let tie = self.part.tie();
-        let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie)?;
+        let narrow = self.cells(places, designed, drawn, |n| 0.0..self.along(n) - tie);
         let cells = &designed.cells;
         let element = cells.wide.max(cells.high);
         let reach = if self.side == Side::Material { element } else { element.div_ceil(2) + 1 };
@@ -145,7 +145,7 @@ impl<'a> LeastWidth<'a> {
         let found = Sought { part, process, context, side, between, width }.search();
         let mut places = found.sheets(|t| widths(t.direction()).contains(&t.diameter));
         places.retain(|d| d.area > 0.0 && d.spans[1] >= 2.0 * half_widest);
-        let sheets = self.cells(&places, designed, drawn, widths)?;
+        let sheets = self.cells(&places, designed, drawn, widths);
         if side == Side::Material { Ok(sheets) } else { sheets.union(&self.in_holes(width, designed, drawn)) }
     }
 
@@ -169,21 +169,17 @@ impl<'a> LeastWidth<'a> {
     }
 
     /// The cells of some places across which the surfaces are as far from each other as is asked of a direction: from the patches of each on
-    /// as far as they are, with the pores between them that an element does not fit into. Where a place is about as wide as is asked, cells tell
-    /// one by one.
-    ///
-    /// # Errors
-    /// None for shapes that exist.
+    /// as far as they are.
     ///
     /// # Cost
-    /// Two nearest facets for each cell about the places, and one [`closed`].
+    /// Two nearest facets for each cell about the places.
     pub fn cells(
         &self,
         places: &[Detail],
         designed: &Designed,
         drawn: &Indicator,
         widths: impl Fn(Vec3) -> Range<f64>,
-    ) -> Result<Indicator> {
+    ) -> Indicator {
         let cells = &designed.cells;
         let (own, dims) = (self.own(drawn), cells.grid.dims());
         let mut marked = Indicator::empty(*drawn.grid());
@@ -209,10 +205,7 @@ impl<'a> LeastWidth<'a> {
                 }
             }
         }
-        if marked.is_empty() {
-            return Ok(marked);
-        }
-        closed(&marked, cells.wide.max(cells.high))?.intersection(&own)
+        marked
     }
 
     /// How far the surfaces before and behind a cell are from each other, if that is less than a width.

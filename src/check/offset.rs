@@ -298,7 +298,7 @@ pub(super) mod tests {
         let said: Vec<(f64, String)> =
             found(extruded(&outline, &caps, 5.0), "0.6mm").into_iter().map(|f| (f.value, f.message)).collect();
         assert_eq!(said.len(), 2, "{said:?}");
-        assert!(said[0].0 == 0.5 && said[0].1.contains("loses 2 walls of 1 mm"), "{said:?}");
+        assert!(said[0].0 == 0.5 && said[0].1.contains("wall of 1 mm"), "{said:?}");
         let corner = 2f64.sqrt() / (1.0 + 2f64.sqrt());
         assert!((said[1].0 - corner).abs() < 0.006 && said[1].1.contains("loses a whole body"), "{said:?}");
     }

@@ -359,16 +359,16 @@ mod tests {
     }
 
     #[test]
-    fn two_balls_that_nearly_touch_fuse_once() {
-        use crate::geometry::Primitive;
-        use crate::units::Length;
-        let ball = Primitive::Ball { radius: Length::mm(2.5) }.mesh(Length::mm(0.01));
-        let upright = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        for (gap, way) in [(0.1, [0.6, 0.48, 0.64]), (0.17, [0.36, 0.48, 0.8]), (0.15, [0.8, 0.0, 0.6])] {
-            let other = ball.transformed(upright, way.map(|x| (5.0 + gap) * x));
-            let (found, cover, notices) = told(ball.clone().joined(&other));
-            assert_eq!(found, [("fused".to_string(), 1.0)], "{gap}: {cover} {notices:?}");
-            assert!(cover.ends_with("1 piece, 0 tunnels and 0 voids as printed."), "{gap}: {cover}");
+    fn a_lying_round_hole_that_is_wide_enough_stays_however_it_is_turned() {
+        use crate::geometry::revolved;
+        // A ring of 3 × 3 mm and 4 mm tall, laid down and turned; in fdm gaps of up to 0.2 mm close.
+        for (inner, turn) in [(0.125, 27.0), (0.13, 63.0), (0.125, 0.0)] {
+            let wall = [[inner, 0.0], [1.5, 0.0], [1.5, 4.0], [inner, 4.0]];
+            let (found, cover, _) = told(turned(&revolved(&wall, 24), 90.0, turn));
+            assert!(
+                found.is_empty() && cover.ends_with("1 piece, 1 tunnel and 0 voids as printed."),
+                "{turn}: {cover}"
+            );
         }
     }
 

@@ -312,19 +312,6 @@ pub(crate) fn opened(set: &Indicator, side: usize) -> Result<Indicator> {
     Ok(cube.deposited(&cube.placements(set, cube.cells())?, 0))
 }
 
-/// A set with all that no cube of so many samples along each side fits into beside it.
-///
-/// # Errors
-/// None for sets that exist.
-///
-/// # Cost
-/// That of [`opened`] on a grid so many samples larger on every side.
-pub(crate) fn closed(set: &Indicator, side: usize) -> Result<Indicator> {
-    let room = side as isize;
-    let wide = set.window([-room; 3], set.grid().dims().map(|n| n + 2 * side))?;
-    opened(&wide.complement(), side)?.complement().placed([room; 3], *set.grid())
-}
-
 /// |A ∖ B| for sets on one grid.
 fn count_difference(a: &Indicator, b: &Indicator) -> u64 {
     a.words().iter().zip(b.words()).map(|(a, b)| u64::from((a & !b).count_ones())).sum()
@@ -528,24 +515,5 @@ mod tests {
                 assert_eq!(ones(&row, from..from + side) as usize, plain, "{from} {side}");
             }
         }
-    }
-
-    #[test]
-    fn a_closing_fills_what_its_cube_does_not_fit_into_and_nothing_else() {
-        let grid = Grid::new([0.0; 3], Length::mm(1.0), [40, 40, 12]).unwrap();
-        let at = |n: usize| grid.index(n);
-        // A plate up to the border with a pore of 2 × 2 and a hole of 5 × 5 samples, and a speck apart.
-        let is_in = |[i, j, k]: [usize; 3]| {
-            let pore = (10..12).contains(&i) && (10..12).contains(&j);
-            let hole = (20..25).contains(&i) && (20..25).contains(&j);
-            k == 3 && i < 30 && !pore && !hole || [i, j, k] == [36, 5, 9]
-        };
-        let set = Indicator::from_predicate(grid, |n| is_in(at(n)));
-        let filled = Indicator::from_predicate(grid, |n| {
-            let [i, j, k] = at(n);
-            is_in([i, j, k]) || k == 3 && (10..12).contains(&i) && (10..12).contains(&j)
-        });
-        assert_eq!(closed(&set, 4).unwrap(), filled);
-        assert!(closed(&Indicator::empty(grid), 4).unwrap().is_empty());
     }
 }

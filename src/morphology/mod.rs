@@ -45,7 +45,7 @@ pub use bead_surface::deposit_surface;
 pub use cells::Cells;
 pub use covered::motion_surface;
 pub use deposit::{AsPrinted, Designed};
-pub(crate) use deposit::{closed, grown, opened};
+pub(crate) use deposit::{grown, opened};
 pub use dwell::{Dwell, dwell};
 pub use element::{Shape, Sides, StructuringElement};
 pub use least_element::{Bead, Footprint};
