@@ -80,7 +80,7 @@ const HELD: f64 = 0.01;
 /// Every direction, `directions` of a Fibonacci lattice, the six axes, the normals of the part's largest flat faces and its rests on a plate
 /// (faces of its convex hull that its centre of mass lies over, flat or not: a ring has no flat face and lies still), gets a score from
 /// the mesh alone, in which supports reach down to the plate. The best, at least `apart` from each other, are posed and measured, some of the rests first: support
-/// volume by columns ([`support_volume`]) without what lies on the plate or rests on other material, what of it cannot be seen from outside, liquid kept and
+/// volume by columns ([`Below::supported`]) without what lies on the plate or rests on other material, what of it cannot be seen from outside, liquid kept and
 /// cups on the film, first layer, steps.
 /// The cost of a pose is
 ///
