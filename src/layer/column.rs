@@ -173,7 +173,7 @@ impl SupportVolume {
     }
 
     /// Without what lies on the plate or rests on material no more than a layer below: there is no support between them.
-    pub fn without(self, carried: &Carried, layer_mm: f64) -> Self {
+    pub(super) fn without(self, carried: &Carried, layer_mm: f64) -> Self {
         let less = |bounds: [f64; 2], by: f64| bounds.map(|bound| (bound - by).max(0.0));
         let [lying_mm2, lying_mm3] = carried.lying;
         let [low, high] = less(self.volume_mm3, lying_mm3);

@@ -37,7 +37,7 @@ impl<F: Fn(usize) -> bool + Sync> Bounding for F {
 
 /// What of hanging facets rests on something.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Carried {
+pub(super) struct Carried {
     /// What lies on the plate with nothing between: its area in plan, mm², and the volume beneath it, mm³.
     pub lying: [f64; 2],
     /// The area in plan of what rests on material no more than a layer below, mm².

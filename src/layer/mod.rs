@@ -34,7 +34,7 @@ pub use bridge::{Ceiling, FLAT, Measuring, Reach, ceilings};
 pub use column::{SupportVolume, shadow_area, support_volume, support_volumes};
 pub use downward::{DownwardRegion, downward_facets, downward_regions};
 pub use floor::Floors;
-pub use ground::{Below, Bounding, Carried};
+pub use ground::{Below, Bounding};
 pub use island::{Island, islands};
 pub use passage::Crown;
 pub use reading::Search;
