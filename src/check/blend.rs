@@ -2,15 +2,13 @@
 
 use super::contract::{Check, Context, Measured, Meta, Outcome, Worst, limits_of};
 use super::fillet::{Fillets, Laid};
-use super::finding::{Basis, Bracket, Finding, Limits, Spot, State, Witness};
-use super::place::{group_equal, locate, reported};
-use super::resting::Ball;
-use super::round_corner::{chord_radius, corner_bend, divides_a_facet};
-use super::shared_corner::Corners;
+use super::finding::{Basis, Bracket, Finding, Spot, Witness};
+use super::notch::{CODE, NAMED, Notches, RELIEF, rounded, sharp_bend};
+use super::place::{locate, reported};
+use super::small_round::Rounds;
 use super::step::{Stretch, higher_than};
 use crate::error::Result;
-use crate::geometry::vector::{Vec3, angle, bounds, distance};
-use crate::medial::cluster::principal_extents;
+use crate::geometry::vector::bounds;
 use crate::medial::reflex::{ReflexEdge, joined, reflex_edges};
 use crate::part::Part;
 use crate::process::Process;
@@ -20,31 +18,11 @@ use rayon::prelude::*;
 /// AM601 `blend`.
 pub struct Blend;
 
-/// A ball that stays further than this share of its radius from the bottom of a notch finds it sharp.
-const MISSED: f64 = 0.1;
 /// An edge bent by less belongs to no round, radians (0.2°): a quarter of a circle in 450 facets.
 const FLAT: f64 = 0.2 * std::f64::consts::PI / 180.0;
-/// Height in fillet radii below which a step is relief, such as text.
-const RELIEF: f64 = 5.0;
-/// A ball that stays no further than this share of its radius from a round touches it.
-const TOUCHED: f64 = 2e-3;
-/// A ball that stays no further than this share of its radius from what it would touch fits a round as it was written.
-const NEAR: f64 = 0.01;
-/// How a round turns is seen from a ball of this share of the asked radius: one that the round is smaller than by enough to be told.
-const LESS: f64 = 0.95;
-/// Edges of a round that a ball stays away from by less than this share of the most lie towards its sides.
-const DEEP: f64 = 0.5;
-/// Edges of a round shorter than this share of its longest say nothing of it.
-const CRUMB: f64 = 0.1;
-/// Edges of a round that are measured.
-const TRIED: usize = 9;
-/// Radii that differ by less than this share of the asked one are equal.
-const EQUAL: f64 = 0.05;
-/// Places named one by one.
-const NAMED: usize = 12;
 
 static META: Meta = Meta {
-    code: "AM601",
+    code: CODE,
     name: "blend",
     title: "Concave edges sharper than the fillet radius",
     what: "Finds edges where two faces meet towards the void without a fillet, or with one of a smaller radius than asked, and \
@@ -88,7 +66,7 @@ impl Check for Blend {
         let all_sharp = sharp.len();
         let notches = Notches { part, context, limits, radius, least };
         let chains = notches.chains(&sharp);
-        let rounds = notches.rounds(&shallow, &chains);
+        let rounds = Rounds::of(notches, &sharp_of(&chains)).smaller(&shallow);
         let mut measured = Measured {
             cover: format!(
                 "All {} concave edges were looked at, {all_sharp} of them bent by more than {:.0}°; {} of these were left out as relief, at \
@@ -111,16 +89,6 @@ impl Check for Blend {
         });
         Ok(Outcome::Measured(Box::new(measured)))
     }
-}
-
-struct Notches<'a> {
-    part: &'a Part,
-    context: &'a Context,
-    limits: Limits,
-    /// The radius asked for.
-    radius: f64,
-    /// The least radius that is asked for: where there are two limits, the one below which a round fails.
-    least: f64,
 }
 
 /// Sharp edges end to end.
@@ -157,7 +125,7 @@ impl Notches<'_> {
         let longest = chains.first()?;
         let lead = longest.longest()?;
         let mut f =
-            Finding::judged(META.code, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.tie());
+            Finding::judged(CODE, "edge", Bracket::exact(0.0), Basis::Exact, self.limits, "mm", self.part.tie());
         let extent = bounds(chains.iter().flat_map(|c| &c.stretches).flat_map(|s| s.ends))?;
         locate(&mut f, self.part, self.context, lead.edge.middle, extent);
         f.count = chains.len() as u64;
@@ -170,7 +138,7 @@ impl Notches<'_> {
         let ends = lead.ends.map(|p| reported(self.part, p));
         f.witness = Some(Witness { kind: "edge".into(), points_mm: ends.to_vec() });
         let all: f64 = chains.iter().map(|c| c.length).sum();
-        let edges: Vec<ReflexEdge> = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect();
+        let edges = sharp_of(chains);
         let laid = Fillets(self.part).lay(&edges, self.radius);
         let noun =
             if chains.len() == 1 { "concave edge is".into() } else { format!("{} concave edges are", chains.len()) };
@@ -202,182 +170,11 @@ impl Notches<'_> {
             ),
         }
     }
-
-    /// Rounds of a smaller radius than asked, but for what lies in a corner with a sharp edge: that is told with it.
-    fn rounds(&self, shallow: &[ReflexEdge], chains: &[Chain]) -> Vec<Finding> {
-        let sharp: Vec<ReflexEdge> = chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect();
-        let corners = Corners::new(self.part, self.radius, &sharp);
-        let is_apart = |t: &Tight| {
-            let rest = self.rest(&t.edge, self.radius, 0.0);
-            rest.is_none_or(|centre| corners.holding(centre) == 0)
-        };
-        let tight: Vec<Tight> = shallow
-            .par_iter()
-            .map(|e| ReflexEdge { bend: corner_bend(self.part, e), ..*e })
-            .filter(|e| e.inscribed_radius() < 0.98 * self.radius)
-            .filter_map(|edge| Some(Tight { missed: self.missed(&edge)?, edge }))
-            .filter(is_apart)
-            .collect();
-        let triangles = &self.part.mesh().triangles;
-        let corners = |t: &Tight| t.edge.facets.iter().flat_map(|&f| triangles[f as usize]).collect();
-        let (mut findings, rooms): (Vec<Finding>, Vec<([f64; 3], bool)>) = joined(&tight, corners)
-            .into_iter()
-            .filter_map(|members| self.round(&members.into_iter().map(|i| tight[i]).collect::<Vec<_>>()))
-            .map(|(f, fits)| (f.clone(), (f.at_mm, fits)))
-            .unzip();
-        findings.sort_by(|a, b| a.value.total_cmp(&b.value).then_with(|| Finding::worst_first(a, b)));
-        let mut grouped = group_equal(findings, EQUAL * self.radius);
-        for f in &mut grouped {
-            let value = rounded(f.value);
-            f.message = match f.count {
-                1 => format!("fillet of about {value} mm"),
-                n => format!("{n} fillets of about {value} mm"),
-            };
-            let own = |at: &[f64; 3]| f.places.iter().any(|p| p.at_mm == *at);
-            let tried = |fits: bool| rooms.iter().filter(|r| r.1 == fits && own(&r.0)).count();
-            f.fix = self.enlarged(f.value, [tried(true), tried(false)]);
-            f.places.truncate(NAMED);
-        }
-        grouped
-    }
-
-    /// What trying the asked radius over rounds of another has shown, at `roomy` and `cramped` of them.
-    fn enlarged(&self, radius: f64, [roomy, cramped]: [usize; 2]) -> String {
-        let to = short(self.radius);
-        let hint = format!("enlarge the radius by {} mm to {to} mm", rounded(self.radius - radius));
-        let met = "the ball would rest on an edge beside it";
-        match [roomy, cramped] {
-            [_, 0] => format!("{hint}: there is room for it, checked on the surface"),
-            [0, _] => format!("there is no room to enlarge the radius to {to} mm: {met}"),
-            [n, m] => {
-                format!("{hint}: checked on the surface, there is room at {n} of {} places; elsewhere {met}", n + m)
-            }
-        }
-    }
-
-    /// How far a ball of the asked radius stays away from an edge of a round, if by more than a tenth of what its radius is larger by.
-    ///
-    /// Over a round that turns by φ that is 1/cos(φ/2) − 1: one that turns no further than the least of sharp edges is none. By as much the
-    /// middle of a ball that grows rises beyond its radius.
-    fn missed(&self, edge: &ReflexEdge) -> Option<f64> {
-        let rest = self.rest(edge, self.radius, touching(edge) + NEAR)?;
-        let missed = distance(rest, edge.middle) - self.radius;
-        let smaller = self.radius - missed / MISSED;
-        let less = LESS * self.radius;
-        let rises = |before: Vec3| distance(rest, before) > (1.0 + MISSED) * (self.radius - less);
-        let turns = (smaller <= 0.0 || !self.misses(edge, smaller, touching(edge)))
-            && self.rest(edge, less, 0.0).is_none_or(rises);
-        turns.then_some(missed)
-    }
-
-    /// Whether a ball of radius r comes down over an edge and stays more than a share of r away.
-    fn misses(&self, edge: &ReflexEdge, r: f64, share: f64) -> bool {
-        self.rest(edge, r, share).is_some()
-    }
-
-    /// Where the centre of a ball of radius r comes to rest over an edge, if the ball stays more than a share of r away.
-    fn rest(&self, edge: &ReflexEdge, r: f64, share: f64) -> Option<Vec3> {
-        Ball { part: self.part, radius: r }.rest(edge.middle, edge.outward(), share)
-    }
-
-    /// The largest ball, up to the asked radius, that touches the facets beside an edge, and the largest radius of a round that they are facets of:
-    /// its facets may be its chords.
-    fn largest(&self, edge: &ReflexEdge) -> (f64, f64) {
-        let share = touching(edge);
-        let (mut low, mut high) = (0.0, self.radius);
-        while high - low > TOUCHED * self.radius {
-            let middle = 0.5 * (low + high);
-            if self.misses(edge, middle, share) { high = middle } else { low = middle }
-        }
-        (low, high / (0.5 * edge.bend).cos())
-    }
-
-    /// The share by which a ball that is taken to touch a round is larger than it at most: in one that turns by φ, a ball larger by ΔR stays
-    /// ΔR·(1/cos(φ/2) − 1) away from its bottom, and half of it where the round is measured.
-    fn too_large(&self, edges: &[Tight]) -> f64 {
-        let normals = || edges.iter().flat_map(|t| t.edge.normals);
-        let turn = normals().map(|n| normals().take(2).map(|m| angle(m, n)).fold(0.0, f64::max)).fold(0.0, f64::max);
-        TOUCHED / (DEEP * (1.0 / (0.5 * turn).cos() - 1.0).max(MISSED))
-    }
-
-    /// The edges at which a round is measured: the longest of those that the asked ball stays far from, and the one where it stays farthest from
-    /// it, which is where it is narrowest. What divides its facets is none, unless there is nothing else.
-    fn measured<'b>(&self, edges: &'b [Tight]) -> Vec<&'b ReflexEdge> {
-        let missed = most_missed(edges);
-        let mut longest: Vec<&Tight> = edges.iter().collect();
-        longest.sort_by(|a, b| b.edge.length.total_cmp(&a.edge.length));
-        let is_corner = |t: &&Tight| !divides_a_facet(self.part, &t.edge, self.radius, sharp_bend());
-        let is_deep = |t: &&Tight| t.missed >= DEEP * missed;
-        let mut measured: Vec<&Tight> = longest.iter().copied().filter(is_deep).filter(is_corner).take(TRIED).collect();
-        if measured.is_empty() {
-            measured = longest.iter().copied().filter(is_deep).take(TRIED).collect();
-        }
-        let crumb = measured.first().map_or(0.0, |t| CRUMB * t.edge.length);
-        measured.retain(|t| t.edge.length >= crumb);
-        longest.retain(|t| t.edge.length >= crumb);
-        longest.sort_by(|a, b| b.missed.total_cmp(&a.missed));
-        measured.extend(longest.iter().copied().find(is_corner).or(longest.first().copied()));
-        measured.into_iter().map(|t| &t.edge).collect()
-    }
-
-    /// One round, if it is long enough to be a fillet: the median over the longest of its edges that the asked ball stays far from, or what is
-    /// there where it stays farthest from it, if that is clearly less.
-    ///
-    /// And whether a ball of the asked radius comes to rest on faces beside it.
-    fn round(&self, edges: &[Tight]) -> Option<(Finding, bool)> {
-        let vertices = &self.part.mesh().vertices;
-        let ends: Vec<_> = edges.iter().flat_map(|t| t.edge.ends).map(|v| vertices[v as usize]).collect();
-        let long = principal_extents(&ends)[0];
-        if long < RELIEF * self.least {
-            return None;
-        }
-        // What is relief by the warn limit may fail all the same.
-        let warn = self.limits.warn.filter(|warn| long >= RELIEF * warn);
-        let limits = Limits { warn, ..self.limits };
-        let missed = most_missed(edges);
-        let longest = self.measured(edges);
-        let lead = *longest.first()?;
-        let fits = |e: &&ReflexEdge| {
-            let rest = self.rest(e, self.radius, touching(e));
-            rest.is_some_and(|centre| Fillets(self.part).lies_on_a_face(centre, self.radius))
-        };
-        let has_room = longest.iter().all(fits);
-        // A ball larger than the circle whose chords they are may touch all of few facets.
-        let circle = longest.iter().map(|e| chord_radius(self.part, e)).fold(0.0, f64::max);
-        let mut radii: Vec<((f64, f64), Vec3)> = longest.into_iter().map(|e| (self.largest(e), e.middle)).collect();
-        radii.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
-        let (least, ((middling, _), _)) = (*radii.first()?, *radii.get(radii.len() / 2)?);
-        let low = least.0.0 * (1.0 - self.too_large(edges));
-        // One that narrows is told by its narrowest place.
-        let narrows = least.0.0 < middling - EQUAL * self.radius;
-        let ((radius, high), at) =
-            if narrows { least } else { ((middling, radii.iter().map(|r| r.0.1).fold(0.0, f64::max)), lead.middle) };
-        let bracket = Bracket::new(radius.min(circle), low.min(circle), high.min(circle));
-        let mut f = Finding::judged(META.code, "round", bracket, Basis::Estimated, limits, "mm", self.part.tie());
-        // A round of few facets that may be as large as asked is told where the ball misses it as it misses a sharp edge.
-        if f.state == State::Pass || (f.high >= self.radius && missed <= MISSED * self.radius) {
-            return None;
-        }
-        locate(&mut f, self.part, self.context, at, bounds(ends)?);
-        Some((f, has_room))
-    }
 }
 
-/// An edge of a round, and how far the asked ball stays away from it.
-#[derive(Clone, Copy)]
-struct Tight {
-    edge: ReflexEdge,
-    missed: f64,
-}
-
-/// How far the asked ball stays away from a round where it stays farthest from it.
-fn most_missed(edges: &[Tight]) -> f64 {
-    edges.iter().map(|t| t.missed).fold(0.0, f64::max)
-}
-
-/// What an edge is bent by at least to be sharp.
-fn sharp_bend() -> f64 {
-    2.0 * (1.0 / (1.0 + MISSED)).acos()
+/// What is left of the sharp edges, piece by piece.
+fn sharp_of(chains: &[Chain]) -> Vec<ReflexEdge> {
+    chains.iter().flat_map(|c| &c.stretches).map(|s| s.edge).collect()
 }
 
 /// How many edges all of which, or some, are in chains.
@@ -386,20 +183,10 @@ fn kept(chains: &[Chain]) -> usize {
     ends.collect::<std::collections::BTreeSet<_>>().len()
 }
 
-/// The share of its radius that a ball stays away from an edge whose two facets it touches.
-fn touching(edge: &ReflexEdge) -> f64 {
-    1.0 / (0.5 * edge.bend).cos() - 1.0 + TOUCHED
-}
-
-/// Three digits, for sentences.
-fn rounded(x: f64) -> String {
-    let digits = if x.abs() >= 100.0 { 1.0 } else { 1e3 };
-    short((x * digits).round() / digits)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::finding::State;
     use crate::geometry::TriangleMesh;
     use crate::part::Up;
 
@@ -563,6 +350,50 @@ mod tests {
                 assert!(found[0].low <= 0.6 && found[0].high >= inner, "{degrees} {facets}: {found:?}");
                 assert!(found[0].high - found[0].low < 0.1, "{degrees} {facets}: {found:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_fillet_between_steep_walls_is_found_though_no_edge_lies_in_its_middle() {
+        for degrees in [37.0, 50.0, 62.0] {
+            for facets in [3, 5, 7, 8] {
+                for (fillet, limit) in [(0.2, "1mm"), (0.262, "1mm"), (0.4, "0.5mm")] {
+                    let found = judge(&valley(degrees, fillet, facets), limit).findings;
+                    let kinds: Vec<&str> = found.iter().map(|f| f.kind.as_str()).collect();
+                    assert_eq!(kinds, ["round"], "{degrees} {facets} {fillet}: {found:?}");
+                    assert!(found[0].low <= fillet && fillet <= found[0].high, "{degrees} {facets}: {found:?}");
+                }
+                for fillet in [1.0, 1.1] {
+                    let found = judge(&valley(degrees, fillet, facets), "1mm").findings;
+                    // Three chords of a circle of 1 mm miss the ball by more than a tenth of it: whether they are such is open.
+                    let is_open = |f: &Finding| facets == 3 && !f.decided && f.high >= 1.0;
+                    assert!(found.iter().all(is_open), "{degrees} {facets} {fillet}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn corners_at_both_ends_of_a_low_wall_are_two_and_no_long_round() {
+        // A channel of 6 × 6 mm, its lower corners of 0.15 mm in three facets, so high.
+        let outline = |r: f64| {
+            let arc = |mirrored: f64| {
+                let at = (0..=3).map(|i| std::f64::consts::FRAC_PI_2 * f64::from(i) / 3.0);
+                at.map(move |a| [5.0 + mirrored * (3.0 - r + r * a.cos()), 2.0 + r - r * a.sin()])
+            };
+            let right = [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [8.0, 8.0]].into_iter().chain(arc(1.0));
+            let left = arc(-1.0).collect::<Vec<_>>().into_iter().rev();
+            right.chain(left).chain([[2.0, 8.0], [0.0, 8.0]]).collect::<Vec<[f64; 2]>>()
+        };
+        // Fans about both lower corners, from the edge of the floor.
+        let right = (2..7).map(|i| [1, i, i + 1]);
+        let caps: Vec<[usize; 3]> = right.chain((7..13).map(|i| [0, i, i + 1])).chain([[0, 1, 7]]).collect();
+        for (high, told) in [(0.3, 0), (8.0, 1)] {
+            let mesh = crate::geometry::extruded(&outline(0.15), &caps, high);
+            let part = Part::new(mesh, Up::PlusZ, 1e-6, 1.0).unwrap();
+            assert!(part.health().is_watertight());
+            let found = judge(&part, "1mm").findings;
+            assert_eq!(found.len(), told, "{high}: {found:?}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Fillets laid into concave edges before they are advised: a ball that rests on both faces and meets nothing else.
 
 use super::fillet_section::{Section, added, turns};
-use super::resting::{Ball, GROOVE};
+use super::resting::{Ball, Descent, GROOVE};
 use super::shared_corner::{Corners, run};
 use crate::geometry::distance::Nearest;
 use crate::geometry::vector::{Vec3, along, angle, cross, distance, dot, norm, scale, sub, unit};
@@ -102,7 +102,7 @@ impl Fillets<'_> {
     fn section_on_bent_faces(&self, edge: &ReflexEdge, off: f64, corners: &Corners) -> Option<Section> {
         let (surface, run, radius) = (self.0.distance(), run(self.0, edge), corners.radius);
         let foot = along(edge.middle, run, off);
-        let centre = Ball { part: self.0, radius }.rest(foot, edge.outward(), 0.0)?;
+        let centre = Ball { part: self.0, radius, descent: Descent::Straight }.rest(foot, edge.outward(), 0.0)?;
         let down = sub(foot, centre);
         let (height, beside) = (norm(down), unit(cross(run, down)));
         let behind = surface.first_hit(foot, scale(down, -1.0 / height), 4.0 * self.0.step() + 1e-6 * radius, height);

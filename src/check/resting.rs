@@ -11,36 +11,97 @@ pub(super) const GROOVE: f64 = 150.0 * std::f64::consts::PI / 180.0;
 const STRAIGHT: usize = 6;
 /// Facets that a ball slides over at most.
 const SLIDES: usize = 16;
+/// Walls that a ball is pushed away from at most.
+const PUSHES: usize = 64;
+/// By how much more than it reaches into them: between walls that turn by 150° what it lacks falls by a quarter each time.
+const PUSHED: f64 = 1.5;
+/// Pushes after which a ball that lacks more than half of what it lacked lies between walls that do not part: a tenth is left between those that do.
+const WATCHED: usize = 8;
+
+/// How a ball gets out from a point of the surface.
+enum Way {
+    /// It touches the surface there.
+    Touches,
+    /// It is clear with its centre here.
+    Clear(Vec3),
+    /// Other surface is in the way.
+    Barred,
+}
+
+/// How a ball gets out from an edge before it comes down over it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Descent {
+    /// Straight out: where other surface bars that way, the edge lies in a groove or a hole.
+    Straight,
+    /// Where other surface bars the way, away from what it reaches into, one after the other.
+    Steered,
+}
 
 /// A ball outside a part.
 #[derive(Clone, Copy)]
 pub(super) struct Ball<'a> {
     pub part: &'a Part,
     pub radius: f64,
+    pub descent: Descent,
 }
 
 impl Ball<'_> {
     /// Where the centre comes to rest over a point of the surface, if the ball stays more than a share of its radius away from it.
     ///
-    /// The ball moves out from the point by what it lacks, and after a few steps by more, until it is clear; from there it falls back and slides
-    /// along what it touches. One that is not clear within its radius over cos 75°, or before the surface on the other side, lies in a groove or
-    /// a hole.
+    /// The ball moves out from the point by what it lacks, and after a few steps by more, until it is clear; where the surface on the other side
+    /// is in the way, it moves away from what it reaches into, one after the other. From there it falls back and slides
+    /// along what it touches. One that is not clear within its radius over cos 75° lies in a groove or a hole.
     pub fn rest(&self, foot: Vec3, outward: Vec3, share: f64) -> Option<Vec3> {
+        let deepest = self.radius / (0.5 * GROOVE).cos();
+        let over = match self.straight(foot, outward, share, deepest) {
+            Way::Touches => return None,
+            Way::Clear(centre) => Some(centre),
+            Way::Barred if self.descent == Descent::Straight => None,
+            Way::Barred => self.steered(foot, outward, deepest),
+        };
+        let rest = self.slid(over?, foot, share);
+        (distance(rest, foot) > (1.0 + share) * self.radius).then_some(rest)
+    }
+
+    /// Straight out from a point.
+    fn straight(&self, foot: Vec3, outward: Vec3, share: f64, deepest: f64) -> Way {
         let (surface, r) = (self.part.distance(), self.radius);
-        let deepest = r / (0.5 * GROOVE).cos();
         let opposite = surface.first_hit(foot, outward, 4.0 * self.part.step() + CLEAR * r, deepest);
         let room = opposite.map_or(deepest, |(far, _)| far);
         let mut away = (1.0 + share) * r;
         for looks in 0..40 {
             if away > room {
-                return None;
+                break;
             }
             let centre = along(foot, outward, away);
-            let Some(near) = surface.nearest(centre, r * (1.0 - CLEAR)) else {
-                let rest = if looks > 0 { self.slid(centre, foot, share) } else { centre };
-                return (looks > 0 && distance(rest, foot) > (1.0 + share) * r).then_some(rest);
-            };
-            away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 };
+            match surface.nearest(centre, r * (1.0 - CLEAR)) {
+                None if looks == 0 => return Way::Touches,
+                None => return Way::Clear(centre),
+                Some(near) => away += (r - near.distance) * if looks < STRAIGHT { 1.0 } else { 4.0 },
+            }
+        }
+        Way::Barred
+    }
+
+    /// Away from what the ball reaches into, by more than it does where that is free: between two walls that part it comes out where both leave it
+    /// room.
+    fn steered(&self, foot: Vec3, outward: Vec3, deepest: f64) -> Option<Vec3> {
+        let (surface, r) = (self.part.distance(), self.radius);
+        let mut centre = along(foot, outward, 4.0 * self.part.step() + CLEAR * r);
+        let mut lacked = f64::INFINITY;
+        for pushes in 0..PUSHES {
+            let Some(near) = surface.nearest(centre, r * (1.0 - CLEAR)) else { return Some(centre) };
+            let lacks = r - near.distance;
+            if pushes % WATCHED == 0 && lacks > 0.5 * std::mem::replace(&mut lacked, lacks) {
+                return None;
+            }
+            let (way, far) = (unit(sub(centre, near.point)), PUSHED * lacks);
+            // No further than to the middle of what is free.
+            let free = surface.first_hit(centre, way, CLEAR * r, 2.0 * far).map_or(far, |(hit, _)| far.min(0.5 * hit));
+            centre = along(centre, way, free);
+            if distance(centre, foot) > deepest {
+                return None;
+            }
         }
         None
     }

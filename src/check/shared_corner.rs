@@ -1,6 +1,6 @@
 //! Concave edges that lie in one corner: a ball comes to rest over each of them at the same place.
 
-use super::resting::Ball;
+use super::resting::{Ball, Descent};
 use crate::geometry::vector::{Vec3, along, distance, dot, sub, unit};
 use crate::medial::reflex::ReflexEdge;
 use crate::part::Part;
@@ -17,6 +17,7 @@ pub(super) struct Corners<'a> {
     part: &'a Part,
     pub radius: f64,
     edges: &'a [ReflexEdge],
+    descent: Descent,
     of_facet: FxHashMap<u32, Vec<usize>>,
 }
 
@@ -27,7 +28,12 @@ impl<'a> Corners<'a> {
         for (n, edge) in edges.iter().enumerate() {
             edge.facets.iter().for_each(|&f| of_facet.entry(f).or_default().push(n));
         }
-        Corners { part, radius, edges, of_facet }
+        Corners { part, radius, edges, descent: Descent::Straight, of_facet }
+    }
+
+    /// As a ball that comes down in some way finds them.
+    pub fn entered(self, descent: Descent) -> Self {
+        Corners { descent, ..self }
     }
 
     /// How many of the edges lie in the corner in which the ball is at rest with its centre there.
@@ -50,7 +56,8 @@ impl<'a> Corners<'a> {
         let half = 0.5 * edge.length;
         let foot = along(edge.middle, run, dot(sub(centre, edge.middle), run).clamp(-half, half));
         let is_near = distance(foot, centre) <= DEEPEST * self.radius;
-        let rest = || Ball { part: self.part, radius: self.radius }.rest(foot, edge.outward(), 0.0);
+        let ball = Ball { part: self.part, radius: self.radius, descent: self.descent };
+        let rest = || ball.rest(foot, edge.outward(), 0.0);
         is_near && rest().is_some_and(|rest| distance(rest, centre) <= SAME * self.radius)
     }
 }
