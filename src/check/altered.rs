@@ -12,6 +12,9 @@ use crate::morphology::grown;
 use crate::part::Part;
 use crate::topology::{Adjacency, Betti, Change, Comparisons, changes, components};
 
+/// A void block of so many cells along each side is no pore.
+const PORE: usize = 3;
+
 /// Whether samples are taken away from the design, or added beside it: between bodies, or elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
@@ -80,10 +83,14 @@ impl Altered {
             let joining = fusing.cells(laid, context)?;
             gaps = components(&joining, Adjacency::Corner).boxes();
             joined.extend(beside(laid, Some(&joining), &mut besides)?);
+            without_pores(laid, &mut joined, Some(joining), &mut besides)?;
             let pieces = |of| joined.iter().filter(|(_, s)| *s == of).map(|(c, _)| c.pieces).sum::<i64>();
             let left = laid.seen.pieces.saturating_add_signed(pieces(Step::Joined));
             // Distances are exact: where the lattice has joined others, it is not asked.
             if pieces(Step::Lost) != 0 || left == fusing.pieces() { steps = joined } else { by_pairs = true }
+        }
+        if gaps.is_empty() || by_pairs {
+            without_pores(laid, &mut steps, None, &mut besides)?;
         }
         let cells = &laid.on_lattice.designed.cells;
         // Where the lattice sees another part than the mesh describes, what is smaller than an element is not told, nor what is only the
@@ -129,6 +136,43 @@ impl Altered {
     pub fn by_distance(fusing: &Fusing) -> Self {
         Altered { events: fused(fusing), after: None }
     }
+}
+
+/// Fills pores that the lattice leaves about new tunnels and voids, as long as there are fewer of them then and no other pieces: with what joins bodies, if
+/// that is given, or with what is printed.
+///
+/// The coats of two slanting faces meet cell by cell, here and not there.
+fn without_pores(
+    laid: &mut Laid,
+    steps: &mut Vec<(Change, Step)>,
+    mut joining: Option<Indicator>,
+    besides: &mut Comparisons,
+) -> Result<()> {
+    let element = laid.on_lattice.designed.cells.wide;
+    for side in [PORE, element.max(PORE)] {
+        let is_new = |(c, step): &&(Change, Step)| *step != Step::Lost && (c.tunnels > 0 || c.voids > 0);
+        let places: Vec<[[usize; 3]; 2]> = steps.iter().filter(is_new).map(|(c, _)| c.extent).collect();
+        if places.is_empty() {
+            break;
+        }
+        let printed = joining.as_ref().map_or_else(|| Ok(laid.printed.clone()), |gap| laid.printed.union(gap))?;
+        let pores = laid.pores(&printed, &places, side)?;
+        if pores.is_empty() {
+            continue;
+        }
+        let filled = joining.as_ref().map(|gap| gap.union(&pores)).transpose()?;
+        let next = match &filled {
+            Some(_) => laid.clone(),
+            None => laid.with(&pores)?,
+        };
+        let mut fewer = only_lost(steps);
+        fewer.extend(beside(&next, filled.as_ref(), besides)?);
+        let pieces = |steps: &[(Change, Step)]| steps.iter().map(|(c, _)| c.pieces).sum::<i64>();
+        if total(&fewer) < total(steps) && pieces(&fewer) == pieces(steps) {
+            (*laid, *steps, joining) = (next, fewer, filled);
+        }
+    }
+    Ok(())
 }
 
 /// How many changes there are, each as often as it happens.

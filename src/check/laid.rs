@@ -135,8 +135,7 @@ impl<'a> Laid<'a> {
     /// # Cost
     /// A search for all that is so wide, and two nearest facets for each cell in it.
     pub fn keeping(&self, side: Side) -> Result<Option<Self>> {
-        let least = self.least(side);
-        let stays = least.staying(&self.on_lattice.designed, &self.designed)?;
+        let stays = self.least(side).staying(&self.on_lattice.designed, &self.designed)?;
         let kept = match side {
             Side::Material => self.printed.union(&stays)?,
             Side::Void => {
@@ -152,6 +151,37 @@ impl<'a> Laid<'a> {
         let mut kept = Laid { printed: kept, ..self.clone() };
         kept.depart()?;
         Ok(Some(kept))
+    }
+
+    /// The same with more printed.
+    ///
+    /// # Errors
+    /// None for sets on the lattice.
+    pub fn with(&self, more: &Indicator) -> Result<Self> {
+        Ok(Laid { printed: self.printed.union(more)?, ..self.clone() })
+    }
+
+    /// What lies within an element of some places and in no void block of so many cells along each side, when a set is printed: too narrow for the
+    /// lattice to tell it from what the element fills. A round hole that is wide enough is none.
+    ///
+    /// # Errors
+    /// None for sets on the lattice.
+    ///
+    /// # Cost
+    /// A few walks over the words of the lattice, and a search for round holes.
+    pub fn pores(&self, printed: &Indicator, places: &[[[usize; 3]; 2]], side: usize) -> Result<Indicator> {
+        let (grid, reach) = (printed.grid(), self.on_lattice.designed.cells.wide);
+        let mut near = Indicator::empty(*grid);
+        for [lo, hi] in places {
+            let first = lo.map(|n| n.saturating_sub(reach));
+            let dims = [0, 1, 2].map(|a| (hi[a] + reach + 1).min(grid.dims()[a]) - first[a]);
+            near.unite_window(first, &Indicator::empty(*grid).window([0; 3], dims)?.complement());
+        }
+        // One block of outside all around, so that nothing is narrow at the border of the lattice.
+        let about = side as isize;
+        let void = printed.window([-about; 3], grid.dims().map(|n| n + 2 * side))?.complement();
+        let narrow = void.difference(&opened(&void, side)?)?.placed([about; 3], *grid)?.intersection(&near)?;
+        narrow.difference(&self.least(Side::Void).in_holes(&self.on_lattice.designed, &self.designed))
     }
 
     /// The most that sheets lack which are lost in a box, or slots which are filled; 0 if none is there.

@@ -137,21 +137,31 @@ impl<'a> LeastWidth<'a> {
         let cells = &designed.cells;
         let tie = part.tie();
         let widths = |n: Vec3| self.along(n) - tie..self.beyond_doubt(n, cells);
-        let cell = cells.cell_mm();
-        let half_widest = 0.5 * self.bead.widest().as_mm() + self.bead.beyond_half(self.spread).as_mm();
-        let width = 2.0 * half_widest + 2.0 * norm2(cell).sqrt();
+        let half_widest = self.half_widest();
+        let width = self.in_doubt(cells);
         // Gaps between bodies stay open as slots do.
         let between = if side == Side::Material { Between::SidesOfABody } else { Between::Surfaces };
         let found = Sought { part, process, context, side, between, width }.search();
         let mut places = found.sheets(|t| widths(t.direction()).contains(&t.diameter));
         places.retain(|d| d.area > 0.0 && d.spans[1] >= 2.0 * half_widest);
         let sheets = self.cells(&places, designed, drawn, widths);
-        if side == Side::Material { Ok(sheets) } else { sheets.union(&self.in_holes(width, designed, drawn)) }
+        if side == Side::Material { Ok(sheets) } else { sheets.union(&self.in_holes(designed, drawn)) }
     }
 
-    /// The void cells in holes into which a ball as wide as the gap that closes fits all along.
-    fn in_holes(&self, width: f64, designed: &Designed, drawn: &Indicator) -> Indicator {
+    /// Half the width of the element, whichever way, with what spreads beyond it.
+    fn half_widest(&self) -> f64 {
+        0.5 * self.bead.widest().as_mm() + self.bead.beyond_half(self.spread).as_mm()
+    }
+
+    /// A width from which on every lattice of such cells shows what is there, however it stands.
+    fn in_doubt(&self, cells: &Cells) -> f64 {
+        2.0 * self.half_widest() + 2.0 * norm2(cells.cell_mm()).sqrt()
+    }
+
+    /// The void cells in holes that the lattice may close, and into which a ball as wide as the gap that closes fits all along.
+    pub fn in_holes(&self, designed: &Designed, drawn: &Indicator) -> Indicator {
         let (cells, part) = (&designed.cells, self.part);
+        let width = self.in_doubt(cells);
         let (half, own) = (scale(cells.cell_mm(), 0.5), self.own(drawn));
         let mut marked = Indicator::empty(*drawn.grid());
         let stays = |r: &&Rod| (2.0 * self.spread.as_mm() - part.tie()..width).contains(&r.narrowest.inscribed);
@@ -172,7 +182,7 @@ impl<'a> LeastWidth<'a> {
     /// as far as they are.
     ///
     /// # Cost
-    /// Two nearest facets for each cell about the places.
+    /// Two nearest facets for each cell about the places that another one does not tell of.
     pub fn cells(
         &self,
         places: &[Detail],
@@ -181,18 +191,20 @@ impl<'a> LeastWidth<'a> {
         widths: impl Fn(Vec3) -> Range<f64>,
     ) -> Indicator {
         let cells = &designed.cells;
-        let (own, dims) = (self.own(drawn), cells.grid.dims());
+        let (own, dims, step) = (self.own(drawn), cells.grid.dims(), cells.cell_mm());
         let mut marked = Indicator::empty(*drawn.grid());
         for patch in places.iter().flat_map(|place| &place.patches) {
             let wanted = widths(patch.across);
-            let mut next: Vec<[usize; 3]> = cells.indices_in(cells.touched(patch.extent)).collect();
-            while let Some(index) = next.pop() {
-                let known = !own.contains(index) || marked.contains(index);
-                if known
-                    || !self.width_at(index, patch.across, designed, wanted.end).is_some_and(|w| wanted.contains(&w))
-                {
+            // A cell, and how far from it, at least, the surfaces are still apart as is asked.
+            let mut next: Vec<([usize; 3], f64)> =
+                cells.indices_in(cells.touched(patch.extent)).map(|index| (index, 0.0)).collect();
+            while let Some((index, known)) = next.pop() {
+                if !own.contains(index) || marked.contains(index) {
                     continue;
                 }
+                let is_sure = known > self.part.tie() && self.is_between(index, designed);
+                let tested = || self.slack_at(index, patch.across, designed, &wanted);
+                let Some(slack) = (if is_sure { Some(known) } else { tested() }) else { continue };
                 marked.set(index, true);
                 for axis in 0..3 {
                     let at = index[axis];
@@ -200,7 +212,7 @@ impl<'a> LeastWidth<'a> {
                     next.extend(beside.into_iter().flatten().map(|to| {
                         let mut beside = index;
                         beside[axis] = to;
-                        beside
+                        (beside, slack - step[axis])
                     }));
                 }
             }
@@ -208,12 +220,27 @@ impl<'a> LeastWidth<'a> {
         marked
     }
 
+    /// Whether the sample of a cell lies on the side of the surface that is looked at.
+    fn is_between(&self, index: [usize; 3], designed: &Designed) -> bool {
+        designed.shape.centres.contains(index) == (self.side == Side::Material)
+    }
+
+    /// How far from a cell whose surfaces are as far apart as is wanted they still are for certain, millimetres: a step changes the distance to either by
+    /// no more than itself.
+    fn slack_at(&self, index: [usize; 3], direction: Vec3, designed: &Designed, wanted: &Range<f64>) -> Option<f64> {
+        let width = self.width_at(index, direction, designed, wanted.end).filter(|w| wanted.contains(w))?;
+        // No width is less than nothing.
+        let above = if wanted.start > 0.0 { width - wanted.start } else { f64::INFINITY };
+        let between = self.is_between(index, designed);
+        Some(if between { 0.5 * above.min(wanted.end - width) } else { 0.0 })
+    }
+
     /// How far the surfaces before and behind a cell are from each other, if that is less than a width.
     ///
     /// The sample of a cell that a thin place only touches lies beyond one of them.
     fn width_at(&self, index: [usize; 3], direction: Vec3, designed: &Designed, most: f64) -> Option<f64> {
         let (distance, at) = (self.part.distance(), designed.cells.position(index));
-        let is_between = designed.shape.centres.contains(index) == (self.side == Side::Material);
+        let is_between = self.is_between(index, designed);
         let cell = designed.cells.cell_mm();
         let reach = if is_between { most } else { most + (0..3).map(|a| cell[a] * direction[a].abs()).sum::<f64>() };
         let to = |way: f64| {
@@ -235,7 +262,7 @@ pub(super) fn doubt(normal: Vec3, cells: &Cells) -> f64 {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::geometry::extruded;
+    use crate::geometry::{cuboid, extruded};
     use crate::part::Up;
 
     const CONTEXT: Context = Context { refine: 64_000_000, spacing_mm: 0.1 };
@@ -293,6 +320,40 @@ pub(super) mod tests {
             let made = part.as_printed(&process, LAMBDA).unwrap().unwrap();
             let cells = least.departing(&places, &made.designed, &made.designed.shape.centres).unwrap();
             assert_eq!(cells.count() > 5000, lost, "{thick} × {long}");
+        }
+    }
+
+    #[test]
+    fn the_cells_of_a_gap_are_those_whose_surfaces_are_so_far_apart_and_all_about_them_are_not() {
+        let process = Process::named("sla").unwrap();
+        let ((s, c), (t, u)) = (27f64.to_radians().sin_cos(), 19f64.to_radians().sin_cos());
+        let bodies = cuboid([0.0; 3], [2.0; 3]).joined(&cuboid([2.1, 0.3, -0.4], [4.0, 2.5, 2.0]));
+        let turned = bodies.transformed([[u, -t * c, t * s], [t, u * c, -u * s], [0.0, s, c]], [0.013, 0.007, 0.011]);
+        let part = Part::new(turned, Up::PlusZ, 1e-6, 1.0).unwrap();
+        let least = LeastWidth::new(&part, &process, &CONTEXT, Side::Void);
+        let made = part.as_printed(&process, LAMBDA).unwrap().unwrap();
+        let (designed, drawn) = (&made.designed, &made.designed.shape.centres);
+        let places = least.narrow(Between::Surfaces).places;
+        let across = places[0].patches[0].across;
+        let off = |across_patch: Vec3| 1.0 - dot(across_patch, across).abs();
+        assert!(places.iter().flat_map(|p| &p.patches).all(|p| off(p.across) < 1e-9), "one direction");
+        for wanted in [0.0..0.2, 0.05..0.15, 0.0999..0.1001, 0.11..0.2] {
+            let cells = least.cells(&places, designed, drawn, |_| wanted.clone());
+            let fits = |index| least.width_at(index, across, designed, wanted.end).is_some_and(|w| wanted.contains(&w));
+            // About its mouth a gap is wider.
+            assert!(!cells.is_empty(), "{wanted:?}");
+            assert!(cells.iter().map(|at| drawn.grid().index(at)).all(fits), "{wanted:?}");
+            let about = grown(&cells, 1).difference(&cells).unwrap().difference(drawn).unwrap();
+            let beside = |index: [usize; 3]| {
+                let next = |a: usize, by: isize| {
+                    let mut to = index;
+                    to[a] = to[a].saturating_add_signed(by);
+                    cells.contains(to)
+                };
+                (0..3).any(|a| next(a, 1) || next(a, -1))
+            };
+            let mut left = about.iter().map(|at| drawn.grid().index(at)).filter(|&index| beside(index));
+            assert!(!left.any(fits), "{wanted:?}");
         }
     }
 }

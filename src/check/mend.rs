@@ -9,7 +9,7 @@ use crate::part::{Part, bead_of};
 use crate::process::Process;
 use crate::units::short;
 
-/// Places of a kind that are tried, the largest first.
+/// Places of a kind that are tried, those first that lack most.
 pub const TRIED: usize = 3;
 /// Growth is counted across upright faces.
 const ACROSS: Vec3 = [1.0, 0.0, 0.0];

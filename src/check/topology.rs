@@ -190,6 +190,8 @@ impl Judge<'_> {
         f.fix = match kind {
             "fused" => self.parted(&order),
             _ => {
+                // What grows by what the narrowest of them needs.
+                order.sort_by(|a, b| b.missing.total_cmp(&a.missing));
                 let tried = order.iter().take(TRIED);
                 let grown = tried.map(|e| growth(self.part, self.process, side, (e.extent, e.missing)));
                 let grown = grown.collect::<Result<Vec<_>>>()?;
@@ -356,6 +358,21 @@ mod tests {
         let (found, cover, _) = told(cuboid([0.0; 3], [1.0; 3]).joined(&cuboid([1.0, 1.0, 0.0], [2.0, 2.0, 1.0])));
         assert_eq!(found, [("fused".to_string(), 1.0)], "{cover}");
         assert!(cover.contains("2 pieces, 0 tunnels and 0 voids as designed, 1 piece, 0 tunnels"), "{cover}");
+    }
+
+    #[test]
+    fn a_curved_gap_that_closes_has_no_pores_where_the_coats_of_its_faces_meet() {
+        let process = Process::named("sla").unwrap();
+        let context = Context { refine: 64_000_000, spacing_mm: 0.05 };
+        let ball = crate::geometry::Primitive::parse("ball:4mm").unwrap().mesh(crate::units::Length::mm(0.02));
+        for (gap, [x, z]) in [(0.1, [63.0, 5.0]), (0.1, [61.0, 23.0]), (0.15, [8.0, 41.0])] {
+            let over = ball.transformed([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0, 0.0, 4.0 + gap]);
+            let bodies = over.joined(&cuboid([-4.5, -4.5, -2.0], [4.5, 4.5, 0.0]));
+            let part = Part::new(turned(&bodies, x, z), Up::PlusZ, 1e-6, 1.0).unwrap();
+            let Outcome::Measured(measured) = Topology.run(&part, &process, &context).unwrap() else { panic!() };
+            let found: Vec<(&str, f64)> = measured.findings.iter().map(|f| (f.kind.as_str(), f.value)).collect();
+            assert_eq!(found, [("fused", 1.0)], "{gap} at {x}, {z}: {}", measured.cover);
+        }
     }
 
     #[test]
