@@ -151,11 +151,16 @@ impl Judge<'_> {
         let angle = tilt.up[2].clamp(-1.0, 1.0).acos().to_degrees().round();
         let up = up_option(self.part.direction_to_file(tilt.up));
         let told = format!("tilt it by {angle}°, with --up {up}: measured again, it keeps about {left} mm³ then");
-        let film = short(tilt.film_mm2.round());
-        let cup = if tilt.film_mm2 > most {
-            format!(", but a cup closes about {film} mm² of film: drill it at the lowest place, too")
-        } else if tilt.film_mm2 > NEARLY * most {
-            format!(", and a cup closes about {film} mm² of film, nearly the {} that are allowed", short(most))
+        let film = short(tilt.film_mm2().round());
+        let cups = |least: f64| match tilt.films_mm2.iter().filter(|f| **f > least).count() {
+            1 => ("it", format!("a cup closes about {film} mm² of film")),
+            n => ("each", format!("{n} cups close film, the largest about {film} mm²")),
+        };
+        let cup = if tilt.film_mm2() > most {
+            let (which, cups) = cups(most);
+            format!(", but {cups}: drill {which} at the lowest place, too")
+        } else if tilt.film_mm2() > NEARLY * most {
+            format!(", and {}, nearly the {} that are allowed", cups(NEARLY * most).1, short(most))
         } else {
             String::new()
         };

@@ -8,7 +8,7 @@ use crate::field::Indicator;
 use crate::geometry::vector::{Vec3, dot, unit};
 use crate::topology::{Adjacency, Falls, components, retained_towards};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Samples along the longest side of the grid on which tilts are tried.
 const COARSE: usize = 64;
@@ -18,20 +18,25 @@ pub(super) const MEASURED_TILTS: usize = 2;
 const SLAB: f64 = 2.0;
 
 /// A tilt, measured on the grid of the part.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Tilt {
     /// The build direction then.
     pub up: Vec3,
     /// What is kept then.
     pub kept_mm3: f64,
-    /// The most film that a cup closes then.
-    pub film_mm2: f64,
+    /// The film that each cup closes then, the most first.
+    pub films_mm2: Vec<f64>,
 }
 
 impl Tilt {
+    /// The most film that a cup closes.
+    pub fn film_mm2(&self) -> f64 {
+        self.films_mm2.first().copied().unwrap_or(0.0)
+    }
+
     /// How far its cups are beyond what is allowed, then what it keeps, then how far it is from upright.
     fn order(&self, allowed_mm2: f64) -> [f64; 3] {
-        [(self.film_mm2 - allowed_mm2).max(0.0), self.kept_mm3, -self.up[2]]
+        [(self.film_mm2() - allowed_mm2).max(0.0), self.kept_mm3, -self.up[2]]
     }
 }
 
@@ -55,24 +60,24 @@ pub(super) fn best_tilt(voids: &Voids, allowed_mm2: f64) -> Result<Option<Tilt>>
     let unit_mm3 = void.grid().h().powi(3);
     let quickly = |up: Vec3| -> Result<Tilt> {
         let kept_mm3 = retained_towards(&void, up)?.count() as f64 * unit_mm3;
-        Ok(Tilt { up, kept_mm3, film_mm2: film(&void, up, |_| false)? })
+        Ok(Tilt { up, kept_mm3, films_mm2: films(&void, up, |_| false)? })
     };
     let directions = (0..27i32).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1].map(f64::from));
     let directions = directions.filter(|d| *d != [0.0; 3] && *d != upright).map(unit);
     let mut tilts: Vec<Tilt> = directions.map(quickly).collect::<Result<_>>()?;
-    sort(&mut tilts, allowed_mm2.max(quickly(upright)?.film_mm2));
+    sort(&mut tilts, allowed_mm2.max(quickly(upright)?.film_mm2()));
     tilts.truncate(MEASURED_TILTS);
     let free = voids.solid.outer.complement();
     let none = Indicator::empty(*free.grid());
-    let film_of = |up: Vec3| film(&free, up, |at| voids.is_sealed(at));
+    let films_of = |up: Vec3| films(&free, up, |at| voids.is_sealed(at));
     let measured = tilts.into_par_iter().map(|Tilt { up, .. }| {
         let falls = if up[2] < 0.0 { Falls::Up } else { Falls::Down };
         let (basins, _) = Basin::all(voids, &retained_towards(&free, up)?, &none, falls)?;
-        Ok(Tilt { up, kept_mm3: basins.iter().map(|b| b.volume).sum(), film_mm2: film_of(up)? })
+        Ok(Tilt { up, kept_mm3: basins.iter().map(|b| b.volume).sum(), films_mm2: films_of(up)? })
     });
     let mut measured: Vec<Tilt> = measured.collect::<Result<_>>()?;
-    sort(&mut measured, allowed_mm2.max(film_of(upright)?));
-    Ok(measured.first().copied())
+    sort(&mut measured, films_of(upright)?.into_iter().fold(allowed_mm2, f64::max));
+    Ok(measured.into_iter().next())
 }
 
 fn sort(tilts: &mut [Tilt], allowed_mm2: f64) {
@@ -80,9 +85,9 @@ fn sort(tilts: &mut [Tilt], allowed_mm2: f64) {
     tilts.sort_by(|a, b| compared(a.order(allowed_mm2), b.order(allowed_mm2)).unwrap_or(std::cmp::Ordering::Equal));
 }
 
-/// The most film that one cup closes with `up` as the build direction, mm²: the greatest section across it of what would be kept by
+/// The film that each cup closes with `up` as the build direction, mm², the most first: the greatest section across it of what would be kept by
 /// what falls the other way, sealed voids left out.
-fn film(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> Result<f64> {
+fn films(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> Result<Vec<f64>> {
     let grid = *void.grid();
     let cups = components(&retained_towards(void, up.map(|c| -c))?, Adjacency::Corner);
     let sealed: Vec<bool> = cups.first_samples().into_iter().map(|first| is_sealed(grid.offset(first))).collect();
@@ -94,7 +99,14 @@ fn film(void: &Indicator, up: Vec3, is_sealed: impl Fn(usize) -> bool) -> Result
             *sections.entry((label, slab)).or_default() += 1;
         }
     }
-    Ok(sections.into_values().max().unwrap_or(0) as f64 / SLAB * grid.h().powi(2))
+    let mut widest: BTreeMap<u32, u64> = BTreeMap::new();
+    for ((label, _), samples) in sections {
+        let most = widest.entry(label).or_default();
+        *most = samples.max(*most);
+    }
+    let mut films: Vec<f64> = widest.into_values().map(|n| n as f64 / SLAB * grid.h().powi(2)).collect();
+    films.sort_by(|a, b| b.total_cmp(a));
+    Ok(films)
 }
 
 #[cfg(test)]
@@ -110,20 +122,23 @@ mod tests {
         let part = part(below, 0.5, [0.2, -0.1, 0.3]);
         let voids = Voids::of(&part).unwrap();
         let free = voids.solid.outer.complement();
-        let film_of = |up: Vec3| film(&free, up, |_| false).unwrap();
-        assert_eq!(film_of([0.0, 0.0, 1.0]), 0.0);
+        let films_of = |up: Vec3| films(&free, up, |_| false).unwrap();
+        assert!(films_of([0.0, 0.0, 1.0]).is_empty());
         // The section of the pocket, to a sample at each wall.
-        let cup = film_of([0.0, 0.0, -1.0]);
-        assert!((11.0f64.powi(2)..=144.0).contains(&cup), "{cup}");
+        let cups = films_of([0.0, 0.0, -1.0]);
+        assert!(matches!(cups[..], [cup] if (11.0f64.powi(2)..=144.0).contains(&cup)), "{cups:?}");
         let tilt = best_tilt(&voids, 1.0).unwrap().unwrap();
-        assert!(tilt.kept_mm3 < 1.0 && tilt.film_mm2 <= 1.0 && tilt.up[2] > -0.1, "{tilt:?}");
+        assert!(tilt.kept_mm3 < 1.0 && tilt.film_mm2() <= 1.0 && tilt.up[2] > -0.1, "{tilt:?}");
     }
 
     #[test]
     fn what_is_beyond_the_allowed_film_counts_before_what_is_kept() {
-        let tilt = |kept_mm3: f64, film_mm2: f64| Tilt { up: [1.0, 0.0, 0.0], kept_mm3, film_mm2 };
+        let tilt = |kept_mm3: f64, film: f64| Tilt { up: [1.0, 0.0, 0.0], kept_mm3, films_mm2: vec![film] };
         let mut tilts = [tilt(0.0, 300.0), tilt(60.0, 90.0), tilt(0.0, 200.0), tilt(50.0, 100.0)];
         sort(&mut tilts, 100.0);
-        assert_eq!(tilts.map(|t| (t.kept_mm3, t.film_mm2)), [(50.0, 100.0), (60.0, 90.0), (0.0, 200.0), (0.0, 300.0)]);
+        assert_eq!(
+            tilts.map(|t| (t.kept_mm3, t.film_mm2())),
+            [(50.0, 100.0), (60.0, 90.0), (0.0, 200.0), (0.0, 300.0)]
+        );
     }
 }
