@@ -3,7 +3,7 @@
 use super::question::Question;
 use crate::geometry::TriangleMesh;
 use crate::geometry::bvh::{Bvh, bounds_of};
-use crate::geometry::vector::{Vec3, add, angle, dot, norm, scale, unit};
+use crate::geometry::vector::{Vec3, add, along, angle, distance, dot, norm, scale, unit};
 use rayon::prelude::*;
 
 /// The largest flat faces whose normals are tried.
@@ -30,6 +30,8 @@ pub(super) struct Facets {
     pub size: Vec<f64>,
     centroid: Vec<Vec3>,
     pub hull: Vec<Vec3>,
+    /// How far the farthest vertex is from the middle of the surface.
+    reach: f64,
 }
 
 /// Measures of the part that costs are relative to.
@@ -37,7 +39,15 @@ pub(super) struct Facets {
 pub(super) struct Whole {
     pub volume: f64,
     pub area: f64,
-    pub diagonal: f64,
+    /// Twice as far as the part reaches from the middle of its surface, however it stands: the diagonal of a box.
+    pub across: f64,
+}
+
+impl Whole {
+    /// Of a part of some volume, by its facets.
+    pub fn of(mesh: &TriangleMesh, facets: &Facets) -> Self {
+        Whole { volume: mesh.signed_volume().abs(), area: facets.size.iter().sum(), across: 2.0 * facets.reach }
+    }
 }
 
 /// Directions to be scored: axes first, then faces, then rests, then the sphere; each once.
@@ -77,7 +87,7 @@ pub(super) fn sphere(n: usize) -> Vec<Vec3> {
 impl Facets {
     /// The facets that bound the solid, to be scored for some number of directions.
     pub(super) fn of(mesh: &TriangleMesh, bounding: &(impl Fn(usize) -> bool + Sync), directions: usize) -> Self {
-        let mut f = Facets { area: Vec::new(), size: Vec::new(), centroid: Vec::new(), hull: Vec::new() };
+        let mut f = Facets { area: Vec::new(), size: Vec::new(), centroid: Vec::new(), hull: Vec::new(), reach: 0.0 };
         let mut used = vec![false; mesh.vertices.len()];
         for t in (0..mesh.triangles.len()).filter(|&t| bounding(t)) {
             let area = scale(mesh.area_vector(t), 0.5);
@@ -87,6 +97,9 @@ impl Facets {
             mesh.triangles[t].iter().for_each(|&v| used[v as usize] = true);
         }
         let points: Vec<Vec3> = mesh.vertices.iter().zip(used).filter(|(_, u)| *u).map(|(p, _)| *p).collect();
+        let area: f64 = f.size.iter().sum();
+        let middle = f.centroid.iter().zip(&f.size).fold([0.0; 3], |sum, (&c, &s)| along(sum, c, s / area));
+        f.reach = points.iter().map(|&p| distance(p, middle)).fold(0.0, f64::max);
         // Finding what is outermost costs 1500 looks at every vertex.
         f.hull = if directions > FACES { outermost(&points) } else { points };
         f
@@ -139,7 +152,7 @@ impl Facets {
         let cost = support / whole.volume
             + contact / whole.area
             + steps / whole.volume
-            + 0.2 * (high - low) / whole.diagonal
+            + 0.2 * (high - low) / whole.across
             + (1.0 - 10.0 * bed / whole.area).max(0.0);
         Score { up, from, cost }
     }

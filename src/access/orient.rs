@@ -84,9 +84,9 @@ const HELD: f64 = 0.01;
 /// cups on the film, first layer, steps.
 /// The cost of a pose is
 ///
-/// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·(retained + suction)/V + steps/V + 0.2·height/diagonal + 1/(1 + first layer/0.01·A)
+/// support/V + 3·secluded/V + (contact + feet on the part)/A + ½·(retained + suction)/V + steps/V + 0.2·height/across + 1/(1 + first layer/0.01·A)
 ///
-/// with the part's volume V and area A: a convention. Poses that do not fit the machine come last, and before them those that topple, where
+/// with the part's volume V and area A, and across it twice as far as it reaches from the middle of its surface: a convention. Poses that do not fit the machine come last, and before them those that topple, where
 /// the process minds. Only the directions listed are compared. `facets` says what the facets bound.
 ///
 /// # Errors
@@ -96,18 +96,15 @@ const HELD: f64 = 0.01;
 /// O(directions·facets) and, for each of the best, one support volume and one cast at `samples`.
 pub fn orientations(mesh: &TriangleMesh, facets: &impl Bounding, question: &Question) -> Result<Orientations> {
     let flats = Facets::of(mesh, &|f| facets.bounds_solid(f), question.directions);
-    let volume = mesh.signed_volume().abs();
-    let area: f64 = flats.size.iter().sum();
-    let diagonal = mesh.bounds().map_or(0.0, |(lo, hi)| crate::geometry::vector::distance(lo, hi));
-    if !(volume > 0.0 && area > 0.0 && diagonal.is_finite()) {
+    let whole = Whole::of(mesh, &flats);
+    if !(whole.volume > 0.0 && whole.area > 0.0 && whole.across.is_finite()) {
         return Err(Error::NoGeometry {
             problem: "the part has no volume to be oriented".into(),
             remedy: "export a closed solid".into(),
         });
     }
-    let whole = Whole { volume, area, diagonal };
     let centre = mesh.centre_of_mass(|f| facets.bounds_solid(f));
-    let slack = (2.0 * question.step_mm).max(1e-9 * diagonal);
+    let slack = (2.0 * question.step_mm).max(1e-9 * whole.across);
     let rests = centre.map_or(Vec::new(), |centre| rests(&flats.hull, centre, slack));
     let candidates = candidates(&flats, &rests, question.directions);
     let mut scores: Vec<Score> =
@@ -209,7 +206,7 @@ fn measure(
     let cusp = 0.5 * q.layer_mm * steps;
     let cost = (support + 3.0 * secluded + 0.5 * (kept + suction) + cusp) / whole.volume
         + (contact + on_part) / whole.area
-        + 0.2 * size[2] / whole.diagonal
+        + 0.2 * size[2] / whole.across
         + 1.0 / (1.0 + bed / (HELD * whole.area));
     let digits = report_digits;
     Ok(Orientation {

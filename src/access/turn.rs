@@ -4,7 +4,7 @@ use super::direction::{Facets, Score, Whole, candidates};
 use super::orient::{shares, standing, stood, upright};
 use super::question::Question;
 use crate::geometry::TriangleMesh;
-use crate::geometry::vector::{Vec3, angle, distance};
+use crate::geometry::vector::{Vec3, angle};
 use crate::layer::Bounding;
 use crate::units::Angle;
 use rayon::prelude::*;
@@ -35,9 +35,7 @@ pub struct Turn {
 pub fn least_hanging(mesh: &TriangleMesh, facets: &impl Bounding, question: &Question) -> Option<Turn> {
     let bounding = |f: usize| facets.bounds_solid(f);
     let flats = Facets::of(mesh, &bounding, 0);
-    let (lo, hi) = mesh.bounds()?;
-    let area: f64 = flats.size.iter().sum();
-    let whole = Whole { volume: mesh.signed_volume().abs(), area, diagonal: distance(lo, hi) };
+    let whole = Whole::of(mesh, &flats);
     if !(whole.volume > 0.0 && whole.area > 0.0) {
         return None;
     }
