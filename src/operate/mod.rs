@@ -6,6 +6,7 @@
 
 mod deposit;
 mod element;
+mod flush;
 mod fused;
 mod left_out;
 mod lost;

@@ -1,6 +1,7 @@
 //! The operations on a part and an element.
 
 use super::element::{Element, wound_outwards};
+use super::flush::laid_into;
 use super::midway::surface_between;
 use super::operated::Operated;
 use super::settled::{Settled, Touch};
@@ -50,8 +51,8 @@ fn by_distances(
 
 /// The opening of a part: what copies of the element that fit inside cover.
 ///
-/// By a ball the surface is exact; by another element it is where the operands touch, as that of [`minkowski`] once more, or midway in the
-/// bracket where a wall is about as thick as the element, and the path says so.
+/// By a ball the surface is exact; by another element it is where the operands touch, as that of [`minkowski`] once more, or, where a wall is about as
+/// thick as the element, midway in the bracket and in the part's own surface where it is about there, and the path says so.
 ///
 /// # Errors
 /// As [`offset`]; [`Error::NoGeometry`], too, for an element larger than the part.
@@ -70,7 +71,8 @@ pub fn open(part: &TriangleMesh, element: &Element, spacing: Length) -> Result<O
             let found = Sandwich::opening(&a, &b)?;
             let settled = opened(&whole, &element.faceted(spacing)?, [&a, &b], &found)?;
             let made = touching(found, settled)?;
-            checked("opening", Operated { path: whole.path(made.path), ..made })
+            let made = checked("opening", Operated { path: whole.path(made.path), ..made })?;
+            checked("opening", laid_into(&whole, made)?)
         }
     }
 }
