@@ -148,7 +148,8 @@ pub fn prepare(file: &str, bytes: &[u8], loaded: Loaded, options: &Options) -> R
     let step = largest * loaded.relative_step;
     let up = options.up.map_or_else(|| best_up(mesh.clone(), step, &options.process), Ok)?;
     let part = Part::new(mesh, up, step, 1.25 * options.process.widest_gap_mm())?;
-    let (fitting, demand) = choose_spacing(&part, options)?;
+    let (fitting, demand, coarsened) = choose_spacing(&part, options)?;
+    notices.extend(coarsened);
     notices.extend(loaded.notices.into_iter().chain(overruled));
     notices.extend(idle_limits(&options.process, &options.only, &options.skip));
     if units.1 == "assumed" {
@@ -307,7 +308,8 @@ fn best_up(mesh: TriangleMesh, step: f64, process: &Process) -> Result<Up> {
     Ok(best.list.first().map_or(Up::PlusZ, |o| Up::Along(o.up)))
 }
 
-fn choose_spacing(part: &Part, options: &Options) -> Result<(Fitting, Demand)> {
+/// The grid, what judging on it takes, and what is to be said of its spacing.
+fn choose_spacing(part: &Part, options: &Options) -> Result<(Fitting, Demand, Option<Notice>)> {
     let smallest = options
         .process
         .limits
@@ -324,11 +326,11 @@ fn choose_spacing(part: &Part, options: &Options) -> Result<(Fitting, Demand)> {
     let demand = options.demand().with_setups(setup_samples(&options.process, part.extent())?);
     let demand = demand.with_maps(mapped.unwrap_or(0));
     options.memory.admit_triangles(&demand, triangles)?;
-    let spacing = match options.voxel {
-        Some(spacing) => spacing,
-        None => Fitting::with_samples(part.extent(), default, options.memory.samples(&demand, triangles))?.spacing,
+    let (spacing, coarsened) = match options.voxel {
+        Some(spacing) => (spacing, None),
+        None => options.memory.spacing(&demand, part.extent(), default, triangles)?,
     };
-    Ok((options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)?, demand))
+    Ok((options.memory.admit_spacing(&demand, part.extent(), spacing, triangles)?, demand, coarsened))
 }
 
 /// One check's line of the report, and what it measured; an error if what the user asked of it cannot be.

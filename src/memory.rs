@@ -5,6 +5,7 @@ use crate::error::{Error, Result, byte_count};
 use crate::grid::{Fitting, fine, positive};
 use crate::io::machine::Ceiling;
 use crate::io::{Loaded, Salvage, bytes_of, content_of, read, reading_bytes};
+use crate::notice::Notice;
 use crate::process::Process;
 use crate::units::{Length, short};
 use std::path::Path;
@@ -194,6 +195,31 @@ impl Allowance {
         self.bytes.saturating_sub(demand.bytes(triangles, 0)) / demand.per_sample
     }
 
+    /// The usual spacing of a grid, or the least coarser one for which the user's allowance leaves room; and that it is coarser, if it is.
+    ///
+    /// # Errors
+    /// As [`Fitting::with_samples`].
+    pub fn spacing(
+        &self,
+        demand: &Demand,
+        extent_mm: [f64; 3],
+        usual: Length,
+        triangles: u64,
+    ) -> Result<(Length, Option<Notice>)> {
+        let fits = Fitting::with_samples(extent_mm, usual, self.samples(demand, triangles))?.spacing;
+        let said = || {
+            let need = demand.bytes(triangles, Fitting::of(extent_mm, usual).samples);
+            let text = format!(
+                "the grid is coarser than usual, {} instead of {}, to fit the memory allowed; --memory {} allows the usual one",
+                fine(fits),
+                fine(usual),
+                enough(need)
+            );
+            Notice::new("grid-coarsened", text)
+        };
+        Ok((fits, (fits.as_mm() > usual.as_mm() * (1.0 + 1e-9)).then(said)))
+    }
+
     /// Refuses more triangles than there is memory for, before anything is made of them.
     ///
     /// # Errors
@@ -311,6 +337,19 @@ mod tests {
         let fitting = one_gib.admit_spacing(&all, [100.0; 3], fits, 1000).unwrap();
         assert!(fitting.bytes <= 1 << 30 && fitting.bytes > 7 << 27, "{fitting:?}");
         assert!(one_gib.admit_triangles(&all, 100_000).is_ok());
+    }
+
+    #[test]
+    fn a_grid_that_memory_makes_coarser_says_what_the_usual_one_takes() {
+        let (all, usual) = (demand("fdm", &[]), Length::mm(0.3));
+        let of = |bytes: u128| allowance(bytes, None).spacing(&all, [80.0; 3], usual, 1000).unwrap();
+        let (coarse, said) = of(300 << 20);
+        let said = said.expect("a notice").message;
+        assert!(coarse > usual && said.contains(" instead of 0.3 mm, to fit the memory allowed"), "{said}");
+        let enough = said.split("--memory ").nth(1).and_then(|s| s.split("MB").next()).unwrap();
+        let enough = 1_000_000 * enough.parse::<u128>().unwrap();
+        assert!(of(enough).1.is_none() && of(enough - 2_000_000).1.is_some(), "{said}");
+        assert!((of(enough).0.as_mm() - 0.3).abs() < 1e-9);
     }
 
     #[test]
