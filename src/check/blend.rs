@@ -162,12 +162,17 @@ impl Notches<'_> {
                 )
             }
             0.0 => format!("nowhere is there room for a radius of {r} mm, checked on the surface: {smaller}"),
-            // Rounded down: what fits along nearly all does not fit along all.
-            fitting => format!(
-                "round with a radius of {r} mm: checked on the surface, it fits along {} of {} mm and adds {volume} mm³; elsewhere {smaller}",
-                short((10.0 * fitting).floor() / 10.0),
-                short((10.0 * all).round() / 10.0),
-            ),
+            fitting => {
+                let [some, whole] = [fitting, all].map(|mm| short((10.0 * mm).round() / 10.0));
+                let along = match some == whole {
+                    true => format!("all but less than 0.1 mm of {whole} mm"),
+                    // Rounded down: what fits along nearly all does not fit along all.
+                    false => format!("{} of {whole} mm", short((10.0 * fitting).floor() / 10.0)),
+                };
+                format!(
+                    "round with a radius of {r} mm: checked on the surface, it fits along {along} and adds {volume} mm³; elsewhere {smaller}"
+                )
+            }
         }
     }
 }

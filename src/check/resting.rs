@@ -15,8 +15,11 @@ const SLIDES: usize = 16;
 const PUSHES: usize = 64;
 /// By how much more than it reaches into them: between walls that turn by 150° what it lacks falls by a quarter each time.
 const PUSHED: f64 = 1.5;
-/// Pushes after which a ball that lacks more than half of what it lacked lies between walls that do not part: a tenth is left between those that do.
+/// Pushes after which a ball lies between walls that do not part, if it lacks more than half of what it lacked and has not so many times the room:
+/// between those that do it lacks a tenth then, or has twice the room.
 const WATCHED: usize = 8;
+/// How many times the room.
+const WIDENS: f64 = 1.25;
 
 /// How a ball gets out from a point of the surface.
 enum Way {
@@ -88,12 +91,15 @@ impl Ball<'_> {
     fn steered(&self, foot: Vec3, outward: Vec3, deepest: f64) -> Option<Vec3> {
         let (surface, r) = (self.part.distance(), self.radius);
         let mut centre = along(foot, outward, 4.0 * self.part.step() + CLEAR * r);
-        let mut lacked = f64::INFINITY;
+        let (mut lacked, mut room) = (f64::INFINITY, 0.0);
         for pushes in 0..PUSHES {
             let Some(near) = surface.nearest(centre, r * (1.0 - CLEAR)) else { return Some(centre) };
             let lacks = r - near.distance;
-            if pushes % WATCHED == 0 && lacks > 0.5 * std::mem::replace(&mut lacked, lacks) {
-                return None;
+            if pushes % WATCHED == 0 {
+                if lacks > 0.5 * lacked && near.distance < WIDENS * room {
+                    return None;
+                }
+                (lacked, room) = (lacks, near.distance);
             }
             let (way, far) = (unit(sub(centre, near.point)), PUSHED * lacks);
             // No further than to the middle of what is free.

@@ -203,6 +203,11 @@ pub fn quoted(word: &str) -> String {
     if word.chars().all(plain) && !word.is_empty() { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
+/// A file for a shell, which is no option however its name begins.
+pub fn quoted_file(name: &str) -> String {
+    if name.starts_with('-') { quoted(&format!("./{name}")) } else { quoted(name) }
+}
+
 /// A whole number in groups of three: `101,806`.
 pub fn thousands(n: u64) -> String {
     let digits = n.to_string();
@@ -400,6 +405,7 @@ mod tests {
         assert_eq!(quoted("p $(id) 'q'.stl"), r"'p $(id) '\''q'\''.stl'");
         // A command has to name the whole of it.
         assert_eq!(quoted(&"x".repeat(200)).len(), 200);
+        assert_eq!(["-a.stl", "a b.stl"].map(quoted_file), ["./-a.stl", "'a b.stl'"]);
     }
 
     #[test]
@@ -414,6 +420,12 @@ mod tests {
         // The circles of a hole stand beside its diameter, and what holds a limit is told with its ends.
         assert_eq!(of([0.31, 0.33], Basis::Exact).as_deref(), Some("0.31–0.33"));
         assert_eq!(of([0.799999, 0.800001], Basis::Exact).as_deref(), Some("0.7999–0.8001"));
+    }
+
+    #[test]
+    fn what_is_at_most_so_much_is_never_more() {
+        let told = [0.0312, 0.456, 12.31, 480.2].map(|value| at_most(value, "mm"));
+        assert_eq!(told, ["0.032 mm", "0.46 mm", "13 mm", "481 mm"]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The summary on a terminal: at most 30 lines, worst first, with the next command to type.
 
-use super::phrase::{self, Numbered, quoted};
+use super::phrase::{self, Numbered, quoted, quoted_file};
 use super::schema::{CheckReport, RefinedReport, Report};
 use crate::check::{Basis, Budget, State};
 use crate::error::{Error, byte_count, printable};
@@ -317,7 +317,11 @@ fn next_command(report: &Report, findings: &[Numbered], outputs: &Outputs) -> Op
     let command = match open.and_then(|open| Some((open, budget_that_helps(report, open.check)?))) {
         Some((open, budget)) => {
             let by: String = outputs.judged_by.iter().map(|word| format!(" {}", quoted(word))).collect();
-            format!("amcheck {}{by} --only {} --refine {budget}M", quoted(&outputs.part), printable(&open.check.name))
+            format!(
+                "amcheck {}{by} --only {} --refine {budget}M",
+                quoted_file(&outputs.part),
+                printable(&open.check.name)
+            )
         }
         None => format!("amcheck explain {}", printable(&worst.check.name)),
     };

@@ -6,7 +6,7 @@ use crate::geometry::vector::Vec3;
 use crate::report::chart;
 use crate::report::markup::{Markup, markup};
 use crate::report::orient::{OrientReport, columns, short_direction};
-use crate::report::phrase::quoted;
+use crate::report::phrase::quoted_file;
 use crate::report::render::Picture;
 
 /// The orientations of a part as one HTML file without script; `pictures` are thumbnails named `1`, `2`, … by rank.
@@ -32,7 +32,7 @@ pub fn orientations(report: &OrientReport, pictures: &[Picture]) -> String {
         report.process,
         report.orientations.scored.to_string(),
         list.len().to_string(),
-        best(list, &quoted(&report.file)),
+        best(list, &quoted_file(&report.file)),
         noticed(report),
         chart::orientations(list),
         table(list, up_option),
@@ -51,7 +51,7 @@ fn noticed(report: &OrientReport) -> Markup {
 
 /// The orientations in the page of a report: this run's pose and the best others; or how to compare them.
 pub(super) fn section(c: &Context) -> Markup {
-    let file = quoted(&c.report.part.file);
+    let file = quoted_file(&c.report.part.file);
     let Some(stances) = &c.exhibit.stances else {
         return markup!(
             "<section aria-label=\"Orientations\"><h2>Which way to print</h2><p class=\"note\">Orientations were not compared in this run; \
