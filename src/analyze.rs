@@ -108,6 +108,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// What is said of the file and of the grid.
+    pub fn notices(&self) -> &[Notice] {
+        &self.notices
+    }
+
     /// What the grid will take.
     pub fn fitting(&self) -> Fitting {
         self.fitting

@@ -210,7 +210,7 @@ impl Allowance {
         let said = || {
             let need = demand.bytes(triangles, Fitting::of(extent_mm, usual).samples);
             let text = format!(
-                "the grid is coarser than usual, {} instead of {}, to fit the memory allowed; --memory {} allows the usual one",
+                "a grid of {} instead of {} fits the memory allowed; --memory {} allows the usual one",
                 fine(fits),
                 fine(usual),
                 enough(need)
@@ -345,7 +345,7 @@ mod tests {
         let of = |bytes: u128| allowance(bytes, None).spacing(&all, [80.0; 3], usual, 1000).unwrap();
         let (coarse, said) = of(300 << 20);
         let said = said.expect("a notice").message;
-        assert!(coarse > usual && said.contains(" instead of 0.3 mm, to fit the memory allowed"), "{said}");
+        assert!(coarse > usual && said.contains(" instead of 0.3 mm fits the memory allowed"), "{said}");
         let enough = said.split("--memory ").nth(1).and_then(|s| s.split("MB").next()).unwrap();
         let enough = 1_000_000 * enough.parse::<u128>().unwrap();
         assert!(of(enough).1.is_none() && of(enough - 2_000_000).1.is_some(), "{said}");

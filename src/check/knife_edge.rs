@@ -41,8 +41,8 @@ static META: Meta = Meta {
           120 degrees apart or more is thin: from 150 degrees, if it does not run out to an edge, it is a wall and AM101 judges it; a wedge of \
           up to 60 degrees that runs out to an edge of the mesh is measured here.",
     limits: "A convex right angle, a chamfer and a thread of 60 degrees are no knife edges. What is shorter than the wall limit or never as thick as a \
-             quarter of it is counted and not judged. A wedge blunted by a face or a rounding wider than a twentieth of the wall limit that warns is a wall as thick as that face where its sides lean by less \
-             than 30 degrees; from 30 to 60 degrees it is duller than the 30 degrees that every built-in process asks of a sharp edge, and it is only \
+             quarter of it is counted and not judged. A wedge blunted by a face or a rounding wider than a twentieth of the wall limit that warns is a wall where its sides lean by less \
+             than 30 degrees, as thick as the largest ball under that face, up to 1.3 times as wide as the face is; from 30 to 60 degrees it is duller than the 30 degrees that every built-in process asks of a sharp edge, and it is only \
              counted, in the cover line of thin-wall: a profile with a wider limit here does not reach it.",
     source: "Limits: see the profile.",
 };

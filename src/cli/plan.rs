@@ -24,10 +24,12 @@ pub fn plan(a: &Arguments) -> Result<(String, u8)> {
     let seconds = short((prepared.demand().seconds(triangles, prepared.fitting().samples) * 10.0).round() / 10.0);
     let name = printable(&part.to_string_lossy());
     let need = need(&prepared, &options);
+    let of_the_grid = prepared.notices().iter().filter(|notice| notice.code == "grid-coarsened");
+    let coarsened: String = of_the_grid.map(|notice| format!("note    {}\n", notice.message)).collect();
     let text = format!(
         "part    {name}: {as_read} triangles, {x} × {y} × {z} mm\n\
          {need}\n\
-         time    about {seconds} s of one processor, within a factor of two for nine parts in ten\n",
+         time    about {seconds} s of one processor, within a factor of two for nine parts in ten\n{coarsened}",
     );
     Ok((text, 0))
 }

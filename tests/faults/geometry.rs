@@ -165,9 +165,13 @@ fn a_megabyte_of_loose_facets_is_refused_at_once() {
     };
     let soup = TriangleMesh::weld((0..20_900).map(|_| [[0; 3]; 3].map(|p| p.map(|_| next()))));
     let facets: Vec<_> = (0..soup.triangles.len()).map(|facet| soup.corners(facet)).collect();
-    // The best of a few of each, in turn: other tests run beside this one.
+    // Trying all pairs of facets takes hundreds of times as long as welding them; a sort or two does not. The best of each, in turn, as often as it
+    // takes: other tests run beside this one.
     let mut best = [f64::INFINITY; 2];
-    for _ in 0..5 {
+    for tries in 0..40 {
+        if tries > 4 && best[1] < 30.0 * best[0] {
+            break;
+        }
         let start = std::time::Instant::now();
         std::hint::black_box(TriangleMesh::weld(facets.iter().copied()));
         let welded = std::time::Instant::now();
@@ -176,7 +180,6 @@ fn a_megabyte_of_loose_facets_is_refused_at_once() {
     }
     let [weld, refusal] = best.map(|s| 1e3 * s);
     println!("welded in {weld:.1} ms, refused in {refusal:.1} ms");
-    // Trying all pairs of facets takes hundreds of times as long as welding them; a sort or two does not.
     assert!(refusal < 30.0 * weld, "{refusal} ms beside {weld} ms for welding");
 }
 
