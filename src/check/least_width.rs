@@ -6,7 +6,7 @@ use super::detail::{Between, Detail, Sought, Thin, raised_width};
 use super::rods::up_to;
 use crate::error::Result;
 use crate::field::Indicator;
-use crate::geometry::vector::{Vec3, add, distance, dot, norm2, scale, sub};
+use crate::geometry::vector::{Vec3, add, dot, norm2, scale, sub};
 use crate::medial::Side;
 use crate::medial::rod::Rod;
 use crate::morphology::{Bead, Cells, Designed, grown};
@@ -196,10 +196,8 @@ impl<'a> LeastWidth<'a> {
         for patch in places.iter().flat_map(|place| &place.patches) {
             let wanted = widths(patch.across);
             // A cell, and how far from it, at least, the surfaces are still apart as is asked.
-            let about = cells.ranges_in(cells.touched(patch.extent));
-            let reach = wanted.end + (0..3).map(|a| step[a] * patch.across[a].abs()).sum::<f64>();
             let mut next: Vec<([usize; 3], f64)> =
-                self.near_surface(about, cells, reach).into_iter().map(|index| (index, 0.0)).collect();
+                cells.indices_in(cells.touched(patch.extent)).map(|index| (index, 0.0)).collect();
             while let Some((index, known)) = next.pop() {
                 if !own.contains(index) || marked.contains(index) {
                     continue;
@@ -220,38 +218,6 @@ impl<'a> LeastWidth<'a> {
             }
         }
         marked
-    }
-
-    /// The cells of a box from which the surface is no farther than a length, and few others.
-    ///
-    /// # Cost
-    /// A nearest facet for each that is, and some for boxes of others.
-    fn near_surface(&self, about: [Range<usize>; 3], cells: &Cells, reach: f64) -> Vec<[usize; 3]> {
-        let mut found = Vec::new();
-        let mut boxes = vec![about];
-        while let Some(part) = boxes.pop() {
-            if part.iter().any(Range::is_empty) {
-                continue;
-            }
-            let [lo, hi] =
-                [part.each_ref().map(|r| r.start), part.each_ref().map(|r| r.end - 1)].map(|p| cells.position(p));
-            let (middle, half) = (scale(add(lo, hi), 0.5), 0.5 * distance(lo, hi));
-            if self.part.distance().nearest(middle, reach + half).is_none() {
-                continue;
-            }
-            let [x, y, z] = &part;
-            let longest = (0..3).max_by_key(|&a| part[a].len()).unwrap_or(0);
-            if part[longest].len() <= 2 {
-                found.extend(z.clone().flat_map(|k| y.clone().flat_map(move |j| x.clone().map(move |i| [i, j, k]))));
-                continue;
-            }
-            let middle = part[longest].start + part[longest].len() / 2;
-            let (mut before, mut behind) = (part.clone(), part);
-            before[longest].end = middle;
-            behind[longest].start = middle;
-            boxes.extend([before, behind]);
-        }
-        found
     }
 
     /// Whether the sample of a cell lies on the side of the surface that is looked at.

@@ -142,8 +142,7 @@ impl Cells {
         })
     }
 
-    /// Along each axis, the indices of the cells whose centres lie in a box of the part's frame.
-    pub fn ranges_in(&self, (lo, hi): (Vec3, Vec3)) -> [std::ops::Range<usize>; 3] {
+    fn ranges_in(&self, (lo, hi): (Vec3, Vec3)) -> [std::ops::Range<usize>; 3] {
         let cell = self.cell_mm();
         let first = self.position([0; 3]);
         let dims = self.grid.dims();
